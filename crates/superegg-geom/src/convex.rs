@@ -1,0 +1,57 @@
+//! Ray against unit shape for e, n <= 2, where the norm form is convex.
+//!
+//! Along the ray `g(t) = N - 1` is convex. From a place before the shape, with g >= 0 and g' < 0, Newton's method goes
+//! monotonically up to the first root and cannot pass it; `g' >= 0` while `g > 0` proves that there is none. From the far side of
+//! the box, backwards, the same leads to the exit.
+
+use glam::DVec3;
+
+use crate::box_span::BoxSpan;
+use crate::norm::NormForm;
+use crate::ray::RayStart;
+use crate::superquadric::ShapeHit;
+
+/// Each step divides g g' by four at least (convexity), so sixty reach the last digit even from a double root.
+const MAX_STEPS: usize = 100;
+
+/// The first crossing in unit space. The start is not [`RayStart::SurfaceOutward`]: such a ray never meets a convex shape.
+pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Option<ShapeHit> {
+    let inside =
+        start == RayStart::SurfaceInward || (span.starts_inside_box && norm.value(span.origin) < 1.0);
+    let length = span.t_out - span.t_in;
+    if inside {
+        // An inside start has exactly one exit; where rounding hides it, it is where the ray leaves the box.
+        let back = first_root(norm, span.point_out, -span.direction, length).unwrap_or(0.0);
+        let point = span.point_out - back * span.direction;
+        Some(ShapeHit { t: (span.t_out - back).max(0.0), point, leaving: true })
+    } else {
+        let forth = first_root(norm, span.point_in, span.direction, length)?;
+        let point = span.point_in + forth * span.direction;
+        Some(ShapeHit { t: span.t_in + forth, point, leaving: false })
+    }
+}
+
+/// The smallest s in 0..=length with N(from + s direction) = 1, from a point outside of the shape or on it.
+fn first_root(norm: &NormForm, from: DVec3, direction: DVec3, length: f64) -> Option<f64> {
+    let mut s = 0.0;
+    for _ in 0..MAX_STEPS {
+        let (value, gradient) = norm.value_and_gradient(from + s * direction);
+        let above = value - 1.0;
+        if above <= 0.0 {
+            return Some(s);
+        }
+        let slope = gradient.dot(direction);
+        if slope >= 0.0 {
+            return None;
+        }
+        let next = s - above / slope;
+        if next > length * (1.0 + 4.0 * f64::EPSILON) {
+            return None;
+        }
+        if next <= s {
+            return Some(s);
+        }
+        s = next;
+    }
+    Some(s)
+}

@@ -1,0 +1,40 @@
+//! Small pieces of careful floating-point arithmetic.
+
+/// `a b - c d` with an error of at most 1.5 ulp of the result (Kahan's algorithm; Jeannerod, Louvet and Muller 2013),
+/// however much the two products cancel.
+pub(crate) fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
+    let cd = c * d;
+    let cd_error = (-c).mul_add(d, cd);
+    a.mul_add(b, -cd) + cd_error
+}
+
+/// The power of two `s` that brings `x` (> 0, finite) into [1, 2) when multiplied by it, as far as the range of f64 lets it.
+pub(crate) fn scale_to_unit(x: f64) -> f64 {
+    let exponent = (x.to_bits() >> 52) as i32 - 1023;
+    // Both ends stay normal numbers, so that multiplying by the scale is exact.
+    f64::from_bits(((-exponent).clamp(-1000, 1000) + 1023) as u64 * (1 << 52))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn difference_of_products_survives_cancellation() {
+        // (1 + u)(1 - u) - 1 = -u^2 exactly; plain arithmetic gives 0.
+        let u = 2f64.powi(-30);
+        assert_eq!(difference_of_products(1.0 + u, 1.0 - u, 1.0, 1.0), -(u * u));
+    }
+
+    #[test]
+    fn scale_to_unit_is_an_exact_power_of_two() {
+        for x in [1.0, 1.5, 2.0, 3e-200, 7e200, 0.1, 1e-12] {
+            let scaled = x * scale_to_unit(x);
+            assert!((1.0..2.0).contains(&scaled), "{x}: {scaled}");
+            assert_eq!(scaled / scale_to_unit(x), x);
+        }
+        for x in [f64::MIN_POSITIVE, 5e-324, f64::MAX] {
+            assert!(scale_to_unit(x).is_normal());
+        }
+    }
+}

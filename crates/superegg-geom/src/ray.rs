@@ -1,0 +1,62 @@
+//! Rays.
+
+use glam::DVec3;
+
+use crate::transform::Transform;
+
+/// The half line `origin + t direction`, t >= 0. The direction need not be of unit length; every `t` of this crate counts in
+/// its length, so that a ray keeps its `t` through any affine map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where the ray starts.
+    pub origin: DVec3,
+    /// Where it goes; any length but zero.
+    pub direction: DVec3,
+    /// A bound on the rounding error of each coordinate of `origin`, in the units of the ray's space: 0 for a ray that
+    /// someone gave, a few ulps for one that starts at a computed point of a surface. It is used for one thing: a start that lies
+    /// within it of *another* surface counts as on that surface, so that two surfaces in the same place do not shadow
+    /// each other.
+    pub origin_error: f64,
+}
+
+impl Ray {
+    /// A ray from an exact origin.
+    pub fn new(origin: DVec3, direction: DVec3) -> Self {
+        Self { origin, direction, origin_error: 0.0 }
+    }
+
+    /// A ray that starts at a computed point, known to a few ulps of its largest coordinate.
+    pub fn from_computed(origin: DVec3, direction: DVec3) -> Self {
+        Self { origin, direction, origin_error: 8.0 * f64::EPSILON * origin.abs().max_element() }
+    }
+
+    /// The point `origin + t direction`.
+    pub fn point_at(&self, t: f64) -> DVec3 {
+        self.origin + t * self.direction
+    }
+
+    /// The same ray in the local space of `world_from_local`: the same `t` means the same point.
+    pub fn to_local(&self, world_from_local: &Transform) -> Self {
+        let inverse = world_from_local.inverse();
+        Self {
+            origin: inverse.transform_point3(self.origin),
+            direction: inverse.transform_vector3(self.direction),
+            origin_error: if self.origin_error > 0.0 {
+                world_from_local.local_error(self.origin, self.origin_error)
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
+/// What is known of a ray's start and one shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayStart {
+    /// Nothing: the origin is where its coordinates say.
+    Free,
+    /// The origin is on the shape's surface and the ray leaves to the outside. A convex shape is not met again.
+    SurfaceOutward,
+    /// The origin is on the shape's surface and the ray goes into the shape: its first crossing is an exit.
+    SurfaceInward,
+}

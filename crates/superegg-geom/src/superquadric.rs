@@ -1,0 +1,210 @@
+//! The superquadric itself.
+
+use glam::{DMat3, DVec3};
+use thiserror::Error;
+
+use crate::box_span::BoxSpan;
+use crate::norm::NormForm;
+use crate::numeric::scale_to_unit;
+use crate::ray::{Ray, RayStart};
+use crate::{certified, convex};
+
+/// The two shape parameters. 1 and 1 make an ellipsoid, values near 0 a box, 2 and 2 an octahedron, larger ones a star.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exponents {
+    /// Longitude: the shape of the cross-section with the xy plane. > 0.
+    pub e: f64,
+    /// Latitude: the shape of the profile towards z. > 0.
+    pub n: f64,
+}
+
+/// Why numbers do not make a superquadric.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum ShapeError {
+    /// A radius is not a positive finite number.
+    #[error("every semi-axis must be a finite number above 0")]
+    Radius,
+    /// An exponent is not a positive finite number.
+    #[error("both exponents must be finite numbers above 0")]
+    Exponent,
+}
+
+/// A superquadric centred at the origin, its axes along x, y and z. In coordinates divided by `radii` it is the unit shape, which
+/// lies in the box [-1, 1]^3 and touches all six faces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Superquadric {
+    radii: DVec3,
+    exponents: Exponents,
+    norm: NormForm,
+}
+
+/// Where a ray first crosses the surface of a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeHit {
+    /// The place on the ray, >= 0, in lengths of its direction.
+    pub t: f64,
+    /// The point in the shape's own space. It is more exact than `ray.point_at(t)` where a coordinate is small: on the spikes and
+    /// creases of shapes with e or n > 2 a normal needs that.
+    pub point: DVec3,
+    /// Whether the ray goes out of the shape here.
+    pub leaving: bool,
+}
+
+impl Superquadric {
+    /// A superquadric from its semi-axes and exponents.
+    ///
+    /// # Errors
+    /// A value that is not finite and above 0.
+    pub fn new(radii: DVec3, exponents: Exponents) -> Result<Self, ShapeError> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if !radii.to_array().into_iter().all(positive) {
+            return Err(ShapeError::Radius);
+        }
+        if !positive(exponents.e) || !positive(exponents.n) {
+            return Err(ShapeError::Exponent);
+        }
+        Ok(Self { radii, exponents, norm: NormForm::new(exponents) })
+    }
+
+    /// The sphere of radius 1: what a new primitive is.
+    pub fn unit_sphere() -> Self {
+        let exponents = Exponents { e: 1.0, n: 1.0 };
+        Self { radii: DVec3::ONE, exponents, norm: NormForm::new(exponents) }
+    }
+
+    /// The semi-axes.
+    pub fn radii(&self) -> DVec3 {
+        self.radii
+    }
+
+    /// The exponents.
+    pub fn exponents(&self) -> Exponents {
+        self.exponents
+    }
+
+    /// The norm form of the unit shape.
+    pub fn norm(&self) -> &NormForm {
+        &self.norm
+    }
+
+    /// Whether the shape is convex: e <= 2 and n <= 2.
+    pub fn is_convex(&self) -> bool {
+        self.exponents.e <= 2.0 && self.exponents.n <= 2.0
+    }
+
+    /// The inside-outside function at a point of the shape's space: < 0 inside, 0 on the surface, > 0 outside, +inf where it
+    /// leaves the range of f64 (course text, 4.1.1).
+    ///
+    /// ```
+    /// use superegg_geom::{Superquadric, glam::DVec3};
+    /// let sphere = Superquadric::unit_sphere();
+    /// assert_eq!(sphere.inside_outside(DVec3::ZERO), -1.0);
+    /// assert_eq!(sphere.inside_outside(DVec3::new(2.0, 0.0, 0.0)), 3.0);
+    /// ```
+    pub fn inside_outside(&self, point: DVec3) -> f64 {
+        self.norm.inside_outside(point / self.radii)
+    }
+
+    /// The unit outward normal at a point of the surface (or the direction of the gradient at any other). Where it is not
+    /// unique, on edges, creases and poles, a fixed finite choice among those that fit; at the centre +z.
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        let (_, gradient) = self.norm.value_and_gradient(point / self.radii);
+        normalize_any(gradient / self.radii).unwrap_or(DVec3::Z)
+    }
+
+    /// The point with longitude u in (-pi, pi] and latitude v in [-pi/2, pi/2], in radians (course text, 4.1.3):
+    ///
+    /// ```text
+    /// (c(v, n) c(u, e),  c(v, n) s(u, e),  s(v, n)) * radii,   c(t, w) = sign(cos t) |cos t|^w,  s likewise with sin
+    /// ```
+    pub fn point_at(&self, u_rad: f64, v_rad: f64) -> DVec3 {
+        let power = |x: f64, w: f64| x.abs().powf(w).copysign(x);
+        let Exponents { e, n } = self.exponents;
+        let around = power(v_rad.cos(), n);
+        DVec3::new(around * power(u_rad.cos(), e), around * power(u_rad.sin(), e), power(v_rad.sin(), n)) * self.radii
+    }
+
+    /// Half the edges of the smallest axis-aligned box around the shape's image under a linear map (the box is centred
+    /// on the image of the origin). From the support function, so it is tight for every pair of exponents.
+    pub fn half_extent_under(&self, linear: &DMat3) -> DVec3 {
+        let rows = linear.transpose();
+        DVec3::new(
+            self.norm.support(rows.x_axis * self.radii),
+            self.norm.support(rows.y_axis * self.radii),
+            self.norm.support(rows.z_axis * self.radii),
+        )
+    }
+
+    /// The first place with t >= 0 where the ray crosses the surface: from outside to inside, or from inside out. Touching without
+    /// crossing is no hit. For e, n <= 2 Newton's method on the norm form from the box, which cannot miss; beyond, roots are isolated
+    /// with bounds (see ARCHITECTURE.md). `t` is right to about 1e-12 (1 + t) unless the ray grazes the shape.
+    ///
+    /// A ray that is not finite, or whose direction is zero, hits nothing.
+    ///
+    /// ```
+    /// use superegg_geom::{Ray, RayStart, Superquadric, glam::DVec3};
+    /// let hit = Superquadric::unit_sphere()
+    ///     .intersect(&Ray::new(DVec3::new(0.0, 0.0, 10.0), DVec3::NEG_Z), RayStart::Free)
+    ///     .unwrap();
+    /// assert_eq!((hit.t, hit.leaving), (9.0, false));
+    /// ```
+    pub fn intersect(&self, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
+        if self.is_convex() && start == RayStart::SurfaceOutward {
+            return None;
+        }
+        let (span, start, scale) = self.enter_box(ray, start)?;
+        let hit = if self.is_convex() {
+            convex::intersect(&self.norm, &span, start)
+        } else {
+            certified::intersect(&self.norm, &span, start)
+        }?;
+        Some(ShapeHit { t: hit.t * scale, point: hit.point * self.radii, ..hit })
+    }
+
+    /// The same by the certified search alone, whatever the exponents: the slow twin that tests hold the convex path against.
+    pub fn intersect_certified(&self, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
+        let (span, start, scale) = self.enter_box(ray, start)?;
+        let hit = certified::intersect(&self.norm, &span, start)?;
+        Some(ShapeHit { t: hit.t * scale, point: hit.point * self.radii, ..hit })
+    }
+
+    /// The ray in unit space, cut to the box [-1, 1]^3; what its start is now known to be; and the factor that brings t back.
+    fn enter_box(&self, ray: &Ray, start: RayStart) -> Option<(BoxSpan, RayStart, f64)> {
+        let origin = ray.origin / self.radii;
+        let direction = ray.direction / self.radii;
+        let length = direction.abs().max_element();
+        if !(origin.is_finite() && length.is_finite() && length > 0.0) {
+            return None;
+        }
+        let scale = scale_to_unit(length);
+        let direction = direction * scale;
+        let start = if start == RayStart::Free && ray.origin_error > 0.0 {
+            self.start_within_error(origin, direction, ray.origin_error / self.radii.min_element())
+        } else {
+            start
+        };
+        BoxSpan::of(origin, direction).map(|span| (span, start, scale))
+    }
+
+    /// A computed origin that lies on this surface as far as its error can tell, and leaves it, starts on the surface.
+    fn start_within_error(&self, origin: DVec3, direction: DVec3, error: f64) -> RayStart {
+        let (norm, gradient) = self.norm.value_and_gradient(origin);
+        let slope: f64 = gradient.abs().to_array().iter().sum();
+        if (norm - 1.0).abs() <= error * slope && gradient.dot(direction) >= 0.0 {
+            RayStart::SurfaceOutward
+        } else {
+            RayStart::Free
+        }
+    }
+}
+
+/// `v` at unit length, for any length that is not zero; components beyond the range of f64 count as equal among themselves.
+fn normalize_any(v: DVec3) -> Option<DVec3> {
+    let largest = v.abs().max_element();
+    let scaled = if largest.is_infinite() {
+        DVec3::from_array(v.to_array().map(|c| if c.is_infinite() { 1f64.copysign(c) } else { 0.0 }))
+    } else {
+        v / largest
+    };
+    (largest > 0.0).then(|| scaled.normalize())
+}

@@ -1,0 +1,172 @@
+//! Affine maps with their inverses, built from the steps that a user writes.
+
+use glam::{DAffine3, DMat3, DVec3};
+use thiserror::Error;
+
+/// One step of a transform, as the modelling language writes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TransformStep {
+    /// Moves by this vector.
+    Translate(DVec3),
+    /// Turns right-handed about an axis through the origin; the axis need not be of unit length.
+    Rotate {
+        /// The axis; not zero.
+        axis: DVec3,
+        /// The angle, in degrees.
+        angle_deg: f64,
+    },
+    /// Scales along x, y and z; negative mirrors; zero is an error.
+    Scale(DVec3),
+}
+
+/// Why a list of steps is not a usable transform.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum TransformError {
+    /// A scale of zero flattens space.
+    #[error("a scale of 0 flattens the shape: no factor may be 0")]
+    ZeroScale,
+    /// A rotation axis without a direction.
+    #[error("the rotation axis 0 0 0 has no direction")]
+    ZeroAxis,
+    /// The composed matrix or its inverse is not finite.
+    #[error("the transform leaves the range of numbers: together its steps are too large or too small to be undone")]
+    OutOfRange,
+}
+
+impl TransformStep {
+    /// Forward map and inverse, each exact to rounding; the inverse is written down, not computed from the forward map.
+    fn maps(&self) -> Result<(DAffine3, DAffine3), TransformError> {
+        match *self {
+            Self::Translate(by) => Ok((DAffine3::from_translation(by), DAffine3::from_translation(-by))),
+            Self::Rotate { axis, angle_deg } => {
+                let largest = axis.abs().max_element();
+                if largest == 0.0 {
+                    return Err(TransformError::ZeroAxis);
+                }
+                // Dividing by the largest component first keeps the length in range for any axis.
+                let axis = (axis / largest).normalize();
+                let turn = rotation(axis, angle_deg);
+                Ok((DAffine3::from_mat3(turn), DAffine3::from_mat3(turn.transpose())))
+            }
+            Self::Scale(factors) => {
+                if factors.cmpeq(DVec3::ZERO).any() {
+                    return Err(TransformError::ZeroScale);
+                }
+                Ok((DAffine3::from_scale(factors), DAffine3::from_scale(factors.recip())))
+            }
+        }
+    }
+}
+
+/// The rotation by `angle_deg` about a unit axis (Rodrigues), exact at multiples of 90 degrees.
+fn rotation(axis: DVec3, angle_deg: f64) -> DMat3 {
+    let reduced = angle_deg % 360.0;
+    let (sin, cos) = match reduced {
+        0.0 => (0.0, 1.0),
+        90.0 | -270.0 => (1.0, 0.0),
+        180.0 | -180.0 => (0.0, -1.0),
+        270.0 | -90.0 => (-1.0, 0.0),
+        _ => reduced.to_radians().sin_cos(),
+    };
+    let column = |v: DVec3| v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (1.0 - cos));
+    DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
+}
+
+/// An invertible affine map, kept with its inverse. Both are finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform {
+    forward: DAffine3,
+    inverse: DAffine3,
+}
+
+impl Transform {
+    /// The map that moves nothing.
+    pub const IDENTITY: Self = Self { forward: DAffine3::IDENTITY, inverse: DAffine3::IDENTITY };
+
+    /// The map of an ordered list: the first step acts on the point first.
+    ///
+    /// # Errors
+    /// A zero scale, a zero axis, or a composition that is not finite and invertible in f64.
+    pub fn from_steps<'a>(steps: impl IntoIterator<Item = &'a TransformStep>) -> Result<Self, TransformError> {
+        steps.into_iter().try_fold(Self::IDENTITY, |so_far, step| {
+            let (forward, inverse) = step.maps()?;
+            (Self { forward, inverse }).after(&so_far)
+        })
+    }
+
+    /// `self` applied after `first`.
+    ///
+    /// # Errors
+    /// The composition is not finite, or has collapsed to a singular matrix by underflow.
+    pub fn after(&self, first: &Self) -> Result<Self, TransformError> {
+        let composed = Self { forward: self.forward * first.forward, inverse: first.inverse * self.inverse };
+        let usable = |map: &DAffine3| {
+            let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];
+            map.is_finite() && columns.iter().all(|column| *column != DVec3::ZERO)
+        };
+        if usable(&composed.forward) && usable(&composed.inverse) {
+            Ok(composed)
+        } else {
+            Err(TransformError::OutOfRange)
+        }
+    }
+
+    /// World from local.
+    pub fn forward(&self) -> &DAffine3 {
+        &self.forward
+    }
+
+    /// Local from world.
+    pub fn inverse(&self) -> &DAffine3 {
+        &self.inverse
+    }
+
+    /// Takes a local gradient (or normal) to world: by the inverse transpose. The length has no meaning.
+    pub fn normal_to_world(&self, local: DVec3) -> DVec3 {
+        self.inverse.matrix3.transpose() * local
+    }
+
+    /// A bound on the coordinate error of a local point whose world point `point` is known to `error` in each
+    /// coordinate: what was there, stretched, and the rounding of the map itself.
+    pub fn local_error(&self, point: DVec3, error: f64) -> f64 {
+        let m = &self.inverse.matrix3;
+        let row_sums = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
+        let rounding = 4.0 * f64::EPSILON;
+        row_sums.max_element() * (error + rounding * point.abs().max_element())
+            + rounding * self.inverse.translation.abs().max_element()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_step_acts_first() {
+        let steps = [TransformStep::Translate(DVec3::X), TransformStep::Scale(DVec3::splat(2.0))];
+        let transform = Transform::from_steps(&steps).unwrap();
+        assert_eq!(transform.forward().transform_point3(DVec3::ZERO), DVec3::new(2.0, 0.0, 0.0));
+        assert_eq!(transform.inverse().transform_point3(DVec3::new(2.0, 0.0, 0.0)), DVec3::ZERO);
+    }
+
+    #[test]
+    fn rotation_is_right_handed_in_degrees_about_any_length_of_axis() {
+        for length in [1e-300, 0.5, 1.0, 1e300] {
+            let turn = TransformStep::Rotate { axis: DVec3::Z * length, angle_deg: 90.0 };
+            let transform = Transform::from_steps([&turn]).unwrap();
+            assert_eq!(transform.forward().transform_point3(DVec3::X), DVec3::Y);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_undone_is_refused() {
+        let flat = TransformStep::Scale(DVec3::new(1.0, 0.0, 1.0));
+        assert_eq!(Transform::from_steps([&flat]), Err(TransformError::ZeroScale));
+        let no_axis = TransformStep::Rotate { axis: DVec3::ZERO, angle_deg: 10.0 };
+        assert_eq!(Transform::from_steps([&no_axis]), Err(TransformError::ZeroAxis));
+        let small = TransformStep::Scale(DVec3::splat(1e-200));
+        assert_eq!(Transform::from_steps([&small, &small]), Err(TransformError::OutOfRange));
+        let large = TransformStep::Translate(DVec3::splat(f64::MAX));
+        assert_eq!(Transform::from_steps([&large, &large]), Err(TransformError::OutOfRange));
+    }
+}

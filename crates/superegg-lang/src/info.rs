@@ -1,0 +1,153 @@
+//! What there is, in words.
+
+use superegg_geom::TransformStep;
+use superegg_geom::glam::DVec3;
+use superegg_scene::{Entity, Light, Material, Object, Primitive};
+
+use crate::diagnostic::Fault;
+use crate::number::format_number;
+use crate::parser::shorten;
+use crate::session::{Session, did_you_mean};
+
+/// The list of what there is, or the details of each thing named; `all` and `selected` stand for what they say unless something has
+/// that name.
+///
+/// # Errors
+/// A name that nothing has, with its place in `names`.
+pub(crate) fn info(session: &Session, names: &[String]) -> Result<String, (usize, Fault)> {
+    if names.is_empty() {
+        return Ok(list(session));
+    }
+    let mut texts = Vec::new();
+    for (i, name) in names.iter().enumerate() {
+        let scene = session.scene();
+        if let Some(entity) = scene.get(name) {
+            texts.push(details(name, entity));
+            continue;
+        }
+        match name.to_ascii_lowercase().as_str() {
+            "all" => texts.extend(scene.entities().map(|(name, entity)| details(name, entity))),
+            "selected" => texts.push(match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
+                Some((name, entity)) => details(name, entity),
+                None => "nothing is selected".to_owned(),
+            }),
+            _ => {
+                let known = scene.entities().map(|(name, _)| name);
+                let fault = Fault::new("unknown-name", format!("nothing is named '{}'", shorten(name)));
+                return Err((i, fault.help(did_you_mean(name, known, "'info' alone lists what there is"))));
+            }
+        }
+    }
+    Ok(texts.join("\n"))
+}
+
+fn list(session: &Session) -> String {
+    let scene = session.scene();
+    let mut lines = Vec::new();
+    lines.push(format!("primitives ({})", scene.primitives().count()));
+    lines.extend(scene.primitives().map(|(name, _)| format!("  {name}")));
+    lines.push(format!("objects ({})", scene.objects().count()));
+    for (name, object) in scene.objects() {
+        let count = object.children().len();
+        let plural = if count == 1 { "" } else { "ren" };
+        lines.push(format!("  {name}: {count} child{plural}"));
+    }
+    lines.push(format!("lights ({})", scene.named_lights().len()));
+    lines.extend(scene.named_lights().map(|(name, light)| format!("  {name}: {}", light_words(light))));
+    if scene.named_lights().len() == 0 {
+        lines.push(format!("  the default: {}", light_words(&Light::DEFAULT)));
+    }
+    let camera = &scene.camera;
+    lines.push(format!(
+        "camera at {} towards {}, up {}, field of view {} degrees",
+        vector(camera.position),
+        vector(camera.target),
+        vector(camera.up),
+        format_number(camera.fov_deg)
+    ));
+    lines.push(format!("background {}", vector(scene.background)));
+    lines.push(format!("depth {}", scene.depth));
+    lines.push(match session.selected() {
+        Some(name) => format!("selected: {name}"),
+        None => "nothing is selected".to_owned(),
+    });
+    lines.join("\n")
+}
+
+fn light_words(light: &Light) -> String {
+    format!("at {}, colour {}, k {}", vector(light.position), vector(light.color), format_number(light.falloff))
+}
+
+fn details(name: &str, entity: &Entity) -> String {
+    match entity {
+        Entity::Primitive(primitive) => primitive_details(name, primitive),
+        Entity::Object(object) => object_details(name, object),
+    }
+}
+
+fn primitive_details(name: &str, primitive: &Primitive) -> String {
+    let Primitive { shape, patches, material } = primitive;
+    let unset = |value: Option<f64>, fallback: f64| match value {
+        Some(value) => format_number(value),
+        None => format!("{} (not set: not traced)", format_number(fallback)),
+    };
+    let shininess = match material.shininess {
+        Some(exponent) => format_number(exponent),
+        None => format!("{} (from gloss)", format_number(material.highlight_exponent())),
+    };
+    let exponents = shape.exponents();
+    let rows = [
+        ("coeff", vector(shape.radii())),
+        ("exponent", format!("{} {}", format_number(exponents.e), format_number(exponents.n))),
+        ("patch", format!("{} {}", patches.u, patches.v)),
+        ("color", vector(material.color)),
+        ("ambient", format_number(material.ambient)),
+        ("reflected", unset(material.reflected, Material::UNSET_REFLECTED)),
+        ("refracted", unset(material.refracted, Material::UNSET_REFRACTED)),
+        ("gloss", format_number(material.gloss)),
+        ("diffuse", format_number(material.diffuse)),
+        ("specular", format_number(material.specular)),
+        ("index", format_number(material.index)),
+        ("shininess", shininess),
+    ];
+    let mut text = format!("primitive {name}");
+    for (word, value) in rows {
+        text.push_str(&format!("\n  {word:<10} {value}"));
+    }
+    text
+}
+
+fn object_details(name: &str, object: &Object) -> String {
+    let mut text = format!("object {name}");
+    let cursor = object.cursor().map(|(alias, _)| alias);
+    for (alias, child) in object.children() {
+        let mark = if cursor == Some(alias) { "  <- cursor" } else { "" };
+        let target = if alias == child.target() { String::new() } else { format!(" ({})", child.target()) };
+        text.push_str(&format!("\n  child {alias}{target}{mark}"));
+        for step in child.steps() {
+            text.push_str(&format!("\n    {}", step_words(step)));
+        }
+    }
+    if object.children().len() == 0 {
+        text.push_str("\n  no children");
+    }
+    for step in object.overall_steps() {
+        text.push_str(&format!("\n  as a whole: {}", step_words(step)));
+    }
+    text
+}
+
+fn step_words(step: &TransformStep) -> String {
+    match step {
+        TransformStep::Translate(by) => format!("translate {}", vector(*by)),
+        TransformStep::Rotate { axis, angle_deg } => {
+            format!("rotate {} {}", vector(*axis), format_number(*angle_deg))
+        }
+        TransformStep::Scale(factors) => format!("scale {}", vector(*factors)),
+    }
+}
+
+/// Three numbers as the language writes them.
+pub(crate) fn vector(v: DVec3) -> String {
+    v.to_array().map(format_number).join(" ")
+}

@@ -1,0 +1,47 @@
+//! What is allowed but may not be what was meant.
+
+use std::collections::HashSet;
+
+use superegg_scene::Entity;
+
+use crate::diagnostic::Diagnostic;
+use crate::session::Session;
+
+/// Warnings about a loaded file as a whole, in the order of what was made.
+pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
+    let scene = session.scene();
+    let mut warnings = Vec::new();
+    let mut warn = |code, message: String, help: &str| warnings.push(Diagnostic::of_file(file, code, message, help));
+
+    let used: HashSet<&str> =
+        scene.objects().flat_map(|(_, object)| object.children()).map(|(_, child)| child.target()).collect();
+    for (name, entity) in scene.entities() {
+        let is_selected = session.selected() == Some(name);
+        match entity {
+            Entity::Object(object) if object.children().len() == 0 => {
+                warn("empty-object", format!("the object '{name}' has no children"), "is its name a slip for another's?");
+            }
+            Entity::Object(_) if !used.contains(name) && !is_selected => {
+                warn("unused", format!("the object '{name}' is in no other and not selected"), "it will not be in the picture");
+            }
+            Entity::Primitive(_) if !used.contains(name) && !is_selected => {
+                warn("unused", format!("the primitive '{name}' is in no object"), "it will not be in the picture");
+            }
+            _ => {}
+        }
+    }
+    for (name, primitive) in scene.primitives() {
+        let material = &primitive.material;
+        if material.reflected.unwrap_or(0.0) + material.refracted.unwrap_or(0.0) > 1.0 {
+            warn(
+                "shares",
+                format!("reflected and refracted of '{name}' are more than 1 together"),
+                "they will be scaled down to 1",
+            );
+        }
+    }
+    if session.selected().is_none() {
+        warn("nothing-selected", "nothing is selected at the end".to_owned(), "end with 'object NAME', or render with --object NAME");
+    }
+    warnings
+}

@@ -1,0 +1,69 @@
+//! The scene's camera.
+
+use superegg_geom::glam::DVec3;
+
+/// A pinhole camera. By default at (0, 0, 10) looking along -z, up +y, with a vertical field of view of 60 degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Where it stands, in world units.
+    pub position: DVec3,
+    /// The point in the middle of the picture; not the position.
+    pub target: DVec3,
+    /// The direction that goes up in the picture; not zero. It need not be at right angles to the line of sight.
+    pub up: DVec3,
+    /// The vertical field of view, in degrees, above 0 and below 180.
+    pub fov_deg: f64,
+}
+
+impl Camera {
+    /// The field of view where a scene gives none, in degrees.
+    pub const DEFAULT_FOV_DEG: f64 = 60.0;
+
+    /// The unit vectors (right, up, forward) of the camera, right-handed with forward = right x up turned back: right = forward x up.
+    /// Where `up` lies along the line of sight, the axis least along it (y before z before x) takes its place.
+    pub fn frame(&self) -> (DVec3, DVec3, DVec3) {
+        let to_target = self.target - self.position;
+        let forward = (to_target / to_target.abs().max_element()).normalize();
+        let unit_up = (self.up / self.up.abs().max_element()).normalize();
+        let up = if forward.cross(unit_up).length() > 1e-9 {
+            unit_up
+        } else {
+            let least = forward.abs().min_element();
+            let mut axes = [DVec3::Y, DVec3::Z, DVec3::X].into_iter();
+            axes.find(|axis| forward.dot(*axis).abs() == least).unwrap_or(DVec3::Y)
+        };
+        let right = forward.cross(up).normalize();
+        (right, right.cross(forward), forward)
+    }
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self {
+            position: DVec3::new(0.0, 0.0, 10.0),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+            fov_deg: Self::DEFAULT_FOV_DEG,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_frame_is_the_axes() {
+        assert_eq!(Camera::default().frame(), (DVec3::X, DVec3::Y, DVec3::NEG_Z));
+    }
+
+    #[test]
+    fn looking_along_up_still_has_a_frame() {
+        let down = Camera { position: DVec3::Y * 5.0, ..Camera::default() };
+        let (right, up, forward) = down.frame();
+        assert_eq!(forward, DVec3::NEG_Y);
+        assert!((right.cross(up) + forward).length() < 1e-12);
+        let huge = Camera { position: DVec3::X * 1e300, up: DVec3::Y * 1e-300, ..Camera::default() };
+        assert_eq!(huge.frame().2, DVec3::NEG_X);
+    }
+}

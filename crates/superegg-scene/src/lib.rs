@@ -1,0 +1,17 @@
+//! The scene as a user describes it: primitives and objects in one pool of names, lights, a camera, a background.
+//!
+//! A [`Scene`] is plain data with its invariants kept: names are unique over both kinds, every child names something that
+//! exists, aliases are unique within an object, every list of transform steps is invertible. What rays hit is compiled from
+//! it elsewhere.
+
+mod camera;
+mod light;
+mod object;
+mod primitive;
+mod scene;
+
+pub use camera::Camera;
+pub use light::Light;
+pub use object::{Child, Object};
+pub use primitive::{Material, MaterialShare, Patches, Primitive};
+pub use scene::{DEFAULT_DEPTH, Entity, MAX_DEPTH, Scene, SceneError};
