@@ -25,11 +25,6 @@ impl Ray {
         Self { origin, direction, origin_error: 0.0 }
     }
 
-    /// A ray that starts at a computed point, known to a few ulps of its largest coordinate.
-    pub fn from_computed(origin: DVec3, direction: DVec3) -> Self {
-        Self { origin, direction, origin_error: 8.0 * f64::EPSILON * origin.abs().max_element() }
-    }
-
     /// The point `origin + t direction`.
     pub fn point_at(&self, t: f64) -> DVec3 {
         self.origin + t * self.direction

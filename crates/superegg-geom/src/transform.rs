@@ -126,15 +126,24 @@ impl Transform {
         self.inverse.matrix3.transpose() * local
     }
 
-    /// A bound on the coordinate error of a local point whose world point `point` is known to `error` in each
-    /// coordinate: what was there, stretched, and the rounding of the map itself.
+    /// A bound on the coordinate error of a local point whose world point `point` is known to `error` in each coordinate.
     pub fn local_error(&self, point: DVec3, error: f64) -> f64 {
-        let m = &self.inverse.matrix3;
-        let row_sums = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
-        let rounding = 4.0 * f64::EPSILON;
-        row_sums.max_element() * (error + rounding * point.abs().max_element())
-            + rounding * self.inverse.translation.abs().max_element()
+        error_through(&self.inverse, point, error)
     }
+
+    /// A bound on the coordinate error of a world point whose local point `point` is known to `error` in each coordinate.
+    pub fn world_error(&self, point: DVec3, error: f64) -> f64 {
+        error_through(&self.forward, point, error)
+    }
+}
+
+/// What error was there, stretched by the map, and the rounding of the map itself.
+fn error_through(map: &DAffine3, point: DVec3, error: f64) -> f64 {
+    let m = &map.matrix3;
+    let row_sums = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
+    let rounding = 4.0 * f64::EPSILON;
+    row_sums.max_element() * (error + rounding * point.abs().max_element())
+        + rounding * map.translation.abs().max_element()
 }
 
 #[cfg(test)]

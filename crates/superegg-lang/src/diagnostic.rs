@@ -15,6 +15,8 @@ pub enum Severity {
 /// Why a line was not carried out. It knows the place within the line, not the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
+    /// How bad it is.
+    pub severity: Severity,
     /// A short fixed word for the kind of fault.
     pub code: &'static str,
     /// What is wrong.
@@ -28,7 +30,14 @@ pub struct Fault {
 impl Fault {
     /// A fault with nothing but a message.
     pub fn new(code: &'static str, message: impl Into<String>) -> Self {
-        Self { code, message: message.into(), help: None, columns: None }
+        Self { severity: Severity::Error, code, message: message.into(), help: None, columns: None }
+    }
+
+    /// The same as a warning.
+    #[must_use]
+    pub fn warning(mut self) -> Self {
+        self.severity = Severity::Warning;
+        self
     }
 
     /// Says what would be right.
@@ -74,14 +83,14 @@ const LONGEST_EXCERPT: usize = 160;
 
 impl Diagnostic {
     /// A fault at a line of a file.
-    pub fn of_line(severity: Severity, file: &str, line: usize, text: &str, fault: Fault) -> Self {
+    pub fn of_line(file: &str, line: usize, text: &str, fault: Fault) -> Self {
         let columns = fault.columns.unwrap_or_else(|| {
             let start = text.chars().take_while(|c| c.is_whitespace()).count();
             start..text.trim_end().chars().count()
         });
         let is_showable = text.chars().count() <= LONGEST_EXCERPT && !text.chars().any(|c| c.is_control() && c != '\t');
         Self {
-            severity,
+            severity: fault.severity,
             code: fault.code,
             file: file.to_owned(),
             line: Some(line),

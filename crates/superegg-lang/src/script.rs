@@ -1,6 +1,6 @@
 //! Files of commands.
 
-use crate::diagnostic::{Diagnostic, Fault, Severity};
+use crate::diagnostic::{Diagnostic, Fault};
 use crate::session::{Effect, Session};
 
 /// Whether to go on after a line.
@@ -34,7 +34,7 @@ pub fn run_script(
         match outcome.and_then(|effect| perform(session, effect, diagnostics)) {
             Ok(Flow::Continue) => {}
             Ok(Flow::Stop) => return Flow::Stop,
-            Err(fault) => diagnostics.push(Diagnostic::of_line(Severity::Error, file, index + 1, &text, fault)),
+            Err(fault) => diagnostics.push(Diagnostic::of_line(file, index + 1, &text, fault)),
         }
     }
     Flow::Continue

@@ -45,6 +45,14 @@ impl Session {
         self.selected.as_deref()
     }
 
+    /// What there is, in words, or the details of each thing named, as the command `info` tells them.
+    ///
+    /// # Errors
+    /// A name that nothing has.
+    pub fn describe(&self, names: &[String]) -> Result<String, Fault> {
+        info::info(self, names).map_err(|(_, fault)| fault)
+    }
+
     /// Back to an empty scene with nothing selected.
     pub fn clear(&mut self) {
         *self = Self::default();

@@ -1,0 +1,31 @@
+//! From a scene to what rays hit, and from there to pictures and answers.
+//!
+//! [`CompiledScene::compile`] is the one way from the description to render-ready data: groups keyed by (object, remaining depth), so
+//! that a self-referring object is a small graph and never unrolled. [`CompiledScene::intersect`], [`CompiledScene::occluded`]
+//! and [`CompiledScene::query_point`] ask it; [`render`] draws it into a [`Film`]. [`flatten`] is the slow trusted twin
+//! for shallow scenes.
+
+mod bvh;
+mod compile;
+mod compiled;
+mod film;
+pub mod flatten;
+mod integrator;
+mod interaction;
+mod path;
+mod point_query;
+mod render;
+mod sampler;
+mod shading;
+mod traverse;
+mod view;
+
+pub use compiled::CompiledScene;
+pub use film::{Encoding, Film, ImageError};
+pub use integrator::RayCounts;
+pub use interaction::SurfaceInteraction;
+pub use path::InstancePath;
+pub use point_query::PointAnswer;
+pub use render::{RenderBudget, RenderSettings, Rendered, render};
+pub use traverse::{Departure, Hit, Side};
+pub use view::View;

@@ -1,0 +1,132 @@
+//! What a surface does with light, at one point.
+//!
+//! The local part is Blinn's form of Phong's terms, on linear colours:
+//!
+//! ```text
+//! ambient * color  +  sum over lights of  L * (diffuse * color * max(0, N.L)  +  specular * max(0, N.H)^exponent)
+//! ```
+//!
+//! with L the light's colour after its falloff and H half way between light and eye. A surface that mirrors (`reflected` = kr) or lets
+//! light through (`refracted` = kt) gives up as much of its ambient and diffuse part, so that the sum never grows:
+//!
+//! ```text
+//! (1 - kr - kt) * (ambient and diffuse)  +  highlight  +  (kr + kt F) * mirrored  +  kt (1 - F) * tint * transmitted
+//! ```
+//!
+//! F is Fresnel's reflectance of the interface, 1 at total internal reflection; the tint is the root of the colour, so that a way in and
+//! out is coloured once. Where kr + kt is above 1 both are scaled down to 1. A share that the scene does not set counts as 0.
+
+use superegg_geom::glam::DVec3;
+use superegg_scene::{Light, Material};
+
+/// How a surface divides its light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shares {
+    /// 1 - kr - kt.
+    pub(crate) local: f64,
+    /// kr.
+    pub(crate) mirror: f64,
+    /// kt.
+    pub(crate) through: f64,
+}
+
+impl Shares {
+    pub(crate) fn of(material: &Material) -> Self {
+        let mirror = material.reflected.unwrap_or(0.0);
+        let through = material.refracted.unwrap_or(0.0);
+        let total = (mirror + through).max(1.0);
+        Self { local: (1.0 - mirror - through).max(0.0), mirror: mirror / total, through: through / total }
+    }
+}
+
+/// The ambient part.
+pub(crate) fn ambient(material: &Material, shares: &Shares) -> DVec3 {
+    shares.local * material.ambient * material.color
+}
+
+/// The part of one light that is not in shadow. `normal`, `to_eye` and `to_light` are unit vectors on the same side.
+pub(crate) fn direct(
+    material: &Material,
+    shares: &Shares,
+    light_color: DVec3,
+    normal: DVec3,
+    to_eye: DVec3,
+    to_light: DVec3,
+) -> DVec3 {
+    let diffuse = shares.local * material.diffuse * normal.dot(to_light).max(0.0) * material.color;
+    let half = (to_eye + to_light).normalize_or_zero();
+    let highlight = material.specular * normal.dot(half).max(0.0).powf(material.highlight_exponent());
+    light_color * (diffuse + highlight)
+}
+
+/// A light as seen from a point: direction (unit), and colour after falloff. `None` where the point is the light's own place.
+pub(crate) fn towards(light: &Light, point: DVec3) -> Option<(DVec3, DVec3)> {
+    let to_light = light.position - point;
+    let largest = to_light.abs().max_element();
+    (largest > 0.0 && largest.is_finite())
+        .then(|| ((to_light / largest).normalize(), light.color_at(to_light.length_squared())))
+}
+
+/// The mirrored direction of a unit `direction` at a unit normal.
+pub(crate) fn mirror(direction: DVec3, normal: DVec3) -> DVec3 {
+    direction - 2.0 * direction.dot(normal) * normal
+}
+
+/// The direction after an interface (Snell), and Fresnel's reflectance for unpolarised light. `normal` is on the side that the unit
+/// `direction` comes from; `ratio` is the index there divided by the one beyond. `None` is total internal reflection.
+pub(crate) fn refract(direction: DVec3, normal: DVec3, ratio: f64) -> Option<(DVec3, f64)> {
+    let cos_in = -direction.dot(normal);
+    let sin_out_squared = ratio * ratio * (1.0 - cos_in * cos_in).max(0.0);
+    if sin_out_squared >= 1.0 {
+        return None;
+    }
+    let cos_out = (1.0 - sin_out_squared).sqrt();
+    let across = (ratio * cos_in - cos_out) / (ratio * cos_in + cos_out);
+    let along = (cos_in - ratio * cos_out) / (cos_in + ratio * cos_out);
+    let out = ratio * direction + (ratio * cos_in - cos_out) * normal;
+    Some((out, 0.5 * (across * across + along * along)))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn head_on_glass_reflects_four_per_cent() {
+        let (out, reflectance) = refract(DVec3::NEG_Z, DVec3::Z, 1.0 / 1.5).unwrap();
+        assert!((out - DVec3::NEG_Z).length() < 1e-12 && (reflectance - 0.04).abs() < 1e-12);
+    }
+
+    #[test]
+    fn total_internal_reflection_begins_at_the_critical_angle() {
+        let at = |angle_deg: f64| {
+            let (sin, cos) = angle_deg.to_radians().sin_cos();
+            refract(DVec3::new(sin, 0.0, -cos), DVec3::Z, 1.5)
+        };
+        let critical = (1.0f64 / 1.5).asin().to_degrees();
+        assert!(at(critical - 0.01).is_some() && at(critical + 0.01).is_none());
+    }
+
+    #[test]
+    fn shares_never_exceed_one() {
+        let with = |reflected, refracted| Shares::of(&Material { reflected, refracted, ..Material::default() });
+        assert_eq!(with(None, None), Shares { local: 1.0, mirror: 0.0, through: 0.0 });
+        let over = with(Some(0.5), Some(1.0));
+        assert!((over.local + over.mirror + over.through - 1.0).abs() < 1e-12);
+    }
+
+    proptest! {
+        #[test]
+        fn refraction_obeys_snell_and_reverses(angle_deg in 0.0..89.0f64, index in 1.0..4.0f64) {
+            let (sin, cos) = angle_deg.to_radians().sin_cos();
+            let direction = DVec3::new(sin, 0.0, -cos);
+            let (out, there) = refract(direction, DVec3::Z, 1.0 / index).unwrap();
+            prop_assert!((out.length() - 1.0).abs() < 1e-9 && (out.x * index - sin).abs() < 1e-9);
+            prop_assert!((0.0..=1.0).contains(&there));
+            let (back, again) = refract(-out, DVec3::NEG_Z, index).unwrap();
+            prop_assert!((back + direction).length() < 1e-6 && (there - again).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! The subcommands, one file each.
+
+pub(crate) mod check;
+pub(crate) mod info;
+pub(crate) mod intersect;
+pub(crate) mod iotest;
+pub(crate) mod render;
+pub(crate) mod run;
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::files;
+use crate::load::Loaded;
+
+/// How a command ended, when it ended by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// All well.
+    Fine,
+    /// The input had errors; they have been told.
+    ErrorsInInput,
+}
+
+impl Outcome {
+    fn of(loaded: &Loaded) -> Self {
+        if loaded.has_errors() { Self::ErrorsInInput } else { Self::Fine }
+    }
+}
+
+/// Rows of CSV to a file, whole or not at all, or to standard output as they come.
+fn write_csv(
+    output: Option<&Path>,
+    rows: impl FnOnce(&mut csv::Writer<&mut dyn Write>) -> csv::Result<()>,
+) -> Result<()> {
+    let to_file = output.filter(|path| !files::is_standard_stream(path));
+    let mut buffer = Vec::new();
+    let mut stdout = io::stdout().lock();
+    let sink: &mut dyn Write = if to_file.is_some() { &mut buffer } else { &mut stdout };
+    let mut writer = csv::Writer::from_writer(sink);
+    rows(&mut writer).map_err(io::Error::from).context("cannot write the answers")?;
+    writer.flush().context("cannot write the answers")?;
+    drop(writer);
+    to_file.map_or(Ok(()), |path| files::write(path, &buffer))
+}

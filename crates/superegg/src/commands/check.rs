@@ -1,0 +1,38 @@
+//! `superegg check`: errors and warnings of a scene file.
+
+use anyhow::Result;
+use superegg_lang::lint;
+use superegg_render::CompiledScene;
+
+use crate::args::CheckArgs;
+use crate::commands::Outcome;
+use crate::load::{Mode, load};
+
+pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
+    let mut loaded = load(&args.scene, Mode::Scene)?;
+    loaded.diagnostics.extend(lint(&loaded.session, &args.scene.display().to_string()));
+    loaded.print_diagnostics();
+
+    let errors = loaded.error_count();
+    let warnings = loaded.diagnostics.len() - errors;
+    let scene = loaded.session.scene();
+    let instances = CompiledScene::compile(scene, loaded.session.selected(), scene.depth).instance_count().clone();
+    println!(
+        "{}: {}, {}; {}, {}, {} in the picture",
+        args.scene.display(),
+        counted(errors, "error"),
+        counted(warnings, "warning"),
+        counted(scene.primitives().count(), "primitive"),
+        counted(scene.objects().count(), "object"),
+        counted(instances, "instance"),
+    );
+    let is_fine = errors == 0 && !(args.strict && warnings > 0);
+    Ok(if is_fine { Outcome::Fine } else { Outcome::ErrorsInInput })
+}
+
+/// "1 error", "2 errors".
+fn counted(count: impl ToString, noun: &str) -> String {
+    let count = count.to_string();
+    let plural = if count == "1" { "" } else { "s" };
+    format!("{count} {noun}{plural}")
+}

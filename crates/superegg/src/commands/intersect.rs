@@ -1,0 +1,93 @@
+//! `superegg intersect`: where rays first cross a surface.
+
+use anyhow::Result;
+use superegg_geom::Ray;
+use superegg_geom::glam::{DVec2, DVec3};
+use superegg_lang::format_number;
+use superegg_render::{CompiledScene, Hit, View};
+
+use crate::args::IntersectArgs;
+use crate::commands::{Outcome, write_csv};
+use crate::csv_input::{fields, read_rows};
+use crate::load::{Loaded, Mode, load};
+
+const RAY_COLUMNS: [&str; 6] = ["ox", "oy", "oz", "dx", "dy", "dz"];
+const ANSWER_COLUMNS: [&str; 10] = ["hit", "t", "px", "py", "pz", "nx", "ny", "nz", "leaving", "path"];
+
+pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
+    let loaded = load(&args.scene, Mode::Scene)?;
+    loaded.print_diagnostics();
+    let root = loaded.root_or_warn(args.root.object.as_deref())?;
+    let scene = loaded.session.scene();
+    let compiled = CompiledScene::compile(scene, root.as_deref(), scene.depth);
+    let Some(path) = &args.rays else {
+        println!("{}", tell_camera_ray(&compiled, &loaded));
+        return Ok(Outcome::of(&loaded));
+    };
+    let rows = read_rows(path, RAY_COLUMNS)?.and_then(|rows| with_directions(rows, &path.display().to_string()));
+    match rows {
+        Ok(rays) => {
+            write_csv(args.output.as_deref(), |writer| {
+                writer.write_record(ANSWER_COLUMNS)?;
+                rays.iter().try_for_each(|ray| writer.write_record(answer(&compiled, ray)))
+            })?;
+            Ok(Outcome::of(&loaded))
+        }
+        Err(complaints) => {
+            complaints.iter().for_each(|complaint| eprintln!("{complaint}"));
+            Ok(Outcome::ErrorsInInput)
+        }
+    }
+}
+
+/// Rows as rays; a direction of no length is an error.
+fn with_directions(rows: Vec<[f64; 6]>, file: &str) -> Result<Vec<Ray>, Vec<String>> {
+    let rays: Vec<Ray> = rows
+        .into_iter()
+        .map(|[ox, oy, oz, dx, dy, dz]| Ray::new(DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz)))
+        .collect();
+    let complaints: Vec<String> = rays
+        .iter()
+        .enumerate()
+        .filter(|(_, ray)| ray.direction == DVec3::ZERO)
+        .map(|(i, _)| format!("{file}: error: ray {} has the direction 0,0,0, which leads nowhere", i + 1))
+        .collect();
+    if complaints.is_empty() { Ok(rays) } else { Err(complaints) }
+}
+
+/// The columns of one answer.
+fn answer(scene: &CompiledScene, ray: &Ray) -> Vec<String> {
+    let Some(hit) = scene.intersect(ray, None) else {
+        return std::iter::once("0".to_owned()).chain((1..ANSWER_COLUMNS.len()).map(|_| String::new())).collect();
+    };
+    let surface = scene.interaction(&hit);
+    let mut columns = vec!["1".to_owned(), format_number(hit.t)];
+    columns.extend(fields(&surface.position.to_array()));
+    columns.extend(fields(&surface.normal.to_array()));
+    columns.extend([u8::from(hit.leaving).to_string(), scene.path_name(&hit.path)]);
+    columns
+}
+
+/// The ray of the course's intersection test: from the camera along the direction it looks in, with a unit direction.
+fn tell_camera_ray(scene: &CompiledScene, loaded: &Loaded) -> String {
+    let middle = View::new(&loaded.session.scene().camera, 2, 2).ray(DVec2::ONE);
+    let ray = Ray::new(middle.origin, middle.direction.normalize());
+    let told = |v: DVec3| fields(&v.to_array()).collect::<Vec<_>>().join(" ");
+    let from = format!("the ray from the camera at {} along {}", told(ray.origin), told(ray.direction));
+    match scene.intersect(&ray, None) {
+        None => format!("{from}\nmeets nothing"),
+        Some(hit) => format!("{from}\n{}", tell_hit(scene, &hit, &told)),
+    }
+}
+
+fn tell_hit(scene: &CompiledScene, hit: &Hit, told: &dyn Fn(DVec3) -> String) -> String {
+    let surface = scene.interaction(hit);
+    let verb = if hit.leaving { "leaves" } else { "meets" };
+    format!(
+        "{verb} {}\nat t = {}\nin the point {}\nwhere the normal is {}",
+        scene.path_name(&hit.path),
+        format_number(hit.t),
+        told(surface.position),
+        told(surface.normal)
+    )
+}

@@ -1,0 +1,158 @@
+//! `superegg render`: a scene into a picture.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use superegg_render::{CompiledScene, RayCounts, RenderBudget, RenderSettings, Rendered, render};
+use superegg_scene::Scene;
+
+use crate::args::RenderArgs;
+use crate::commands::Outcome;
+use crate::files;
+use crate::load::{Mode, load};
+use crate::memory::peak_rss_bytes;
+
+pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene));
+    for place in std::iter::once(&output).chain(&args.stats) {
+        files::check_writable_place(place)?;
+    }
+    let mut clock = Clock::start();
+    let loaded = load(&args.scene, Mode::Scene)?;
+    let parse = clock.lap();
+    loaded.print_diagnostics();
+
+    let root = loaded.root_or_warn(args.root.object.as_deref())?;
+    let scene = loaded.session.scene();
+    let compiled = CompiledScene::compile(scene, root.as_deref(), args.depth.unwrap_or(scene.depth));
+    let compile = clock.lap();
+    if let Some(root) = root.filter(|_| compiled.instance_count().to_string() == "0") {
+        eprintln!("superegg: warning: '{root}' comes to nothing: the picture will show only the background");
+    }
+
+    let threads = args.threads.map_or_else(available_threads, usize::from);
+    let rendered = draw(scene, &compiled, args, threads)?;
+    let render = clock.lap();
+    files::write(&output, &rendered.film.to_png(args.encoding.into())?)?;
+    let write = clock.lap();
+
+    let stats = Stats {
+        primitives: scene.primitives().count(),
+        objects: scene.objects().count(),
+        groups: compiled.group_count(),
+        instances: compiled.instance_count().to_string(),
+        width: args.size.width,
+        height: args.size.height,
+        samples: args.samples,
+        threads,
+        rays: rendered.rays.into(),
+        seconds: Seconds { parse, compile, render, write },
+        peak_rss_bytes: peak_rss_bytes(),
+    };
+    if !args.quiet && !files::is_standard_stream(&output) {
+        println!("{}: {}x{}, {} instances, {render:.1} s", output.display(), stats.width, stats.height, stats.instances);
+    }
+    if let Some(path) = &args.stats {
+        files::write(path, format!("{}\n", serde_json::to_string_pretty(&stats)?).as_bytes())?;
+    }
+    Ok(Outcome::of(&loaded))
+}
+
+/// The scene's name with .png, in the current folder.
+fn default_output(scene: &Path) -> PathBuf {
+    let stem = scene.file_stem().filter(|_| !files::is_standard_stream(scene));
+    let mut name = stem.unwrap_or("scene".as_ref()).to_owned();
+    name.push(".png");
+    PathBuf::from(name)
+}
+
+fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn draw(scene: &Scene, compiled: &CompiledScene, args: &RenderArgs, threads: usize) -> Result<Rendered> {
+    let settings = RenderSettings {
+        width: args.size.width,
+        height: args.size.height,
+        samples: args.samples,
+        camera: scene.camera,
+        lights: scene.lights(),
+        background: scene.background,
+    };
+    let bar = progress_bar(u64::from(settings.width) * u64::from(settings.height), args.quiet);
+    let budget =
+        RenderBudget { threads, cancel: &AtomicBool::new(false), progress: &|pixels| bar.set_position(pixels) };
+    let rendered = render(compiled, &settings, &budget).context("cannot start the threads");
+    bar.finish_and_clear();
+    rendered
+}
+
+/// A bar on standard error; hidden where that is no terminal.
+fn progress_bar(pixels: u64, quiet: bool) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} gone, {eta} to go");
+    ProgressBar::with_draw_target(Some(pixels), target)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Seconds between laps.
+struct Clock(Instant);
+
+impl Clock {
+    fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    fn lap(&mut self) -> f64 {
+        let now = Instant::now();
+        let lap = now.duration_since(self.0).as_secs_f64();
+        self.0 = now;
+        lap
+    }
+}
+
+/// What `--stats` writes.
+#[derive(Debug, Serialize)]
+struct Stats {
+    /// Primitives that the scene has, in the picture or not.
+    primitives: usize,
+    /// Objects likewise.
+    objects: usize,
+    /// Nodes of the compiled graph.
+    groups: usize,
+    /// Instances of primitives in the picture: digits, however many.
+    instances: String,
+    width: u32,
+    height: u32,
+    samples: u32,
+    threads: usize,
+    rays: Rays,
+    seconds: Seconds,
+    peak_rss_bytes: Option<u64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Rays {
+    camera: u64,
+    shadow: u64,
+    reflection: u64,
+    refraction: u64,
+}
+
+impl From<RayCounts> for Rays {
+    fn from(RayCounts { camera, shadow, reflection, refraction }: RayCounts) -> Self {
+        Self { camera, shadow, reflection, refraction }
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct Seconds {
+    parse: f64,
+    compile: f64,
+    render: f64,
+    write: f64,
+}

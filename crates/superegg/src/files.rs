@@ -1,0 +1,83 @@
+//! Files: read whole within a limit, written whole or not at all.
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use atomic_write_file::AtomicWriteFile;
+
+/// No scene or list of rays is larger; a device that never ends is not read on.
+const LONGEST_INPUT: u64 = 1 << 30;
+
+/// The name that stands for standard input or output.
+pub(crate) fn is_standard_stream(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// The bytes of a file, or of standard input for `-`.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
+    let bytes = if is_standard_stream(path) { read_limited(io::stdin().lock()) } else { read_file(path) };
+    bytes.with_context(|| format!("cannot read '{}'", path.display()))
+}
+
+fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    if file.metadata()?.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
+    }
+    read_limited(file)
+}
+
+fn read_limited(source: impl Read) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    source.take(LONGEST_INPUT + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LONGEST_INPUT {
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "it is longer than a gibibyte"));
+    }
+    Ok(bytes)
+}
+
+/// Refuses a place where a file cannot be written, before the work for it is done.
+pub(crate) fn check_writable_place(path: &Path) -> Result<()> {
+    if is_standard_stream(path) {
+        return Ok(());
+    }
+    if path.is_dir() {
+        bail!("cannot write '{}': it is a folder", path.display());
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        bail!("cannot write '{}': there is no folder '{}'", path.display(), folder.display());
+    }
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Writes a file as a whole: what was there stays until the new file is complete, and after any failure. `-` is standard output; a
+/// device or pipe is written straight, for it cannot be replaced.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    let is_replaceable = !path.exists() || path.is_file();
+    let written = if is_standard_stream(path) {
+        io::stdout().lock().write_all(bytes)
+    } else if is_replaceable {
+        replace(path, bytes)
+    } else {
+        File::create(path).and_then(|mut file| file.write_all(bytes))
+    };
+    written.with_context(|| format!("cannot write '{}'", path.display()))
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // A link is followed: what it leads to is replaced, not the link.
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let mut file = AtomicWriteFile::open(target)?;
+    file.write_all(bytes)?;
+    file.commit()
+}
