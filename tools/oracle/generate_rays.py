@@ -53,10 +53,12 @@ SPECIAL = [0.0001, 0.001, 0.01, 0.1, 0.5, 1.0, 1.5, 1.99, 2.0, 2.01, 2.5, 3.0, 4
 BASE_PRECISION = 288  # bits
 ZERO_BITS = 200  # |N - 1| below 2^-ZERO_BITS counts as lying on the surface
 WIDTH_BITS = 160  # isolation stops at intervals narrower than this
+CROWD = 256  # undecided intervals at which the search for extrema stops to refine
+PATIENCE = 50_000  # intervals after which the isolation gives a ray up
 
 
 class Disagreement(Exception):
-    """The two methods gave different answers for a ray that is not a touch."""
+    """The two methods differ for a ray that is not a touch, or one did not end."""
 
 
 class OnSurface(Exception):
@@ -293,7 +295,11 @@ class Ray:
         concave = kinds[0][1] and kinds[1][1]
         narrow = mpf(2) ** -WIDTH_BITS * (1 + abs(b.t))
         stack = [(a, b, last)]
+        steps = 0
         while stack:
+            steps += 1
+            if steps > PATIENCE:
+                raise Disagreement("isolation does not end")
             a, b, ends = stack.pop()
             side = self._sign(b)
             if side == 0 and ends:
@@ -316,7 +322,11 @@ class Ray:
         return None, state
 
     def _one_sided(self, a, m, b, slope, kinds, state):
-        """True if a linear bound proves that h has the sign `state` on all of [a, b]."""
+        """True if linear bounds prove that h does not leave the side `state` on [a, b].
+
+        Going beyond the surface by less than `zero` does not count: without this, a piece
+        that stays within rounding of the surface could never be decided.
+        """
         ends = [mpf(0), mpf(0)]
         at_a, at_m, at_b = (a.R, -a.C), (m.R, -m.C), (b.R, -b.C)
         rise = m.slopes(self, slope)
@@ -330,7 +340,7 @@ class Ray:
             else:
                 ends[0] += at_a[k]
                 ends[1] += at_b[k]
-        return sign(ends[0]) == state and sign(ends[1]) == state
+        return min(state * ends[0], state * ends[1]) > -self.zero
 
     def _monotone(self, a, b, slope, kinds, side):
         """True if h is proved to go in direction `side` on all of [a, b]."""
@@ -398,9 +408,13 @@ class Ray:
                 t = a + (ratio * va - ua) / (su - ratio * sv)
             else:
                 t = a + (va - ua / ratio) / (su / ratio - sv)
-            if a < t < b:
+            near = mpf(2) ** (30 - mp.prec) * (1 + abs(b))
+            if a - near < t < b + near:
+                # A root too close to an end to be told from it counts as lying there.
+                t = a if t < a + near else b if t > b - near else t
                 flat.add(t)
-                stops = [a, t, b]
+                stops = sorted({a, t, b})
+        level = frozenset(flat)
         if not sw or not (u_there or v_there):
             return flat
         linear = p == 1 or not (u_there and v_there) or not (su or sv)
@@ -409,7 +423,7 @@ class Ray:
             if rise == 0 or rise == sign(sw):
                 continue
             same = linear or q == 1 or (p >= 1) == (q >= 1)
-            flat.update(self._balance(low, high, slope, same))
+            flat.update(self._balance(low, high, slope, same, level))
         return flat
 
     def _radius_slope_sign(self, t, slope):
@@ -465,10 +479,17 @@ class Ray:
             return first, (q - 1) * mp.log(self.radius(abs(su), abs(sv)) / abs(sw))
         return first, (inf if (not w) == (q > 1) else -inf)
 
-    def _balance(self, low, high, slope, same):
-        """Points of [low, high] near every root of dN/dt, one side of 2^-50 of the width."""
+    def _balance(self, low, high, slope, same, level):
+        """Points of [low, high] near every root of dN/dt, within 2^-50 of the width.
+
+        `level` holds the ends where dR/dt vanishes.
+        """
         fine = (high - low) * mpf(2) ** -50
-        one, two = self._balance_terms(low, slope), self._balance_terms(high, slope)
+        one, two = (
+            (-mp.inf if t in level else first, second)
+            for t in (low, high)
+            for first, second in [self._balance_terms(t, slope)]
+        )
         if same:
             # Both terms go the same way: at most one root.
             fl, fh = sum(one), sum(two)
@@ -479,22 +500,22 @@ class Ray:
             return refine(
                 lambda t: sum(self._balance_terms(t, slope)), low, fl, high, fh, lambda t: fine
             )
-        out = []
-        stack = [(low, one, high, two)]
-        while stack:
-            a, fa, b, fb = stack.pop()
-            least = min(fa[0], fb[0]) + min(fa[1], fb[1])
-            most = max(fa[0], fb[0]) + max(fa[1], fb[1])
-            if least > 0 or most < 0:
-                continue
-            m = (a + b) / 2
-            if b - a < fine or not a < m < b:
-                out.append(m)
-                continue
-            fm = self._balance_terms(m, slope)
-            stack.append((m, fm, b, fb))
-            stack.append((a, fa, m, fm))
-        return out
+        pending = [(low, one, high, two)]
+        while pending:
+            if pending[0][2] - pending[0][0] < fine or len(pending) > CROWD:
+                break
+            halves = []
+            for a, fa, b, fb in pending:
+                m = (a + b) / 2
+                fm = self._balance_terms(m, slope)
+                halves += [(a, fa, m, fm), (m, fm, b, fb)]
+            pending = []
+            for a, fa, b, fb in halves:
+                least = min(fa[0], fb[0]) + min(fa[1], fb[1])
+                most = max(fa[0], fb[0]) + max(fa[1], fb[1])
+                if least <= 0 <= most:
+                    pending.append((a, fa, b, fb))
+        return [(a + b) / 2 for a, _, b, _ in pending]
 
     # -- sensitivity ------------------------------------------------------
 

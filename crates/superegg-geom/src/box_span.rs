@@ -57,7 +57,8 @@ fn face_crossing(origin: DVec3, direction: DVec3, side: f64) -> Option<(f64, DVe
         // Of the three faces the line enters (or leaves) the box through the last (or first).
         if found.is_none_or(|(best, _)| side * t < side * best) {
             let point = point_on_plane(origin, direction, axis, face);
-            if point.abs().max_element() <= ON_FACE {
+            // Coordinates that overflowed on the way, to infinity or NaN, are on no face.
+            if t.is_finite() && point.abs().cmple(DVec3::splat(ON_FACE)).all() {
                 found = Some((t, point.clamp(DVec3::NEG_ONE, DVec3::ONE)));
             }
         }

@@ -20,8 +20,9 @@ pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Opt
         start == RayStart::SurfaceInward || (span.starts_inside_box && norm.value(span.origin) < 1.0);
     let length = span.t_out - span.t_in;
     if inside {
-        // An inside start has exactly one exit; where rounding hides it, it is where the ray leaves the box.
-        let back = first_root(norm, span.point_out, -span.direction, length).unwrap_or(0.0);
+        // An inside start has exactly one exit. Where there is no way back from the far side the start is on the surface to rounding,
+        // and so is the exit.
+        let back = first_root(norm, span.point_out, -span.direction, length).unwrap_or(length);
         let point = span.point_out - back * span.direction;
         Some(ShapeHit { t: (span.t_out - back).max(0.0), point, leaving: true })
     } else {
@@ -37,10 +38,10 @@ fn first_root(norm: &NormForm, from: DVec3, direction: DVec3, length: f64) -> Op
     for _ in 0..MAX_STEPS {
         let (value, gradient) = norm.value_and_gradient(from + s * direction);
         let above = value - 1.0;
-        if above <= 0.0 {
+        let slope = gradient.dot(direction);
+        if above <= 0.0 && (slope < 0.0 || s > 0.0) {
             return Some(s);
         }
-        let slope = gradient.dot(direction);
         if slope >= 0.0 {
             return None;
         }

@@ -173,7 +173,7 @@ impl Superquadric {
         let origin = ray.origin / self.radii;
         let direction = ray.direction / self.radii;
         let length = direction.abs().max_element();
-        if !(origin.is_finite() && length.is_finite() && length > 0.0) {
+        if !(origin.is_finite() && direction.is_finite() && length > 0.0) {
             return None;
         }
         let scale = scale_to_unit(length);
