@@ -426,6 +426,24 @@ class Ray:
             flat.update(self._balance(low, high, slope, same, level))
         return flat
 
+    def cusps(self):
+        """Cuts t > 0 where N has a local minimum because its slope is infinite on both sides.
+
+        The maximum beside such a minimum can be too close to it to be resolved.
+        """
+        found = set()
+        for axis, cut in enumerate(self.cut):
+            if cut is None or cut <= 0:
+                continue
+            u, v, w = self.coordinates(cut)
+            if axis == 2:
+                sharp = self.q < 1 and (u or v)
+            else:
+                sharp = (self.p < 1 and (u or v)) or (self.q < 1 and w and not (u or v))
+            if sharp:
+                found.add(cut)
+        return found
+
     def _radius_slope_sign(self, t, slope):
         u, v, _ = self.coordinates(t)
         total = mpf(0)
@@ -556,8 +574,9 @@ class Ray:
         points = [(t, value - 1) for t, value in self.breakpoints()]
         levels = [g for _, g in points]
         near = [abs(levels[0])]
-        for before, here, after in zip(levels, levels[1:], levels[2:]):
-            if (here - before) * (after - here) <= 0:
+        cusps = self.cusps()
+        for i, (before, here, after) in enumerate(zip(levels, levels[1:], levels[2:]), 1):
+            if (here - before) * (after - here) <= 0 or points[i][0] in cusps:
                 near.append(abs(here))
         if bracket is None:
             if start < 0:

@@ -108,7 +108,7 @@ fn read_number(spec: &CommandSpec, arg: &str, range: NumberRange, word: &Word<'_
 }
 
 fn usage_help(spec: &CommandSpec) -> String {
-    format!("{} {}, for example: {}", spec.name, spec.usage(), spec.example)
+    format!("{}, for example: {}", format!("{} {}", spec.name, spec.usage()).trim_end(), spec.example)
 }
 
 /// A word for a message: its first characters, with control characters made visible.

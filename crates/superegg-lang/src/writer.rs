@@ -1,6 +1,6 @@
 //! A session back to text that loads to the same session.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::fmt::Write;
 
 use superegg_geom::TransformStep;
@@ -16,22 +16,40 @@ pub fn write_session(session: &Session) -> String {
     let scene = session.scene();
     let mut text = String::from("# superegg scene\n");
     write_settings(&mut text, scene);
-    let mut declared = HashSet::new();
-    for (name, entity) in scene.entities() {
+    let entities: Vec<(&str, &Entity)> = scene.entities().collect();
+    let places: HashMap<&str, usize> = entities.iter().enumerate().map(|(place, (name, _))| (*name, place)).collect();
+    let mut declared = 0;
+    for (place, (name, entity)) in entities.iter().enumerate() {
         text.push('\n');
         match entity {
             Entity::Primitive(primitive) => write_primitive(&mut text, name, primitive),
-            Entity::Object(object) => write_object(&mut text, scene, name, object, &mut declared),
+            Entity::Object(object) => {
+                // A child must exist before it is added. What is missing is made in the scene's order, so that the order stays.
+                let last = object.children().filter_map(|(_, child)| places.get(child.target())).max();
+                let needed = last.map_or(0, |last| last + 1);
+                for (name, entity) in entities[..needed].iter().skip(declared.max(place)) {
+                    line(&mut text, &select(name, entity));
+                }
+                declared = declared.max(needed);
+                write_object(&mut text, scene, name, object);
+            }
         }
-        declared.insert(name);
+        declared = declared.max(place + 1);
     }
     text.push('\n');
     match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
-        Some((name, Entity::Primitive(_))) => line(&mut text, &format!("primitive {name}")),
-        Some((name, Entity::Object(_))) => line(&mut text, &format!("object {name}")),
+        Some((name, entity)) => line(&mut text, &select(name, entity)),
         None => line(&mut text, "deselect"),
     }
     text
+}
+
+/// The command that selects an entity, and makes it where it is new.
+fn select(name: &str, entity: &Entity) -> String {
+    match entity {
+        Entity::Primitive(_) => format!("primitive {name}"),
+        Entity::Object(_) => format!("object {name}"),
+    }
 }
 
 fn line(text: &mut String, words: &str) {
@@ -94,21 +112,7 @@ fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
     }
 }
 
-fn write_object<'a>(
-    text: &mut String,
-    scene: &'a Scene,
-    name: &'a str,
-    object: &'a Object,
-    declared: &mut HashSet<&'a str>,
-) {
-    declared.insert(name);
-    // A child must exist before it is added: those whose blocks come later are made here.
-    for (_, child) in object.children() {
-        if let (true, Some(entity)) = (declared.insert(child.target()), scene.get(child.target())) {
-            let kind = if matches!(entity, Entity::Primitive(_)) { "primitive" } else { "object" };
-            line(text, &format!("{kind} {}", child.target()));
-        }
-    }
+fn write_object(text: &mut String, scene: &Scene, name: &str, object: &Object) {
     line(text, &format!("object {name}"));
     for (alias, child) in object.children() {
         let target = child.target();

@@ -1,0 +1,146 @@
+//! Laws of the language, on sessions made from the command table itself.
+
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use superegg_lang::{
+    Arg, ArgKind, COMMANDS, CommandSpec, Effect, Needs, Range, Session, format_number, load_text, parse_line, write_session,
+};
+
+fn config(cases: u32) -> ProptestConfig {
+    ProptestConfig { cases, rng_seed: RngSeed::Fixed(1971), failure_persistence: None, ..ProptestConfig::default() }
+}
+
+/// A number in a range, its ends and odd magnitudes included.
+fn number(range: Range) -> BoxedStrategy<f64> {
+    let any = prop_oneof![-10.0..10.0f64, Just(0.0), Just(-0.0), (-30.0..30.0f64).prop_map(|log| 10f64.powf(log))];
+    match range {
+        Range::Any => any.boxed(),
+        Range::Positive | Range::NonNegative => {
+            any.prop_map(|x| if x == 0.0 { 1.0 } else { x.abs() }).boxed()
+        }
+        Range::NonZero => any.prop_map(|x| if x == 0.0 { -1.0 } else { x }).boxed(),
+        Range::Within(least, most) => prop_oneof![least..most, Just(least), Just(most)].boxed(),
+        Range::Between(least, most) => (least + 1e-9..most).boxed(),
+        Range::Whole(least, most) => (least..=most).prop_map(f64::from).boxed(),
+    }
+}
+
+fn word(arg: &'static Arg) -> BoxedStrategy<String> {
+    match arg.kind {
+        ArgKind::Number(range) => number(range).prop_map(format_number).boxed(),
+        ArgKind::Name | ArgKind::File | ArgKind::Words => {
+            prop::sample::select(vec!["a", "b", "c", "2nd", "all", "größe", "a/b", "\"x\"", "prm"]).prop_map(str::to_owned).boxed()
+        }
+    }
+}
+
+/// A line that the table allows, with any of its spellings and any number of its optional parts.
+fn line() -> impl Strategy<Value = String> {
+    prop::sample::select(COMMANDS.iter().collect::<Vec<&'static CommandSpec>>()).prop_flat_map(|spec| {
+        let spellings: Vec<_> = spec.all_spellings().collect();
+        let words: Vec<_> = spec.all_args().map(word).collect();
+        let counts = if spec.counts().is_empty() { vec![0] } else { spec.counts() };
+        (prop::sample::select(spellings), words, prop::sample::select(counts)).prop_map(|(spelling, words, count)| {
+            std::iter::once(spelling.to_owned()).chain(words.into_iter().take(count)).collect::<Vec<_>>().join(" ")
+        })
+    })
+}
+
+/// Lines that set up something to work on, then any lines.
+fn lines() -> impl Strategy<Value = Vec<String>> {
+    let selecting = prop::sample::select(vec!["prm a", "prm b", "obj c", "obj 2nd", "ap a", "ap b x", "ao c", "ao 2nd y", "ap a z"])
+        .prop_map(str::to_owned);
+    prop::collection::vec(prop_oneof![1 => selecting, 2 => line()], 0..60)
+}
+
+fn run(lines: &[String]) -> Session {
+    let mut session = Session::default();
+    for line in lines {
+        // A line that does not fit what is there is refused, and that is well.
+        let _ = session.run_line(line);
+    }
+    session
+}
+
+proptest! {
+    #![proptest_config(config(2000))]
+
+    /// What is written loads to the same session, without a complaint; saved and loaded again it settles to one text.
+    #[test]
+    fn loading_what_was_saved_gives_the_same(lines in lines()) {
+        let session = run(&lines);
+        let text = write_session(&session);
+        let (loaded, diagnostics) = load_text("saved.scn", &text);
+        prop_assert!(diagnostics.is_empty(), "{diagnostics:?}\n{text}");
+        prop_assert_eq!(&loaded, &session, "{}", text);
+        let settled = write_session(&loaded);
+        prop_assert_eq!(write_session(&load_text("again.scn", &settled).0), settled);
+    }
+
+    /// Every line of the table's making parses; a fault at carrying it out changes nothing and says where.
+    #[test]
+    fn lines_of_the_table_parse_and_faults_change_nothing(lines in lines(), last in line()) {
+        let before = run(&lines);
+        let mut after = before.clone();
+        let parsed = parse_line(&last);
+        prop_assert!(parsed.is_ok(), "{last}: {parsed:?}");
+        match after.run_line(&last) {
+            Ok(Effect::Done) => {}
+            Ok(_) => prop_assert_eq!(after, before),
+            Err(fault) => {
+                prop_assert!(fault.columns.is_some() && fault.help.is_some(), "{fault:?}");
+                prop_assert_eq!(after, before);
+            }
+        }
+    }
+
+    /// Any text at all: no panic, and every complaint has its place within the line.
+    #[test]
+    fn any_line_is_survived(lines in lines(), junk in "\\PC{0,60}|[ \\t#a-z0-9.eE+-]{0,60}") {
+        let mut session = run(&lines);
+        let before = session.clone();
+        if let Err(fault) = session.run_line(&junk) {
+            let columns = fault.columns.clone().expect("a place");
+            prop_assert!(columns.start < columns.end && columns.end <= junk.chars().count(), "{fault:?}");
+            prop_assert_eq!(session, before);
+        }
+    }
+}
+
+/// A number just out of its range is refused, for every number of every command.
+#[test]
+fn every_range_of_the_table_is_checked() {
+    for spec in COMMANDS {
+        let good: Vec<String> = spec.example.split_whitespace().map(str::to_owned).collect();
+        for (i, arg) in spec.all_args().enumerate() {
+            let ArgKind::Number(range) = arg.kind else { continue };
+            let bad = match range {
+                Range::Any => "1e400",
+                Range::Positive | Range::NonZero => "0",
+                Range::NonNegative | Range::Whole(..) => "-1e-9",
+                Range::Within(..) => "4.000001",
+                Range::Between(..) => "180",
+            };
+            let mut words = good.clone();
+            if words.len() <= i + 1 {
+                continue;
+            }
+            words[i + 1] = bad.to_owned();
+            let fault = parse_line(&words.join(" ")).expect_err(&words.join(" "));
+            assert!(fault.message.contains(arg.name) || fault.code == "not-a-number", "{}: {}", spec.name, fault.message);
+        }
+    }
+}
+
+/// What needs a selection says so, whatever else is selected.
+#[test]
+fn every_need_of_the_table_is_checked() {
+    for spec in COMMANDS.iter().filter(|spec| spec.needs != Needs::Nothing) {
+        let other = if spec.needs == Needs::Primitive { "obj o" } else { "prm p" };
+        for setup in ["deselect", other] {
+            let mut session = Session::default();
+            session.run_line(setup).unwrap();
+            assert_eq!(session.run_line(spec.example).unwrap_err().code, "selection", "{} after {setup}", spec.name);
+        }
+    }
+}
