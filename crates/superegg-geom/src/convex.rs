@@ -14,10 +14,14 @@ use crate::superquadric::ShapeHit;
 /// Each step divides g g' by four at least (convexity), so sixty reach the last digit even from a double root.
 const MAX_STEPS: usize = 100;
 
-/// The first crossing in unit space. The start is not [`RayStart::SurfaceOutward`]: such a ray never meets a convex shape.
+/// The first crossing in unit space.
 pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Option<ShapeHit> {
-    let inside =
-        start == RayStart::SurfaceInward || (span.starts_inside_box && norm.value(span.origin) < 1.0);
+    let inside = match start {
+        // What leaves a convex shape does not meet it again.
+        RayStart::SurfaceOutward => return None,
+        RayStart::SurfaceInward => true,
+        RayStart::Free => span.starts_inside_box && norm.value(span.origin) < 1.0,
+    };
     let length = span.t_out - span.t_in;
     if inside {
         // An inside start has exactly one exit. Where there is no way back from the far side the start is on the surface to rounding,

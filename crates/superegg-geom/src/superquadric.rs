@@ -149,9 +149,6 @@ impl Superquadric {
     /// assert_eq!((hit.t, hit.leaving), (9.0, false));
     /// ```
     pub fn intersect(&self, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
-        if self.is_convex() && start == RayStart::SurfaceOutward {
-            return None;
-        }
         let (span, start, scale) = self.enter_box(ray, start)?;
         let hit = if self.is_convex() {
             convex::intersect(&self.norm, &span, start)
