@@ -113,7 +113,8 @@ mod tests {
     #[test]
     fn clip_meets_a_face_from_within_its_plane() {
         let unit = Aabb::around(DVec3::ZERO, DVec3::ONE);
-        let hit = |o: [f64; 3], d: [f64; 3]| unit.clip(&(&Ray::new(o.into(), d.into())).into(), f64::INFINITY);
+        let hit =
+            |o: [f64; 3], d: [f64; 3]| unit.clip(&(&Ray::new(o.into(), d.into())).into(), f64::INFINITY);
         assert_eq!(hit([-3.0, 0.0, 0.0], [1.0, 0.0, 0.0]), Some(2.0));
         assert_eq!(hit([-3.0, 1.0, 0.0], [1.0, 0.0, 0.0]), Some(2.0));
         assert_eq!(hit([-3.0, 1.1, 0.0], [1.0, 0.0, 0.0]), None);

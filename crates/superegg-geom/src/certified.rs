@@ -162,11 +162,7 @@ impl HalfPiece {
     fn new(anchor: &Cut, quadrant: DVec3, direction: DVec3, length: f64) -> Self {
         let magnitude = |axis: usize| {
             let sign = if quadrant[axis] < 0.0 { -1.0 } else { 1.0 };
-            Magnitude {
-                at_anchor: (sign * anchor.point[axis]).max(0.0),
-                slope: sign * direction[axis],
-                sign,
-            }
+            Magnitude { at_anchor: (sign * anchor.point[axis]).max(0.0), slope: sign * direction[axis], sign }
         };
         Self { x: magnitude(0), y: magnitude(1), z: magnitude(2), length }
     }

@@ -121,7 +121,8 @@ impl Superquadric {
         let power = |x: f64, w: f64| x.abs().powf(w).copysign(x);
         let Exponents { e, n } = self.exponents;
         let around = power(v_rad.cos(), n);
-        DVec3::new(around * power(u_rad.cos(), e), around * power(u_rad.sin(), e), power(v_rad.sin(), n)) * self.radii
+        DVec3::new(around * power(u_rad.cos(), e), around * power(u_rad.sin(), e), power(v_rad.sin(), n))
+            * self.radii
     }
 
     /// Half the edges of the smallest axis-aligned box around the shape's image under a linear map (the box is centred

@@ -29,7 +29,9 @@ pub enum TransformError {
     #[error("the rotation axis 0 0 0 has no direction")]
     ZeroAxis,
     /// The composed matrix or its inverse is not finite.
-    #[error("the transform leaves the range of numbers: together its steps are too large or too small to be undone")]
+    #[error(
+        "the transform leaves the range of numbers: together its steps are too large or too small to be undone"
+    )]
     OutOfRange,
 }
 
@@ -87,7 +89,9 @@ impl Transform {
     ///
     /// # Errors
     /// A zero scale, a zero axis, or a composition that is not finite and invertible in f64.
-    pub fn from_steps<'a>(steps: impl IntoIterator<Item = &'a TransformStep>) -> Result<Self, TransformError> {
+    pub fn from_steps<'a>(
+        steps: impl IntoIterator<Item = &'a TransformStep>,
+    ) -> Result<Self, TransformError> {
         steps.into_iter().try_fold(Self::IDENTITY, |so_far, step| {
             let (forward, inverse) = step.maps()?;
             (Self { forward, inverse }).after(&so_far)

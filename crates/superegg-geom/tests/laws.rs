@@ -3,10 +3,17 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use superegg_geom::glam::{DMat3, DVec3};
-use superegg_geom::{Aabb, Exponents, NormForm, Ray, RayStart, Superquadric, Transform, TransformStep, textbook};
+use superegg_geom::{
+    Aabb, Exponents, NormForm, Ray, RayStart, Superquadric, Transform, TransformStep, textbook,
+};
 
 fn config(cases: u32) -> ProptestConfig {
-    ProptestConfig { cases, rng_seed: RngSeed::Fixed(20_151_207), failure_persistence: None, ..ProptestConfig::default() }
+    ProptestConfig {
+        cases,
+        rng_seed: RngSeed::Fixed(20_151_207),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
 }
 
 /// Exponents from 0.0001 to 8, the special ones often.
@@ -56,7 +63,8 @@ fn steps() -> impl Strategy<Value = Vec<TransformStep>> {
     let factor = prop_oneof![0.2..3.0f64, -3.0..-0.2f64];
     let step = prop_oneof![
         vector(5.0).prop_map(TransformStep::Translate),
-        (vector(1.0), -720.0..720.0f64).prop_map(|(axis, angle_deg)| TransformStep::Rotate { axis, angle_deg }),
+        (vector(1.0), -720.0..720.0f64)
+            .prop_map(|(axis, angle_deg)| TransformStep::Rotate { axis, angle_deg }),
         prop::array::uniform3(factor).prop_map(|f| TransformStep::Scale(f.into())),
     ];
     prop::collection::vec(step, 0..6)
@@ -67,8 +75,25 @@ fn hostile() -> impl Strategy<Value = f64> {
     prop_oneof![
         any::<f64>(),
         prop::sample::select(vec![
-            0.0, -0.0, 1.0, -1.0, 0.5, 3.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MIN_POSITIVE, 5e-324,
-            f64::MAX, f64::MIN, 1e-300, 1e300, 1e6, -1e12, 1.0 - f64::EPSILON / 2.0, 1.0 + f64::EPSILON,
+            0.0,
+            -0.0,
+            1.0,
+            -1.0,
+            0.5,
+            3.0,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+            f64::MIN_POSITIVE,
+            5e-324,
+            f64::MAX,
+            f64::MIN,
+            1e-300,
+            1e300,
+            1e6,
+            -1e12,
+            1.0 - f64::EPSILON / 2.0,
+            1.0 + f64::EPSILON,
         ]),
         -2.0..2.0f64,
     ]

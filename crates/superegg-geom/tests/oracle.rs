@@ -1,6 +1,9 @@
 //! The solvers against ground truth made with 40-digit arithmetic: our own rays (`tests/data/rays.csv`, made by
 //! `tools/oracle/generate_rays.py`), and those that stand beside the project where its team works.
 
+// A test that is skipped says so.
+#![allow(clippy::print_stderr)]
+
 use std::path::{Path, PathBuf};
 
 use superegg_geom::glam::DVec3;
@@ -126,8 +129,10 @@ fn the_textbook_method_fails_where_its_module_says() {
         Some(ShapeHit { t, point: ray.point_at(t), leaving })
     };
     let share_wrong = |choose: fn(f64) -> bool| {
-        let chosen: Vec<_> =
-            rows.iter().filter(|r| r.hit.is_some() && choose(r.shape.exponents().e.min(r.shape.exponents().n))).collect();
+        let chosen: Vec<_> = rows
+            .iter()
+            .filter(|r| r.hit.is_some() && choose(r.shape.exponents().e.min(r.shape.exponents().n)))
+            .collect();
         let wrong = chosen.iter().filter(|row| check(row, answer(&row.shape, &row.ray)).is_err()).count();
         wrong as f64 / chosen.len() as f64
     };

@@ -21,11 +21,17 @@ pub fn check(folder: &Path, name: &str, actual: &Path) -> Result<(), String> {
         return std::fs::copy(actual, &reference).map(|_| ()).map_err(|error| error.to_string());
     }
     let read = |path: &Path| {
-        image::open(path).map(|picture| picture.to_rgb8()).map_err(|error| format!("{}: {error}", path.display()))
+        image::open(path)
+            .map(|picture| picture.to_rgb8())
+            .map_err(|error| format!("{}: {error}", path.display()))
     };
     let (actual, reference) = (read(actual)?, read(&reference)?);
     if actual.dimensions() != reference.dimensions() {
-        return Err(format!("{name}: {:?} is not the size {:?}", actual.dimensions(), reference.dimensions()));
+        return Err(format!(
+            "{name}: {:?} is not the size {:?}",
+            actual.dimensions(),
+            reference.dimensions()
+        ));
     }
     let different = different_blocks(&actual, &reference);
     if different == 0 {
@@ -43,7 +49,8 @@ fn differs(a: &RgbImage, b: &RgbImage, x: u32, y: u32) -> bool {
 fn different_blocks(a: &RgbImage, b: &RgbImage) -> usize {
     let (width, height) = a.dimensions();
     let all_differ = |x: u32, y: u32| (0..3).all(|dy| (0..3).all(|dx| differs(a, b, x + dx, y + dy)));
-    let corners = (0..height.saturating_sub(2)).flat_map(|y| (0..width.saturating_sub(2)).map(move |x| (x, y)));
+    let corners =
+        (0..height.saturating_sub(2)).flat_map(|y| (0..width.saturating_sub(2)).map(move |x| (x, y)));
     corners.filter(|&(x, y)| all_differ(x, y)).count()
 }
 

@@ -88,7 +88,8 @@ impl Diagnostic {
             let start = text.chars().take_while(|c| c.is_whitespace()).count();
             start..text.trim_end().chars().count()
         });
-        let is_showable = text.chars().count() <= LONGEST_EXCERPT && !text.chars().any(|c| c.is_control() && c != '\t');
+        let is_showable =
+            text.chars().count() <= LONGEST_EXCERPT && !text.chars().any(|c| c.is_control() && c != '\t');
         Self {
             severity: fault.severity,
             code: fault.code,
@@ -103,7 +104,12 @@ impl Diagnostic {
     }
 
     /// A warning about a file as a whole.
-    pub fn of_file(file: &str, code: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+    pub fn of_file(
+        file: &str,
+        code: &'static str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
         Self {
             severity: Severity::Warning,
             code,

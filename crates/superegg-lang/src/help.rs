@@ -20,7 +20,8 @@ pub fn help(names: &[String]) -> Result<String, (usize, Fault)> {
     if names.is_empty() {
         return Ok(list());
     }
-    let texts: Result<Vec<String>, _> = names.iter().enumerate().map(|(i, name)| explain_named(i, name)).collect();
+    let texts: Result<Vec<String>, _> =
+        names.iter().enumerate().map(|(i, name)| explain_named(i, name)).collect();
     Ok(texts?.join("\n\n"))
 }
 
@@ -84,6 +85,8 @@ mod tests {
     #[test]
     fn one_command_is_explained_by_any_spelling() {
         let text = help(&["XS".into(), "coeff".into()]).unwrap();
-        assert!(text.contains("translate x y z") && text.contains("x: above 0") && text.contains("also: coeff"));
+        assert!(
+            text.contains("translate x y z") && text.contains("x: above 0") && text.contains("also: coeff")
+        );
     }
 }

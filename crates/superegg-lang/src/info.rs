@@ -27,10 +27,12 @@ pub(crate) fn info(session: &Session, names: &[String]) -> Result<String, (usize
         }
         match name.to_ascii_lowercase().as_str() {
             "all" => texts.extend(scene.entities().map(|(name, entity)| details(name, entity))),
-            "selected" => texts.push(match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
-                Some((name, entity)) => details(name, entity),
-                None => "nothing is selected".to_owned(),
-            }),
+            "selected" => {
+                texts.push(match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
+                    Some((name, entity)) => details(name, entity),
+                    None => "nothing is selected".to_owned(),
+                });
+            }
             _ => {
                 let known = scene.entities().map(|(name, _)| name);
                 let fault = Fault::new("unknown-name", format!("nothing is named '{}'", shorten(name)));
@@ -75,7 +77,12 @@ fn list(session: &Session) -> String {
 }
 
 fn light_words(light: &Light) -> String {
-    format!("at {}, colour {}, k {}", vector(light.position), vector(light.color), format_number(light.falloff))
+    format!(
+        "at {}, colour {}, k {}",
+        vector(light.position),
+        vector(light.color),
+        format_number(light.falloff)
+    )
 }
 
 fn details(name: &str, entity: &Entity) -> String {

@@ -11,7 +11,8 @@ use crate::session::Session;
 pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
     let scene = session.scene();
     let mut warnings = Vec::new();
-    let mut warn = |code, message: String, help: &str| warnings.push(Diagnostic::of_file(file, code, message, help));
+    let mut warn =
+        |code, message: String, help: &str| warnings.push(Diagnostic::of_file(file, code, message, help));
 
     let used: HashSet<&str> =
         scene.objects().flat_map(|(_, object)| object.children()).map(|(_, child)| child.target()).collect();
@@ -19,13 +20,25 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
         let is_selected = session.selected() == Some(name);
         match entity {
             Entity::Object(object) if object.children().len() == 0 => {
-                warn("empty-object", format!("the object '{name}' has no children"), "is its name a slip for another's?");
+                warn(
+                    "empty-object",
+                    format!("the object '{name}' has no children"),
+                    "is its name a slip for another's?",
+                );
             }
             Entity::Object(_) if !used.contains(name) && !is_selected => {
-                warn("unused", format!("the object '{name}' is in no other and not selected"), "it will not be in the picture");
+                warn(
+                    "unused",
+                    format!("the object '{name}' is in no other and not selected"),
+                    "it will not be in the picture",
+                );
             }
             Entity::Primitive(_) if !used.contains(name) && !is_selected => {
-                warn("unused", format!("the primitive '{name}' is in no object"), "it will not be in the picture");
+                warn(
+                    "unused",
+                    format!("the primitive '{name}' is in no object"),
+                    "it will not be in the picture",
+                );
             }
             _ => {}
         }
@@ -41,7 +54,11 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
         }
     }
     if session.selected().is_none() {
-        warn("nothing-selected", "nothing is selected at the end".to_owned(), "end with 'object NAME', or render with --object NAME");
+        warn(
+            "nothing-selected",
+            "nothing is selected at the end".to_owned(),
+            "end with 'object NAME', or render with --object NAME",
+        );
     }
     warnings
 }

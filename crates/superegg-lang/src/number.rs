@@ -50,14 +50,19 @@ mod tests {
 
     #[test]
     fn reads_what_real_files_have() {
-        for (word, value) in [("1.", 1.0), (".5", 0.5), ("-.6", -0.6), ("1e-3", 0.001), ("+2", 2.0), ("-57.2958", -57.2958)] {
+        for (word, value) in
+            [("1.", 1.0), (".5", 0.5), ("-.6", -0.6), ("1e-3", 0.001), ("+2", 2.0), ("-57.2958", -57.2958)]
+        {
             assert_eq!(parse_number(word), Ok(value));
         }
     }
 
     #[test]
     fn refuses_what_is_no_number() {
-        for word in ["", ".", "-", "1e", "e5", "inf", "-inf", "nan", "NaN", "infinity", "0x10", "1,5", "1_0", "12abc", "٣", "1e5.", "--1"] {
+        for word in [
+            "", ".", "-", "1e", "e5", "inf", "-inf", "nan", "NaN", "infinity", "0x10", "1,5", "1_0", "12abc",
+            "٣", "1e5.", "--1",
+        ] {
             assert_eq!(parse_number(word), Err(NumberError::NotANumber), "{word}");
         }
         assert_eq!(parse_number("1e999"), Err(NumberError::TooLarge));

@@ -73,7 +73,8 @@ fn unknown_command(word: &Word<'_>) -> Fault {
         None => "'help' lists the commands".to_owned(),
     };
     Fault::new("unknown-command", format!("there is no command '{}'", shorten(word.text)))
-        .help(help).at(word.columns.clone())
+        .help(help)
+        .at(word.columns.clone())
 }
 
 fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[Word<'_>]) -> Result<(), Fault> {
@@ -83,7 +84,8 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[Word<'_>]) -> Resul
     if counts.contains(&given) || (counts.is_empty() && given == 0) || spec.is_variadic() {
         return Ok(());
     }
-    let wanted: Vec<String> = if counts.is_empty() { vec!["no".into()] } else { counts.iter().map(ToString::to_string).collect() };
+    let wanted: Vec<String> =
+        if counts.is_empty() { vec!["no".into()] } else { counts.iter().map(ToString::to_string).collect() };
     let plural = if wanted == ["1"] { "" } else { "s" };
     let message = format!("{} takes {} argument{plural}, not {given}", spec.name, wanted.join(" or "));
     let columns = if given > most {
@@ -147,7 +149,12 @@ mod tests {
             assert!(parse_line(line).unwrap().is_none(), "{line:?}");
         }
         let expected = Command::SetRadii(DVec3::new(1.0, 0.5, 2.0));
-        for line in ["coeff 1. .5 2", "\tCOEFF\t1  .5 2   \r", "setcoeff 1 .5 2# glued", "  setCoeff 1e0 5E-1 +2 # said"] {
+        for line in [
+            "coeff 1. .5 2",
+            "\tCOEFF\t1  .5 2   \r",
+            "setcoeff 1 .5 2# glued",
+            "  setCoeff 1e0 5E-1 +2 # said",
+        ] {
             assert_eq!(command(line), expected, "{line:?}");
         }
     }
@@ -168,7 +175,10 @@ mod tests {
         assert_eq!((few.code, few.message.as_str()), ("argument-count", "setCoeff takes 3 arguments, not 2"));
 
         let many = fault("ambient 0.1 0.2 0.3");
-        assert_eq!((many.message.as_str(), many.columns), ("setAmbient takes 1 argument, not 3", Some(12..19)));
+        assert_eq!(
+            (many.message.as_str(), many.columns),
+            ("setAmbient takes 1 argument, not 3", Some(12..19))
+        );
 
         let word = fault("xs 1 two 3");
         assert_eq!((word.code, word.columns), ("not-a-number", Some(5..8)));
@@ -180,11 +190,34 @@ mod tests {
 
     #[test]
     fn ranges_hold_at_their_ends() {
-        for good in ["color 0 0 1", "exp 1e-4 8", "index 1", "index 4", "depth 0", "depth 64", "patch 1 10.", "scale -1 2 .5"] {
+        for good in [
+            "color 0 0 1",
+            "exp 1e-4 8",
+            "index 1",
+            "index 4",
+            "depth 0",
+            "depth 64",
+            "patch 1 10.",
+            "scale -1 2 .5",
+        ] {
             assert!(parse_line(good).is_ok(), "{good}");
         }
-        for bad in ["coeff 1 0 1", "exp -0 1", "index 0.99", "depth 65", "depth 2.5", "patch 0 4", "scale 1 0 1", "camera 0 0 1 0 0 0 180",
-            "coeff 1e-999 1 1", "light l 0 0 0 1 1 -1", "light l 0 0 0 1", "light l 0 0 0 1 1 1 1 1", "xs inf 0 0", "xs nan 0 0"] {
+        for bad in [
+            "coeff 1 0 1",
+            "exp -0 1",
+            "index 0.99",
+            "depth 65",
+            "depth 2.5",
+            "patch 0 4",
+            "scale 1 0 1",
+            "camera 0 0 1 0 0 0 180",
+            "coeff 1e-999 1 1",
+            "light l 0 0 0 1 1 -1",
+            "light l 0 0 0 1",
+            "light l 0 0 0 1 1 1 1 1",
+            "xs inf 0 0",
+            "xs nan 0 0",
+        ] {
             assert!(parse_line(bad).is_err(), "{bad}");
         }
     }

@@ -42,7 +42,9 @@ pub fn run_script(
 
 fn not_text(line: &[u8], valid_up_to: usize) -> Fault {
     let column = String::from_utf8_lossy(&line[..valid_up_to]).chars().count();
-    Fault::new("not-text", "this is not UTF-8 text").help("scene files are plain text; save it as UTF-8").at(column..column + 1)
+    Fault::new("not-text", "this is not UTF-8 text")
+        .help("scene files are plain text; save it as UTF-8")
+        .at(column..column + 1)
 }
 
 /// Loads a text into a new session. What a line asks of the world outside (to read or write files) is not done.

@@ -75,13 +75,17 @@ impl Session {
     /// What it needs is not selected, a name does not fit, or a transform could not be undone; then the session is as it was.
     pub fn execute(&mut self, parsed: &Parsed) -> Result<Effect, Fault> {
         self.check_selection(parsed)?;
-        let scene_fault = |session: &Self, error: SceneError| session.fault_of(error, parsed);
+        let scene_fault = |session: &Self, error: SceneError| session.fault_of(&error, parsed);
         match &parsed.command {
             Command::Help(names) => {
-                return help::help(names).map(Effect::Print).map_err(|(i, fault)| at_word(fault, parsed, i + 1));
+                return help::help(names)
+                    .map(Effect::Print)
+                    .map_err(|(i, fault)| at_word(fault, parsed, i + 1));
             }
             Command::Info(names) => {
-                return info::info(self, names).map(Effect::Print).map_err(|(i, fault)| at_word(fault, parsed, i + 1));
+                return info::info(self, names)
+                    .map(Effect::Print)
+                    .map_err(|(i, fault)| at_word(fault, parsed, i + 1));
             }
             Command::Stop => return Ok(Effect::Stop),
             Command::Interact => return Ok(Effect::Interact),
@@ -104,7 +108,9 @@ impl Session {
             Command::SetCameraUp(up) => {
                 if up.abs().max_element() == 0.0 {
                     let fault = Fault::new("no-direction", "the direction 0 0 0 leads nowhere");
-                    return Err(fault.help("give the direction that goes up in the picture, such as 0 1 0").at(arguments(parsed)));
+                    return Err(fault
+                        .help("give the direction that goes up in the picture, such as 0 1 0")
+                        .at(arguments(parsed)));
                 }
                 self.scene.camera.up = *up;
             }
@@ -123,11 +129,12 @@ impl Session {
     /// The commands that change the selected primitive.
     fn change_primitive(&mut self, command: &Command, parsed: &Parsed) -> Result<(), Fault> {
         let name = self.selected.clone().unwrap_or_default();
-        let shape_fault =
-            |error: superegg_geom::ShapeError| Fault::new("out-of-range", error.to_string()).at(arguments(parsed));
+        let shape_fault = |error: superegg_geom::ShapeError| {
+            Fault::new("out-of-range", error.to_string()).at(arguments(parsed))
+        };
         let primitive: &mut Primitive = match self.scene.primitive_mut(&name) {
             Ok(primitive) => primitive,
-            Err(error) => return Err(self.fault_of(error, parsed)),
+            Err(error) => return Err(self.fault_of(&error, parsed)),
         };
         let shape = primitive.shape;
         match command {
@@ -169,8 +176,11 @@ impl Session {
     fn set_camera(&mut self, camera: &Camera, parsed: &Parsed) -> Result<(), Fault> {
         let to_target = camera.target - camera.position;
         if !to_target.is_finite() || to_target.abs().max_element() == 0.0 {
-            let fault = Fault::new("no-direction", "the camera and its target must be two places, not too far apart");
-            return Err(fault.help("the first three numbers place the camera, the next three what it looks at").at(arguments(parsed)));
+            let fault =
+                Fault::new("no-direction", "the camera and its target must be two places, not too far apart");
+            return Err(fault
+                .help("the first three numbers place the camera, the next three what it looks at")
+                .at(arguments(parsed)));
         }
         self.scene.camera = Camera { up: self.scene.camera.up, ..*camera };
         Ok(())
@@ -194,13 +204,17 @@ impl Session {
     }
 
     /// A refusal of the scene as a fault that points to the word it is about.
-    fn fault_of(&self, error: SceneError, parsed: &Parsed) -> Fault {
+    fn fault_of(&self, error: &SceneError, parsed: &Parsed) -> Fault {
         let names = || self.scene.entities().map(|(name, _)| name);
-        let (code, word, help) = match &error {
-            SceneError::Unknown(name) => ("unknown-name", 1, did_you_mean(name, names(), "'info' lists what there is")),
-            SceneError::NotAnObject(_) => {
-                ("wrong-kind", 1, "addPrimitive adds a primitive, and 'primitive NAME' selects one".to_owned())
+        let (code, word, help) = match error {
+            SceneError::Unknown(name) => {
+                ("unknown-name", 1, did_you_mean(name, names(), "'info' lists what there is"))
             }
+            SceneError::NotAnObject(_) => (
+                "wrong-kind",
+                1,
+                "addPrimitive adds a primitive, and 'primitive NAME' selects one".to_owned(),
+            ),
             SceneError::NotAPrimitive(_) => {
                 ("wrong-kind", 1, "addObject adds an object, and 'object NAME' selects one".to_owned())
             }
@@ -289,7 +303,9 @@ mod tests {
 
     #[test]
     fn the_cursor_is_the_objects_own_and_follows_what_is_added() {
-        let session = session(&["prm a", "prm b", "obj o", "ap a", "ap b", "obj p", "obj o", "xs 1 0 0", "cur a", "xs 0 2 0"]);
+        let session = session(&[
+            "prm a", "prm b", "obj o", "ap a", "ap b", "obj p", "obj o", "xs 1 0 0", "cur a", "xs 0 2 0",
+        ]);
         let object = session.scene().object("o").unwrap();
         let moved = |alias: &str| {
             let child = object.child(alias).unwrap();
@@ -301,7 +317,17 @@ mod tests {
 
     #[test]
     fn an_object_may_hold_itself() {
-        let session = session(&["prm a", "obj o", "ap a", "ao o again", "ss .5 .5 .5", "obj p", "ao o", "obj o", "ao p"]);
+        let session = session(&[
+            "prm a",
+            "obj o",
+            "ap a",
+            "ao o again",
+            "ss .5 .5 .5",
+            "obj p",
+            "ao o",
+            "obj o",
+            "ao p",
+        ]);
         assert_eq!(session.scene().object("o").unwrap().children().len(), 3);
     }
 

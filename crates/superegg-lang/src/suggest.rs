@@ -12,7 +12,9 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let allowed = (length / 3).clamp(1, 3);
     candidates
         .into_iter()
-        .filter(|candidate| candidate.len() <= 2 * LONGEST && candidate.chars().count().abs_diff(length) <= allowed)
+        .filter(|candidate| {
+            candidate.len() <= 2 * LONGEST && candidate.chars().count().abs_diff(length) <= allowed
+        })
         .map(|candidate| (strsim::damerau_levenshtein(&wanted, &candidate.to_lowercase()), candidate))
         .filter(|(distance, candidate)| *distance <= allowed && *distance < candidate.chars().count())
         .min_by_key(|(distance, _)| *distance)

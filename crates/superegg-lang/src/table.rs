@@ -215,9 +215,14 @@ const ALIAS: Arg = Arg { name: "ALIAS", kind: ArgKind::Name };
 const FILE: Arg = Arg { name: "FILE", kind: ArgKind::File };
 const UNIT: Range = Range::Within(0.0, 1.0);
 const VECTOR: &[Arg] = &[number("x", Range::Any), number("y", Range::Any), number("z", Range::Any)];
-const FACTORS: &[Arg] = &[number("x", Range::NonZero), number("y", Range::NonZero), number("z", Range::NonZero)];
-const TURN: &[Arg] =
-    &[number("x", Range::Any), number("y", Range::Any), number("z", Range::Any), number("degrees", Range::Any)];
+const FACTORS: &[Arg] =
+    &[number("x", Range::NonZero), number("y", Range::NonZero), number("z", Range::NonZero)];
+const TURN: &[Arg] = &[
+    number("x", Range::Any),
+    number("y", Range::Any),
+    number("z", Range::Any),
+    number("degrees", Range::Any),
+];
 const COLOR: &[Arg] = &[number("r", UNIT), number("g", UNIT), number("b", UNIT)];
 const RADIANCE: &[Arg] =
     &[number("r", Range::NonNegative), number("g", Range::NonNegative), number("b", Range::NonNegative)];

@@ -17,7 +17,8 @@ pub fn write_session(session: &Session) -> String {
     let mut text = String::from("# superegg scene\n");
     write_settings(&mut text, scene);
     let entities: Vec<(&str, &Entity)> = scene.entities().collect();
-    let places: HashMap<&str, usize> = entities.iter().enumerate().map(|(place, (name, _))| (*name, place)).collect();
+    let places: HashMap<&str, usize> =
+        entities.iter().enumerate().map(|(place, (name, _))| (*name, place)).collect();
     let mut declared = 0;
     for (place, (name, entity)) in entities.iter().enumerate() {
         text.push('\n');
@@ -116,13 +117,19 @@ fn write_object(text: &mut String, scene: &Scene, name: &str, object: &Object) {
     line(text, &format!("object {name}"));
     for (alias, child) in object.children() {
         let target = child.target();
-        let add = if matches!(scene.get(target), Some(Entity::Primitive(_))) { "addPrimitive" } else { "addObject" };
+        let add = if matches!(scene.get(target), Some(Entity::Primitive(_))) {
+            "addPrimitive"
+        } else {
+            "addObject"
+        };
         let alias = if alias == target { String::new() } else { format!(" {alias}") };
         line(text, &format!("{add} {target}{alias}"));
         write_steps(text, child.steps(), "");
     }
     write_steps(text, object.overall_steps(), "All");
-    if let Some((alias, _)) = object.cursor().filter(|(alias, _)| object.children().last().is_some_and(|(last, _)| last != *alias)) {
+    if let Some((alias, _)) =
+        object.cursor().filter(|(alias, _)| object.children().last().is_some_and(|(last, _)| last != *alias))
+    {
         line(text, &format!("setCursor {alias}"));
     }
 }

@@ -3,16 +3,23 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use superegg_lang::{
-    Arg, ArgKind, COMMANDS, CommandSpec, Effect, Needs, Range, Session, format_number, load_text, parse_line, write_session,
+    Arg, ArgKind, COMMANDS, CommandSpec, Effect, Needs, Range, Session, format_number, load_text, parse_line,
+    write_session,
 };
 
 fn config(cases: u32) -> ProptestConfig {
-    ProptestConfig { cases, rng_seed: RngSeed::Fixed(1971), failure_persistence: None, ..ProptestConfig::default() }
+    ProptestConfig {
+        cases,
+        rng_seed: RngSeed::Fixed(1971),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
 }
 
 /// A number in a range, its ends and odd magnitudes included.
 fn number(range: Range) -> BoxedStrategy<f64> {
-    let any = prop_oneof![-10.0..10.0f64, Just(0.0), Just(-0.0), (-30.0..30.0f64).prop_map(|log| 10f64.powf(log))];
+    let any =
+        prop_oneof![-10.0..10.0f64, Just(0.0), Just(-0.0), (-30.0..30.0f64).prop_map(|log| 10f64.powf(log))];
     match range {
         Range::Any => any.boxed(),
         Range::Positive | Range::NonNegative => {
@@ -29,7 +36,9 @@ fn word(arg: &'static Arg) -> BoxedStrategy<String> {
     match arg.kind {
         ArgKind::Number(range) => number(range).prop_map(format_number).boxed(),
         ArgKind::Name | ArgKind::File | ArgKind::Words => {
-            prop::sample::select(vec!["a", "b", "c", "2nd", "all", "größe", "a/b", "\"x\"", "prm"]).prop_map(str::to_owned).boxed()
+            prop::sample::select(vec!["a", "b", "c", "2nd", "all", "größe", "a/b", "\"x\"", "prm"])
+                .prop_map(str::to_owned)
+                .boxed()
         }
     }
 }
@@ -40,16 +49,23 @@ fn line() -> impl Strategy<Value = String> {
         let spellings: Vec<_> = spec.all_spellings().collect();
         let words: Vec<_> = spec.all_args().map(word).collect();
         let counts = if spec.counts().is_empty() { vec![0] } else { spec.counts() };
-        (prop::sample::select(spellings), words, prop::sample::select(counts)).prop_map(|(spelling, words, count)| {
-            std::iter::once(spelling.to_owned()).chain(words.into_iter().take(count)).collect::<Vec<_>>().join(" ")
-        })
+        (prop::sample::select(spellings), words, prop::sample::select(counts)).prop_map(
+            |(spelling, words, count)| {
+                std::iter::once(spelling.to_owned())
+                    .chain(words.into_iter().take(count))
+                    .collect::<Vec<_>>()
+                    .join(" ")
+            },
+        )
     })
 }
 
 /// Lines that set up something to work on, then any lines.
 fn lines() -> impl Strategy<Value = Vec<String>> {
-    let selecting = prop::sample::select(vec!["prm a", "prm b", "obj c", "obj 2nd", "ap a", "ap b x", "ao c", "ao 2nd y", "ap a z"])
-        .prop_map(str::to_owned);
+    let selecting = prop::sample::select(vec![
+        "prm a", "prm b", "obj c", "obj 2nd", "ap a", "ap b x", "ao c", "ao 2nd y", "ap a z",
+    ])
+    .prop_map(str::to_owned);
     prop::collection::vec(prop_oneof![1 => selecting, 2 => line()], 0..60)
 }
 
@@ -127,7 +143,12 @@ fn every_range_of_the_table_is_checked() {
             }
             words[i + 1] = bad.to_owned();
             let fault = parse_line(&words.join(" ")).expect_err(&words.join(" "));
-            assert!(fault.message.contains(arg.name) || fault.code == "not-a-number", "{}: {}", spec.name, fault.message);
+            assert!(
+                fault.message.contains(arg.name) || fault.code == "not-a-number",
+                "{}: {}",
+                spec.name,
+                fault.message
+            );
         }
     }
 }
@@ -140,7 +161,12 @@ fn every_need_of_the_table_is_checked() {
         for setup in ["deselect", other] {
             let mut session = Session::default();
             session.run_line(setup).unwrap();
-            assert_eq!(session.run_line(spec.example).unwrap_err().code, "selection", "{} after {setup}", spec.name);
+            assert_eq!(
+                session.run_line(spec.example).unwrap_err().code,
+                "selection",
+                "{} after {setup}",
+                spec.name
+            );
         }
     }
 }

@@ -6,11 +6,8 @@ use superegg_lang::{Diagnostic, Severity, lint, load_text};
 fn check(text: &str) {
     let (_, diagnostics) = load_text("test.scn", text);
     let told: Vec<(usize, &str)> = diagnostics.iter().map(|d| (d.line.unwrap(), d.code)).collect();
-    let expected: Vec<(usize, &str)> = text
-        .lines()
-        .enumerate()
-        .filter_map(|(i, line)| Some((i + 1, line.split_once("#! ")?.1)))
-        .collect();
+    let expected: Vec<(usize, &str)> =
+        text.lines().enumerate().filter_map(|(i, line)| Some((i + 1, line.split_once("#! ")?.1))).collect();
     assert_eq!(told, expected);
 }
 
@@ -47,7 +44,10 @@ prm o             #! wrong-kind
 #[test]
 fn line_ends_and_marks_of_other_systems_are_nothing() {
     let (plain, _) = load_text("a", "prm a\ncoeff 1 2 3\nobj o\nap a");
-    for text in ["\u{feff}prm a\r\ncoeff 1 2 3\r\nobj o\r\nap a\r\n", "PRM a   \n\t coeff\t1 2 3 # x\n\n\nOBJECT o\nap a #"] {
+    for text in [
+        "\u{feff}prm a\r\ncoeff 1 2 3\r\nobj o\r\nap a\r\n",
+        "PRM a   \n\t coeff\t1 2 3 # x\n\n\nOBJECT o\nap a #",
+    ] {
         let (session, diagnostics) = load_text("b", text);
         assert!(diagnostics.is_empty(), "{diagnostics:?}");
         assert_eq!(session, plain);

@@ -42,7 +42,9 @@ impl Bvh {
         let tree = build_bvh2(&unit_boxes, BvhBuildParams::medium_build(), &mut Duration::default());
         let nodes = tree.nodes.iter();
         let mut bvh = Self {
-            nodes: nodes.map(|n| Node { bounds: Aabb::EMPTY, first: n.first_index, count: n.prim_count }).collect(),
+            nodes: nodes
+                .map(|n| Node { bounds: Aabb::EMPTY, first: n.first_index, count: n.prim_count })
+                .collect(),
             items: tree.primitive_indices,
         };
         bvh.fit(boxes);
@@ -50,7 +52,8 @@ impl Bvh {
     }
 
     fn single_leaf(count: usize, bounds: Aabb) -> Self {
-        let nodes = if count == 0 { Vec::new() } else { vec![Node { bounds, first: 0, count: count as u32 }] };
+        let nodes =
+            if count == 0 { Vec::new() } else { vec![Node { bounds, first: 0, count: count as u32 }] };
         Self { nodes, items: (0..count as u32).collect() }
     }
 
@@ -62,7 +65,9 @@ impl Bvh {
             let Node { first, count, .. } = self.nodes[index];
             let (first, count) = (first as usize, count as usize);
             self.nodes[index].bounds = if count > 0 {
-                self.items[first..first + count].iter().fold(Aabb::EMPTY, |all, &i| all.union(&boxes[i as usize]))
+                self.items[first..first + count]
+                    .iter()
+                    .fold(Aabb::EMPTY, |all, &i| all.union(&boxes[i as usize]))
             } else if children_done {
                 self.nodes[first].bounds.union(&self.nodes[first + 1].bounds)
             } else {
@@ -107,9 +112,15 @@ mod tests {
     fn holds_every_item_once_whatever_the_boxes() {
         let at = |x: f64, y: f64, r: f64| Aabb::around(DVec3::new(x, y, 0.0), DVec3::splat(r));
         for count in [0, 1, 2, 3, 4, 100] {
-            check(&(0..count).map(|i| at(f64::from(i * 7 % 13), f64::from(i * 5 % 11), 0.3)).collect::<Vec<_>>());
+            check(
+                &(0..count)
+                    .map(|i| at(f64::from(i * 7 % 13), f64::from(i * 5 % 11), 0.3))
+                    .collect::<Vec<_>>(),
+            );
             check(&vec![at(1.0, 2.0, 0.5); count as usize]);
-            check(&(0..count).map(|i| at(1e-40 * f64::from(i), 1e30 * f64::from(i), 1e-50)).collect::<Vec<_>>());
+            check(
+                &(0..count).map(|i| at(1e-40 * f64::from(i), 1e30 * f64::from(i), 1e-50)).collect::<Vec<_>>(),
+            );
         }
         check(&[at(1e308, 0.0, 1e308), at(-1e308, 0.0, 1e308), at(0.0, 0.0, 1.0)]);
     }

@@ -58,7 +58,8 @@ impl<'a> Compiler<'a> {
             match entity {
                 Entity::Primitive(primitive) => {
                     places.insert(name, Place::Primitive(primitives.len() as u32));
-                    primitives.push(CompiledPrimitive { shape: primitive.shape, material: primitive.material });
+                    primitives
+                        .push(CompiledPrimitive { shape: primitive.shape, material: primitive.material });
                 }
                 Entity::Object(object) => {
                     places.insert(name, Place::Object(objects.len() as u32));

@@ -93,9 +93,14 @@ mod tests {
 
     #[test]
     fn encodings_meet_known_values() {
-        let known = [(0.0, 0, 0), (1.0, 255, 255), (0.5, 188, 128), (0.2140, 127, 55), (7.0, 255, 255), (-1.0, 0, 0)];
+        let known =
+            [(0.0, 0, 0), (1.0, 255, 255), (0.5, 188, 128), (0.2140, 127, 55), (7.0, 255, 255), (-1.0, 0, 0)];
         for (value, srgb, linear) in known {
-            assert_eq!((encode(value, Encoding::Srgb), encode(value, Encoding::Linear)), (srgb, linear), "{value}");
+            assert_eq!(
+                (encode(value, Encoding::Srgb), encode(value, Encoding::Linear)),
+                (srgb, linear),
+                "{value}"
+            );
         }
         assert_eq!(encode(f32::NAN, Encoding::Srgb), 0);
     }

@@ -44,7 +44,15 @@ fn walk(
         Entity::Object(_) if remaining == 0 => Some(()),
         Entity::Object(object) => object.children().try_for_each(|(alias, child)| {
             let world_from_child = world_from_here.after(&object.parent_from_child(child).ok()?).ok()?;
-            walk(scene, child.target(), format!("{path}/{alias}"), &world_from_child, remaining - 1, limit, found)
+            walk(
+                scene,
+                child.target(),
+                format!("{path}/{alias}"),
+                &world_from_child,
+                remaining - 1,
+                limit,
+                found,
+            )
         }),
     }
 }
@@ -65,7 +73,9 @@ pub fn least_value(instances: &[FlatInstance], point: DVec3) -> Option<(usize, f
     instances
         .iter()
         .enumerate()
-        .filter(|(_, flat)| world_bounds(&flat.shape, &flat.world_from_local).rounded_outward().contains(point))
+        .filter(|(_, flat)| {
+            world_bounds(&flat.shape, &flat.world_from_local).rounded_outward().contains(point)
+        })
         .map(|(i, flat)| {
             (i, flat.shape.inside_outside(flat.world_from_local.inverse().transform_point3(point)))
         })

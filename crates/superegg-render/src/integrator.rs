@@ -87,7 +87,13 @@ impl Integrator<'_> {
     }
 
     /// The light along a ray that goes on from a surface.
-    fn follow(&mut self, surface: &SurfaceInteraction<'_>, direction: DVec3, bounces: u32, weight: f64) -> DVec3 {
+    fn follow(
+        &mut self,
+        surface: &SurfaceInteraction<'_>,
+        direction: DVec3,
+        bounces: u32,
+        weight: f64,
+    ) -> DVec3 {
         if bounces >= MAX_BOUNCES {
             return self.background;
         }

@@ -99,9 +99,8 @@ impl Tile {
 }
 
 fn tiles(width: u32, height: u32) -> Vec<Tile> {
-    let ranges = |length: u32| {
-        (0..length.div_ceil(TILE_PX)).map(move |i| i * TILE_PX..length.min((i + 1) * TILE_PX))
-    };
+    let ranges =
+        |length: u32| (0..length.div_ceil(TILE_PX)).map(move |i| i * TILE_PX..length.min((i + 1) * TILE_PX));
     ranges(height).flat_map(|y| ranges(width).map(move |x| Tile { x, y: y.clone() })).collect()
 }
 
@@ -124,8 +123,10 @@ impl Job<'_> {
             .pixels()
             .map(|(x, y)| {
                 let corner = DVec2::new(f64::from(x), f64::from(y));
-                let sum: DVec3 =
-                    sampler.places(x, y).map(|place| integrator.camera_ray(&self.view.ray(corner + place))).sum();
+                let sum: DVec3 = sampler
+                    .places(x, y)
+                    .map(|place| integrator.camera_ray(&self.view.ray(corner + place)))
+                    .sum();
                 (sum / f64::from(self.settings.samples.max(1))).as_vec3().to_array()
             })
             .collect();

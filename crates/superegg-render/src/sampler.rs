@@ -81,8 +81,10 @@ mod tests {
     #[test]
     fn four_samples_take_a_quarter_each() {
         for x in 0..100 {
-            let mut quarters: Vec<_> =
-                Sampler::new(4).places(x, 1).map(|p| (u32::from(p.x >= 0.5), u32::from(p.y >= 0.5))).collect();
+            let mut quarters: Vec<_> = Sampler::new(4)
+                .places(x, 1)
+                .map(|p| (u32::from(p.x >= 0.5), u32::from(p.y >= 0.5)))
+                .collect();
             quarters.sort_unstable();
             assert_eq!(quarters, [(0, 0), (0, 1), (1, 0), (1, 1)]);
         }

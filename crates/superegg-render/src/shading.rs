@@ -111,7 +111,8 @@ mod tests {
 
     #[test]
     fn shares_never_exceed_one() {
-        let with = |reflected, refracted| Shares::of(&Material { reflected, refracted, ..Material::default() });
+        let with =
+            |reflected, refracted| Shares::of(&Material { reflected, refracted, ..Material::default() });
         assert_eq!(with(None, None), Shares { local: 1.0, mirror: 0.0, through: 0.0 });
         let over = with(Some(0.5), Some(1.0));
         assert!((over.local + over.mirror + over.through - 1.0).abs() < 1e-12);

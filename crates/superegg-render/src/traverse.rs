@@ -70,7 +70,15 @@ struct Traversal<'a> {
 
 impl<'a> Traversal<'a> {
     fn new(scene: &'a CompiledScene, departure: Option<&'a Departure>, t_max: f64, any_hit: bool) -> Self {
-        Self { scene, departure, t_max, any_hit, path: InstancePath::default(), best: None, pending: Vec::new() }
+        Self {
+            scene,
+            departure,
+            t_max,
+            any_hit,
+            path: InstancePath::default(),
+            best: None,
+            pending: Vec::new(),
+        }
     }
 
     fn is_done(&self) -> bool {
@@ -139,7 +147,8 @@ impl<'a> Traversal<'a> {
         let is_closer = if self.any_hit {
             hit.t < self.t_max
         } else {
-            hit.t < self.t_max || self.best.as_ref().is_some_and(|best| hit.t == best.t && self.path < best.path)
+            hit.t < self.t_max
+                || self.best.as_ref().is_some_and(|best| hit.t == best.t && self.path < best.path)
         };
         if is_closer {
             self.t_max = hit.t;

@@ -13,9 +13,16 @@ use superegg_scene::Scene;
 /// Four primitives and three objects with children among all of them, themselves included.
 fn scene_text() -> impl Strategy<Value = String> {
     let exponent = prop::sample::select(vec!["0.1", "0.5", "1", "2", "3"]);
-    let primitives = prop::collection::vec((exponent.clone(), exponent, prop::array::uniform3(0.2..0.9f64)), 4);
+    let primitives =
+        prop::collection::vec((exponent.clone(), exponent, prop::array::uniform3(0.2..0.9f64)), 4);
     let name = prop::sample::select(vec!["p0", "p1", "p2", "p3", "o0", "o1", "o2"]);
-    let child = (name, prop::array::uniform3(-2.0..2.0f64), prop::array::uniform3(-1.0..1.0f64), -180.0..180.0f64, 0.4..0.9f64);
+    let child = (
+        name,
+        prop::array::uniform3(-2.0..2.0f64),
+        prop::array::uniform3(-1.0..1.0f64),
+        -180.0..180.0f64,
+        0.4..0.9f64,
+    );
     let objects = prop::collection::vec((prop::collection::vec(child, 0..5), -90.0..90.0f64), 3);
     (primitives, objects).prop_map(|(primitives, objects)| {
         let mut text = String::new();

@@ -88,18 +88,31 @@ fn glass_of_index_one_is_not_seen() {
     let with = film(&format!("{behind}ap pane\n"), 40);
     // But for the silhouette, where a ray may graze.
     let pixels = (0..40).flat_map(|y| (0..40).map(move |x| (x, y)));
-    let different = pixels.filter(|&(x, y)| with.pixel(x, y).iter().zip(without.pixel(x, y)).any(|(a, b)| (a - b).abs() > 2e-3));
+    let different = pixels.filter(|&(x, y)| {
+        with.pixel(x, y).iter().zip(without.pixel(x, y)).any(|(a, b)| (a - b).abs() > 2e-3)
+    });
     assert_eq!(different.count(), 0);
 }
 
 #[test]
 fn clear_glass_and_mirrors_in_a_white_world_are_white() {
-    for surface in ["refracted 1", "reflected 1", "refracted .5\nreflected .5", "refracted 1\nindex 2.4", "reflected 1\nrefracted 1"] {
+    for surface in [
+        "refracted 1",
+        "reflected 1",
+        "refracted .5\nreflected .5",
+        "refracted 1\nindex 2.4",
+        "reflected 1\nrefracted 1",
+    ] {
         for shape in ["exp 1 1", "exp .2 .2", "exp 2 2", "exp 3 .5"] {
-            let text = format!("background 1 1 1\nprm s\n{shape}\nspecular 0\n{surface}\nlight l 5 5 5\ncamera 2 3 4 0 0 0 40\n");
+            let text = format!(
+                "background 1 1 1\nprm s\n{shape}\nspecular 0\n{surface}\nlight l 5 5 5\ncamera 2 3 4 0 0 0 40\n"
+            );
             let film = film(&text, 24);
             let white = Film::new(24, 24);
-            let least = (0..24).flat_map(|y| (0..24).map(move |x| (x, y))).map(|(x, y)| film.pixel(x, y)[0]).fold(2.0, f32::min);
+            let least = (0..24)
+                .flat_map(|y| (0..24).map(move |x| (x, y)))
+                .map(|(x, y)| film.pixel(x, y)[0])
+                .fold(2.0, f32::min);
             assert!(difference(&film, &white) <= 1.0001 && least > 0.98, "{surface} {shape}: {least}");
         }
     }

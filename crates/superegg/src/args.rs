@@ -9,7 +9,10 @@ use superegg_render::Encoding;
 
 /// A modeller and exact ray tracer for superquadrics.
 #[derive(Debug, Parser)]
-#[command(version, after_help = "Exit codes: 0 fine; 1 errors in the input; 2 wrong usage, or a file that cannot be read or written.")]
+#[command(
+    version,
+    after_help = "Exit codes: 0 fine; 1 errors in the input; 2 wrong usage, or a file that cannot be read or written."
+)]
 pub(crate) struct Args {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -95,10 +98,10 @@ pub(crate) struct IotestArgs {
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["step", "half"])]
     pub(crate) points: Option<PathBuf>,
     /// The spacing of the grid
-    #[arg(long, value_name = "S", default_value = "0.5", value_parser = positive)]
+    #[arg(long, value_name = "S", default_value = "0.5", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) step: f64,
     /// How far the grid goes from the origin along each axis
-    #[arg(long, value_name = "H", default_value = "5", value_parser = not_negative)]
+    #[arg(long, value_name = "H", default_value = "5", allow_negative_numbers = true, value_parser = not_negative)]
     pub(crate) half: f64,
     /// Where the answers go; standard output unless given
     #[arg(short, long, value_name = "OUT.csv")]

@@ -7,14 +7,27 @@ use superegg_lang::{format_number, parse_number};
 
 use crate::files;
 
-/// Rows of `N` numbers under the header that `names` spell, or every complaint about them, each with file, line and column.
-pub(crate) fn read_rows<const N: usize>(path: &Path, names: [&str; N]) -> Result<Result<Vec<[f64; N]>, Vec<String>>> {
+/// What is wrong with a row, and in which column (from 1).
+pub(crate) type RowFault = (usize, String);
+
+/// Rows of `N` numbers under the header that `names` spell, each made into what is wanted of it, or every complaint about them with
+/// file, line and column.
+pub(crate) fn read_rows<T, const N: usize>(
+    path: &Path,
+    names: [&str; N],
+    make: impl Fn([f64; N]) -> Result<T, RowFault>,
+) -> Result<Result<Vec<T>, Vec<String>>> {
     let bytes = files::read(path)?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    Ok(parse_rows(&path.display().to_string(), bytes, names))
+    Ok(parse_rows(&path.display().to_string(), bytes, names, make))
 }
 
-fn parse_rows<const N: usize>(file: &str, bytes: &[u8], names: [&str; N]) -> Result<Vec<[f64; N]>, Vec<String>> {
+fn parse_rows<T, const N: usize>(
+    file: &str,
+    bytes: &[u8],
+    names: [&str; N],
+    make: impl Fn([f64; N]) -> Result<T, RowFault>,
+) -> Result<Vec<T>, Vec<String>> {
     let mut reader =
         csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(bytes);
     let header = names.join(",");
@@ -37,23 +50,27 @@ fn parse_rows<const N: usize>(file: &str, bytes: &[u8], names: [&str; N]) -> Res
             let is_right = record.len() == N
                 && record.iter().zip(names).all(|(field, name)| field.eq_ignore_ascii_case(name.as_bytes()));
             if !is_right {
-                return Err(vec![format!("{file}:{line}:1: error: the first line must be the header {header}")]);
+                return Err(vec![format!(
+                    "{file}:{line}:1: error: the first line must be the header {header}"
+                )]);
             }
             continue;
         }
-        match parse_row(&record, names) {
+        match parse_row(&record, names).and_then(&make) {
             Ok(row) => rows.push(row),
-            Err((column, complaint)) => complaints.push(format!("{file}:{line}:{column}: error: {complaint}")),
+            Err((column, complaint)) => {
+                complaints.push(format!("{file}:{line}:{column}: error: {complaint}"));
+            }
         }
     }
     if is_header {
-        complaints.push(format!("{file}:1:1: error: it is empty; the first line must be the header {header}"));
+        complaints
+            .push(format!("{file}:1:1: error: it is empty; the first line must be the header {header}"));
     }
     if complaints.is_empty() { Ok(rows) } else { Err(complaints) }
 }
 
-/// One row, or the column (from 1) and what is wrong there.
-fn parse_row<const N: usize>(record: &csv::ByteRecord, names: [&str; N]) -> Result<[f64; N], (usize, String)> {
+fn parse_row<const N: usize>(record: &csv::ByteRecord, names: [&str; N]) -> Result<[f64; N], RowFault> {
     if record.len() != N {
         let column = record.len().min(N);
         return Err((column, format!("a row has {N} numbers ({}), not {}", names.join(","), record.len())));
@@ -76,12 +93,15 @@ mod tests {
     use super::*;
 
     fn rows(text: &str) -> Result<Vec<[f64; 3]>, Vec<String>> {
-        parse_rows("p.csv", text.as_bytes(), ["x", "y", "z"])
+        parse_rows("p.csv", text.as_bytes(), ["x", "y", "z"], Ok)
     }
 
     #[test]
     fn reads_numbers_under_the_header() {
-        assert_eq!(rows("x,y,z\n1, .5,1e-3\r\n\n-2.,0,\"4\"").unwrap(), [[1.0, 0.5, 0.001], [-2.0, 0.0, 4.0]]);
+        assert_eq!(
+            rows("x,y,z\n1, .5,1e-3\r\n\n-2.,0,\"4\"").unwrap(),
+            [[1.0, 0.5, 0.001], [-2.0, 0.0, 4.0]]
+        );
         assert_eq!(rows("x,y,z").unwrap(), [[0.0; 3]; 0]);
     }
 

@@ -59,7 +59,9 @@ impl Loaded {
     pub(crate) fn root_or_warn(&self, asked: Option<&str>) -> Result<Option<String>> {
         let root = self.root(asked)?;
         if root.is_none() {
-            eprintln!("superegg: warning: nothing is selected at the end of the scene, so it is empty; --object NAME takes an object");
+            eprintln!(
+                "superegg: warning: nothing is selected at the end of the scene, so it is empty; --object NAME takes an object"
+            );
         }
         Ok(root)
     }
@@ -86,7 +88,13 @@ struct Loader {
 }
 
 impl Loader {
-    fn run(&mut self, session: &mut Session, path: &Path, bytes: &[u8], diagnostics: &mut Vec<Diagnostic>) -> Flow {
+    fn run(
+        &mut self,
+        session: &mut Session,
+        path: &Path,
+        bytes: &[u8],
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Flow {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let name = path.display().to_string();
         run_script(session, &name, bytes, diagnostics, &mut |session, effect, diagnostics| {
@@ -104,7 +112,9 @@ impl Loader {
         match effect {
             Effect::Done => Ok(Flow::Continue),
             Effect::Stop => Ok(Flow::Stop),
-            Effect::Source(file) => self.source(session, file.as_deref().unwrap_or(QUICKSAVE), folder, diagnostics),
+            Effect::Source(file) => {
+                self.source(session, file.as_deref().unwrap_or(QUICKSAVE), folder, diagnostics)
+            }
             Effect::Print(text) => {
                 if self.mode == Mode::Session {
                     println!("{text}");
@@ -115,12 +125,16 @@ impl Loader {
                 save(session, Path::new(file.as_deref().unwrap_or(QUICKSAVE)))?;
                 Ok(Flow::Continue)
             }
-            Effect::Save(_) => Err(Fault::new("not-here", "save is not carried out when a scene is only read")
-                .help("'superegg run FILE' runs a file with all that it says")
-                .warning()),
-            Effect::Interact => Err(Fault::new("not-here", "there is no viewer here to hand the keyboard to")
-                .help("leave the line out")
-                .warning()),
+            Effect::Save(_) => {
+                Err(Fault::new("not-here", "save is not carried out when a scene is only read")
+                    .help("'superegg run FILE' runs a file with all that it says")
+                    .warning())
+            }
+            Effect::Interact => {
+                Err(Fault::new("not-here", "there is no viewer here to hand the keyboard to")
+                    .help("leave the line out")
+                    .warning())
+            }
         }
     }
 
@@ -135,11 +149,13 @@ impl Loader {
         let candidates = [PathBuf::from(file), folder.join(file)];
         let path = candidates.iter().find(|path| path.exists()).unwrap_or(&candidates[0]);
         if self.open.contains(&identity(path)) || self.open.len() >= MOST_NESTED {
-            let fault = Fault::new("source-circle", format!("'{file}' would be read within itself, or too deep"));
+            let fault =
+                Fault::new("source-circle", format!("'{file}' would be read within itself, or too deep"));
             return Err(fault.help("a file cannot source itself, directly or through others"));
         }
         let bytes = files::read(path).map_err(|error| {
-            Fault::new("unreadable", format!("{error:#}")).help("the name is looked for in the working folder, then beside this file")
+            Fault::new("unreadable", format!("{error:#}"))
+                .help("the name is looked for in the working folder, then beside this file")
         })?;
         session.clear();
         self.open.push(identity(path));
@@ -152,6 +168,10 @@ impl Loader {
 fn save(session: &Session, path: &Path) -> Result<(), Fault> {
     let is_quicksave = path == Path::new(QUICKSAVE);
     let made = if is_quicksave { std::fs::create_dir_all("data").map_err(Into::into) } else { Ok(()) };
-    made.and_then(|()| files::write(path, write_session(session).as_bytes()))
-        .map_err(|error: anyhow::Error| Fault::new("unwritable", format!("{error:#}")).help("name a file in a folder that can be written to"))
+    made.and_then(|()| files::write(path, write_session(session).as_bytes())).map_err(
+        |error: anyhow::Error| {
+            Fault::new("unwritable", format!("{error:#}"))
+                .help("name a file in a folder that can be written to")
+        },
+    )
 }

@@ -16,7 +16,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
     let errors = loaded.error_count();
     let warnings = loaded.diagnostics.len() - errors;
     let scene = loaded.session.scene();
-    let instances = CompiledScene::compile(scene, loaded.session.selected(), scene.depth).instance_count().clone();
+    let instances =
+        CompiledScene::compile(scene, loaded.session.selected(), scene.depth).instance_count().clone();
     println!(
         "{}: {}, {}; {}, {}, {} in the picture",
         args.scene.display(),
@@ -31,7 +32,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
 }
 
 /// "1 error", "2 errors".
-fn counted(count: impl ToString, noun: &str) -> String {
+fn counted(count: impl std::fmt::Display, noun: &str) -> String {
     let count = count.to_string();
     let plural = if count == "1" { "" } else { "s" };
     format!("{count} {noun}{plural}")

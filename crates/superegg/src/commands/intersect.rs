@@ -8,7 +8,7 @@ use superegg_render::{CompiledScene, Hit, View};
 
 use crate::args::IntersectArgs;
 use crate::commands::{Outcome, write_csv};
-use crate::csv_input::{fields, read_rows};
+use crate::csv_input::{RowFault, fields, read_rows};
 use crate::load::{Loaded, Mode, load};
 
 const RAY_COLUMNS: [&str; 6] = ["ox", "oy", "oz", "dx", "dy", "dz"];
@@ -24,8 +24,7 @@ pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
         println!("{}", tell_camera_ray(&compiled, &loaded));
         return Ok(Outcome::of(&loaded));
     };
-    let rows = read_rows(path, RAY_COLUMNS)?.and_then(|rows| with_directions(rows, &path.display().to_string()));
-    match rows {
+    match read_rows(path, RAY_COLUMNS, ray_of_row)? {
         Ok(rays) => {
             write_csv(args.output.as_deref(), |writer| {
                 writer.write_record(ANSWER_COLUMNS)?;
@@ -40,25 +39,21 @@ pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
     }
 }
 
-/// Rows as rays; a direction of no length is an error.
-fn with_directions(rows: Vec<[f64; 6]>, file: &str) -> Result<Vec<Ray>, Vec<String>> {
-    let rays: Vec<Ray> = rows
-        .into_iter()
-        .map(|[ox, oy, oz, dx, dy, dz]| Ray::new(DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz)))
-        .collect();
-    let complaints: Vec<String> = rays
-        .iter()
-        .enumerate()
-        .filter(|(_, ray)| ray.direction == DVec3::ZERO)
-        .map(|(i, _)| format!("{file}: error: ray {} has the direction 0,0,0, which leads nowhere", i + 1))
-        .collect();
-    if complaints.is_empty() { Ok(rays) } else { Err(complaints) }
+/// A row as a ray; a direction of no length is an error.
+fn ray_of_row([ox, oy, oz, dx, dy, dz]: [f64; 6]) -> Result<Ray, RowFault> {
+    let ray = Ray::new(DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz));
+    if ray.direction == DVec3::ZERO {
+        return Err((4, "the direction dx,dy,dz is 0,0,0, which leads nowhere".to_owned()));
+    }
+    Ok(ray)
 }
 
 /// The columns of one answer.
 fn answer(scene: &CompiledScene, ray: &Ray) -> Vec<String> {
     let Some(hit) = scene.intersect(ray, None) else {
-        return std::iter::once("0".to_owned()).chain((1..ANSWER_COLUMNS.len()).map(|_| String::new())).collect();
+        return std::iter::once("0".to_owned())
+            .chain((1..ANSWER_COLUMNS.len()).map(|_| String::new()))
+            .collect();
     };
     let surface = scene.interaction(&hit);
     let mut columns = vec!["1".to_owned(), format_number(hit.t)];

@@ -24,8 +24,8 @@ pub(crate) fn run(args: &IotestArgs) -> Result<Outcome> {
     let compiled = CompiledScene::compile(scene, root.as_deref(), scene.depth);
     let points: Box<dyn Iterator<Item = DVec3>> = match &args.points {
         None => Box::new(grid.points()),
-        Some(path) => match read_rows(path, POINT_COLUMNS)? {
-            Ok(rows) => Box::new(rows.into_iter().map(DVec3::from_array)),
+        Some(path) => match read_rows(path, POINT_COLUMNS, |row| Ok(DVec3::from_array(row)))? {
+            Ok(points) => Box::new(points.into_iter()),
             Err(complaints) => {
                 complaints.iter().for_each(|complaint| eprintln!("{complaint}"));
                 return Ok(Outcome::ErrorsInInput);
@@ -63,7 +63,9 @@ impl Grid {
         // A quotient that falls short of a whole number by rounding counts as that number: 0.3 / 0.1.
         let most = (half / step * (1.0 + 4.0 * f64::EPSILON)).floor();
         if 2.0 * most + 1.0 > MOST_ALONG_AXIS || !most.is_finite() {
-            bail!("a grid with --step {step} and --half {half} has more than {MOST_ALONG_AXIS} points along each axis; take a larger step");
+            bail!(
+                "a grid with --step {step} and --half {half} has more than {MOST_ALONG_AXIS} points along each axis; take a larger step"
+            );
         }
         Ok(Self { step, most: most as i32 })
     }

@@ -54,7 +54,13 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         peak_rss_bytes: peak_rss_bytes(),
     };
     if !args.quiet && !files::is_standard_stream(&output) {
-        println!("{}: {}x{}, {} instances, {render:.1} s", output.display(), stats.width, stats.height, stats.instances);
+        println!(
+            "{}: {}x{}, {} instances, {render:.1} s",
+            output.display(),
+            stats.width,
+            stats.height,
+            stats.instances
+        );
     }
     if let Some(path) = &args.stats {
         files::write(path, format!("{}\n", serde_json::to_string_pretty(&stats)?).as_bytes())?;
@@ -84,8 +90,11 @@ fn draw(scene: &Scene, compiled: &CompiledScene, args: &RenderArgs, threads: usi
         background: scene.background,
     };
     let bar = progress_bar(u64::from(settings.width) * u64::from(settings.height), args.quiet);
-    let budget =
-        RenderBudget { threads, cancel: &AtomicBool::new(false), progress: &|pixels| bar.set_position(pixels) };
+    let budget = RenderBudget {
+        threads,
+        cancel: &AtomicBool::new(false),
+        progress: &|pixels| bar.set_position(pixels),
+    };
     let rendered = render(compiled, &settings, &budget).context("cannot start the threads");
     bar.finish_and_clear();
     rendered

@@ -1,0 +1,9 @@
+//! The real binary, used as people use it.
+
+// A test that is skipped says so.
+#![allow(clippy::print_stderr)]
+
+mod gallery;
+mod real_scenes;
+mod sessions;
+mod support;

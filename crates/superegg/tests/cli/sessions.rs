@@ -1,0 +1,280 @@
+//! Whole sessions of the real binary.
+
+use crate::support::Place;
+
+const BALLS: &str = "prm ball\nobj pair\nap ball left\nxs -2 0 0\nap ball right\nss 2 1 1\nxs 2 0 0\n";
+
+fn rows(text: &str) -> Vec<Vec<&str>> {
+    text.lines().map(|line| line.split(',').collect()).collect()
+}
+
+#[test]
+fn render_writes_a_picture_beside_the_user_and_nothing_else() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("folder")).unwrap();
+    place.write("folder/pair.scn", BALLS);
+    let said = place.run("render folder/pair.scn --size 40x30").fine();
+    assert!(said.starts_with("pair.png: 40x30, 2 instances"), "{said}");
+    assert_eq!(place.files(), ["folder", "pair.png"]);
+    let picture = image::open(place.path("pair.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (40, 30));
+    assert!(
+        picture.to_rgb8().pixels().any(|p| p.0[0] > 100) && picture.to_rgb8().get_pixel(0, 0).0 == [0; 3]
+    );
+    assert_eq!(place.run("render folder/pair.scn --size 40x30 --quiet").fine(), "");
+}
+
+#[test]
+fn the_same_command_gives_the_same_bytes_on_any_number_of_threads() {
+    let place = Place::new();
+    place.write("pair.scn", BALLS);
+    let pictures: Vec<Vec<u8>> = ["1", "2", "5"]
+        .iter()
+        .map(|threads| {
+            place
+                .run(&format!(
+                    "render pair.scn --size 50x40 --samples 3 --threads {threads} -o {threads}.png"
+                ))
+                .fine();
+            std::fs::read(place.path(&format!("{threads}.png"))).unwrap()
+        })
+        .collect();
+    assert!(pictures.windows(2).all(|pair| pair[0] == pair[1]));
+}
+
+#[test]
+fn stats_are_as_promised() {
+    let place = Place::new();
+    place.write("tree.scn", "prm p\nprm unused\nobj o\nap p\nao o a\nss .5 .5 .5\nao o b\nss .5 .5 .5\n");
+    place.run("render tree.scn --size 8x6 --samples 2 --threads 3 --depth 40 --stats s.json").fine();
+    let stats: serde_json::Value = serde_json::from_str(&place.read("s.json")).unwrap();
+    let keys =
+        |value: &serde_json::Value| -> Vec<String> { value.as_object().unwrap().keys().cloned().collect() };
+    let sorted = |words: &str| -> Vec<String> {
+        let mut words: Vec<String> = words.split(' ').map(str::to_owned).collect();
+        words.sort();
+        words
+    };
+    assert_eq!(
+        keys(&stats),
+        sorted(
+            "primitives objects groups instances width height samples threads rays seconds peak_rss_bytes"
+        )
+    );
+    assert_eq!(keys(&stats["rays"]), sorted("camera shadow reflection refraction"));
+    assert_eq!(keys(&stats["seconds"]), sorted("parse compile render write"));
+    let instances = ((1u64 << 40) - 1).to_string();
+    assert_eq!(stats["instances"], serde_json::json!(instances));
+    assert_eq!(
+        (&stats["primitives"], &stats["objects"], &stats["groups"]),
+        (&2.into(), &1.into(), &40.into())
+    );
+    assert_eq!((&stats["rays"]["camera"], &stats["threads"]), (&96.into(), &3.into()));
+    assert!(stats["peak_rss_bytes"].is_null() || stats["peak_rss_bytes"].as_u64().unwrap() > 1 << 20);
+}
+
+#[test]
+fn errors_in_a_scene_are_told_and_the_rest_is_rendered() {
+    let place = Place::new();
+    place.write("bad.scn", format!("{BALLS}colour 1 0 0\nxs 1 2\n"));
+    let err = place.run("render bad.scn --size 8x8").failed(1);
+    assert!(
+        err.contains("bad.scn:8:1: error[unknown-command]") && err.contains("did you mean 'color'?"),
+        "{err}"
+    );
+    assert!(err.contains("bad.scn:9:1: error[argument-count]: translate takes 3 arguments, not 2"), "{err}");
+    assert!(place.path("bad.png").exists());
+}
+
+#[test]
+fn wrong_usage_and_unreadable_files_end_with_two_and_write_nothing() {
+    let place = Place::new();
+    place.write("pair.scn", BALLS).write("rays.csv", "ox,oy,oz,dx,dy,dz\n");
+    std::fs::create_dir(place.path("folder")).unwrap();
+    for (words, said) in [
+        ("", "Usage"),
+        ("draw pair.scn", "unrecognized subcommand"),
+        ("render missing.scn", "cannot read 'missing.scn'"),
+        ("render folder", "it is a folder"),
+        ("render pair.scn --object par", "did you mean 'pair'?"),
+        ("render pair.scn --size 0x10", "width and height"),
+        ("render pair.scn --samples 0", "0 is not in 1..=65536"),
+        ("render pair.scn --depth 65", "from 0 to 64"),
+        ("render pair.scn --threads 0", "0 is not in"),
+        ("render pair.scn --encoding gamma", "possible values: srgb, linear"),
+        ("render pair.scn -o nowhere/x.png", "there is no folder 'nowhere'"),
+        ("render pair.scn -o folder", "it is a folder"),
+        ("render pair.scn --stats nowhere/x.json", "there is no folder"),
+        ("intersect pair.scn --rays missing.csv", "cannot read 'missing.csv'"),
+        ("intersect pair.scn --rays rays.csv -o nowhere/x.csv", "nowhere"),
+        ("iotest pair.scn --step 0", "above 0"),
+        ("iotest pair.scn --step nan", "is not a number"),
+        ("iotest pair.scn --step 1e-9", "take a larger step"),
+        ("iotest pair.scn --half -1", "0 or above"),
+        ("info pair.scn nobody", "nothing is named 'nobody'"),
+    ] {
+        let err = place.run(words).failed(2);
+        assert!(err.contains(said), "{words}: {err}");
+    }
+    assert_eq!(place.files(), ["folder", "pair.scn", "rays.csv"]);
+}
+
+#[test]
+fn an_output_that_fails_leaves_what_was_there() {
+    let place = Place::new();
+    place
+        .write("pair.scn", BALLS)
+        .write("bad.csv", "ox,oy,oz,dx,dy,dz\n1,2,3\n")
+        .write("out.csv", "precious");
+    place.run("intersect pair.scn --rays bad.csv -o out.csv").failed(1);
+    assert_eq!(place.read("out.csv"), "precious");
+}
+
+#[test]
+fn intersect_answers_each_ray_in_order() {
+    let place = Place::new();
+    place.write("pair.scn", BALLS);
+    let rays = "ox,oy,oz,dx,dy,dz\n-2,0,10,0,0,-2\n9,9,9,1,0,0\n2,0,0,1,0,0\n-9,0,0,.5,0,0\n";
+    let out = place.run_with("intersect pair.scn --rays -", rays).fine();
+    let rows = rows(&out);
+    assert_eq!(rows[0], ["hit", "t", "px", "py", "pz", "nx", "ny", "nz", "leaving", "path"]);
+    assert_eq!(rows[1], ["1", "4.5", "-2", "0", "1", "0", "0", "1", "0", "pair/left"]);
+    assert_eq!(rows[2], ["0", "", "", "", "", "", "", "", "", ""]);
+    assert_eq!(rows[3], ["1", "2", "4", "0", "0", "1", "0", "0", "1", "pair/right"]);
+    assert_eq!(rows[4], ["1", "12", "-3", "0", "0", "-1", "0", "0", "0", "pair/left"]);
+    assert_eq!(rows.len(), 5);
+    place.run_with("intersect pair.scn --rays - -o out.csv", rays).fine();
+    assert_eq!(place.read("out.csv"), out);
+}
+
+#[test]
+fn intersect_tells_the_camera_ray_in_words() {
+    let place = Place::new();
+    place.write("ball.scn", "prm ball\n");
+    let told = place.run("intersect ball.scn").fine();
+    assert!(
+        told.contains("camera at 0 0 10 along 0 0 -1\nmeets ball\nat t = 9\nin the point 0 0 1\n"),
+        "{told}"
+    );
+    place.write("none.scn", "prm ball\ncamera 0 0 10 0 0 20\n");
+    assert!(place.run("intersect none.scn").fine().contains("meets nothing"));
+}
+
+#[test]
+fn every_bad_row_of_rays_and_points_is_told_with_its_place() {
+    let place = Place::new();
+    place.write("pair.scn", BALLS);
+    let rays = "ox,oy,oz,dx,dy,dz\n1,2,3,4,5,6\n1,2,3,4,5\n1,2,3,0,0,-0\n1,2,3,4,x,6\n1,2,inf,1,1,1\n";
+    let err = place.run_with("intersect pair.scn --rays -", rays).failed(1);
+    for place in ["-:3:5: error", "-:4:4: error", "-:5:5: error", "-:6:3: error"] {
+        assert!(err.contains(place), "{place}: {err}");
+    }
+    assert!(
+        place
+            .run_with("iotest pair.scn --points -", "1,2,3\n")
+            .failed(1)
+            .contains("the first line must be the header x,y,z")
+    );
+}
+
+#[test]
+fn iotest_tells_inside_from_outside() {
+    let place = Place::new();
+    place.write("pair.scn", BALLS);
+    let points = "x,y,z\n-2,0,0\n0.5,0,0\n0,0,0\n-1.2,0.9,0\n50,0,0\n";
+    let out = place.run_with("iotest pair.scn --points -", points).fine();
+    let rows = rows(&out);
+    assert_eq!(rows[0], ["x", "y", "z", "inside", "value", "path"]);
+    assert_eq!(rows[1], ["-2", "0", "0", "1", "-1", "pair/left"]);
+    assert_eq!(rows[2], ["0.5", "0", "0", "1", "-0.4375", "pair/right"]);
+    assert_eq!(rows[3], ["0", "0", "0", "0", "0", "pair/right"]);
+    assert_eq!((rows[4][3], rows[4][5]), ("0", "pair/left"));
+    assert!((rows[4][4].parse::<f64>().unwrap() - 0.45).abs() < 1e-12);
+    assert_eq!(rows[5], ["50", "0", "0", "0", "", ""]);
+}
+
+#[test]
+fn iotest_has_the_grid_of_the_course_text() {
+    let place = Place::new();
+    place.write("ball.scn", "prm ball\n");
+    let out = place.run("iotest ball.scn").fine();
+    assert_eq!(out.lines().count(), 21 * 21 * 21 + 1);
+    assert!(out.lines().nth(1).unwrap().starts_with("-5,-5,-5,0,,"));
+    let inside = |out: &str| rows(out).iter().filter(|row| row[3] == "1").count();
+    assert_eq!(inside(&out), 27);
+    let small = place.run("iotest ball.scn --step 0.25 --half 0.5").fine();
+    assert_eq!((small.lines().count(), inside(&small)), (126, 125));
+}
+
+#[test]
+fn info_and_check_say_what_there_is() {
+    let place = Place::new();
+    place.write("pair.scn", BALLS);
+    let list = place.run("info pair.scn").fine();
+    assert!(
+        list.contains("primitives (1)\n  ball\nobjects (1)\n  pair: 2 children")
+            && list.contains("selected: pair"),
+        "{list}"
+    );
+    let details = place.run("info pair.scn ball selected").fine();
+    assert!(
+        details.contains("coeff      1 1 1") && details.contains("child right (ball)  <- cursor"),
+        "{details}"
+    );
+    assert_eq!(
+        place.run("check pair.scn --strict").fine(),
+        "pair.scn: 0 errors, 0 warnings; 1 primitive, 1 object, 2 instances in the picture\n"
+    );
+    place.write("slip.scn", format!("{BALLS}obj pairs\nobj pair\n"));
+    assert_eq!(place.run("check slip.scn").code, Some(0));
+    assert!(
+        place.run("check slip.scn --strict").failed(1).contains("warning[empty-object]: the object 'pairs'")
+    );
+}
+
+#[test]
+fn files_source_files_but_not_themselves() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("sub")).unwrap();
+    place
+        .write("sub/part.scn", BALLS)
+        .write("a.scn", "prm lost\nsource sub/part.scn\nload sub/beside.scn\n")
+        .write("sub/beside.scn", "source part.scn\nprm added\n")
+        .write("circle.scn", "prm a\nsource other.scn\n")
+        .write("other.scn", "prm b\nsource circle.scn\n")
+        .write("missing.scn", "prm kept\nsource nothing.scn\n");
+    let list = place.run("info a.scn").fine();
+    assert!(list.contains("primitives (2)\n  ball\n  added"), "{list}");
+    assert!(place.run("info circle.scn").failed(1).contains("other.scn:2:1: error[source-circle]"));
+    let missing = place.run("info missing.scn");
+    assert!(
+        missing.out.contains("kept") && missing.err.contains("missing.scn:2:1: error[unreadable]"),
+        "{missing:?}"
+    );
+}
+
+#[test]
+fn a_scene_that_is_only_read_writes_nothing_and_a_session_does() {
+    let place = Place::new();
+    place.write("s.scn", format!("{BALLS}save copy.scn\nsave\nhelp xs\ninfo\ninteract\n"));
+    assert!(place.run("check s.scn").err.contains("warning[not-here]: save is not carried out"));
+    assert_eq!(place.files(), ["s.scn"]);
+    let session = place.run("run s.scn");
+    assert!(session.out.contains("translate x y z") && session.out.contains("selected: pair"), "{session:?}");
+    assert_eq!(place.files(), ["copy.scn", "data", "s.scn"]);
+    assert_eq!(place.read("copy.scn"), place.read("data/quicksave.scn"));
+    let same = |name: &str| place.run(&format!("render {name} --size 20x20 -o - --quiet")).out;
+    assert_eq!(same("copy.scn"), same("s.scn"));
+}
+
+#[test]
+fn nothing_selected_is_an_empty_picture_with_a_warning() {
+    let place = Place::new();
+    place.write("none.scn", "prm ball\ndeselect\nbackground 0 0 1\n").write("empty.scn", "");
+    for scene in ["none.scn", "empty.scn"] {
+        let answer = place.run(&format!("render {scene} --size 4x4 -o x.png"));
+        assert_eq!(answer.code, Some(0));
+        assert!(answer.err.contains("nothing is selected"), "{answer:?}");
+    }
+    assert!(place.run("render none.scn --object ball --size 4x4").fine().contains("1 instances"));
+}
