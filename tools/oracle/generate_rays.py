@@ -41,6 +41,7 @@ import collections
 import csv
 import math
 import random
+import signal
 import sys
 import time
 
@@ -55,6 +56,7 @@ ZERO_BITS = 200  # |N - 1| below 2^-ZERO_BITS counts as lying on the surface
 WIDTH_BITS = 160  # isolation stops at intervals narrower than this
 CROWD = 256  # undecided intervals at which the search for extrema stops to refine
 PATIENCE = 50_000  # intervals after which the isolation gives a ray up
+PER_RAY = 30  # seconds after which a ray is left out
 
 
 class Disagreement(Exception):
@@ -502,7 +504,7 @@ class Ray:
 
         `level` holds the ends where dR/dt vanishes.
         """
-        fine = (high - low) * mpf(2) ** -50
+        fine = max((high - low) * mpf(2) ** -50, mpf(2) ** (20 - mp.prec) * (1 + abs(high)))
         one, two = (
             (-mp.inf if t in level else first, second)
             for t in (low, high)
@@ -520,7 +522,7 @@ class Ray:
             )
         pending = [(low, one, high, two)]
         while pending:
-            if pending[0][2] - pending[0][0] < fine or len(pending) > CROWD:
+            if pending[0][2] - pending[0][0] <= fine or len(pending) > CROWD:
                 break
             halves = []
             for a, fa, b, fb in pending:
@@ -901,11 +903,17 @@ def row(e, n, o, d):
     return line + [down(margin)], t
 
 
+def give_up(_signal, _frame):
+    """Handler of the alarm that ends a ray which takes too long."""
+    raise Disagreement(f"no answer within {PER_RAY} s")
+
+
 def generate(args):
     """Write args.rays rays (or as many as fit into args.seconds) to args.out."""
     counts, hits = collections.Counter(), collections.Counter()
     skipped = collections.Counter()
     begin = time.time()
+    signal.signal(signal.SIGALRM, give_up)
     tags = open(args.tags, "w") if args.tags else None
     with open(args.out, "w") as out:
         out.write(",".join(COLUMNS) + "\n")
@@ -917,6 +925,7 @@ def generate(args):
             if args.seconds is not None and time.time() - begin > args.seconds:
                 break
             try:
+                signal.alarm(PER_RAY)
                 line, t = row(e, n, o, d)
             except OnSurface:
                 skipped["origin on the surface"] += 1
@@ -925,6 +934,8 @@ def generate(args):
                 skipped["disagreement"] += 1
                 print("disagreement:", kind, e, n, o, d, problem, file=sys.stderr)
                 continue
+            finally:
+                signal.alarm(0)
             out.write(",".join(line) + "\n")
             out.flush()
             if tags:

@@ -57,7 +57,14 @@ impl Aabb {
         }
         let linear = transform.forward().matrix3;
         let absolute = DMat3::from_cols(linear.x_axis.abs(), linear.y_axis.abs(), linear.z_axis.abs());
-        Self::around(transform.forward().transform_point3(self.center()), absolute * self.half_extent())
+        let image =
+            Self::around(transform.forward().transform_point3(self.center()), absolute * self.half_extent());
+        // Beyond the range of f64 nothing is known, and a box must hold what it bounds.
+        let known = |x: f64, otherwise: f64| if x.is_nan() { otherwise } else { x };
+        Self {
+            min: image.min.map(|x| known(x, f64::NEG_INFINITY)),
+            max: image.max.map(|x| known(x, f64::INFINITY)),
+        }
     }
 
     /// The box grown by the rounding error that may have gone into it, so that a bound stays a bound.

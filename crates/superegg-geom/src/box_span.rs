@@ -16,6 +16,8 @@ pub(crate) struct BoxSpan {
     pub(crate) point_in: DVec3,
     pub(crate) t_out: f64,
     pub(crate) point_out: DVec3,
+    /// t from `point_in` to `point_out`: not `t_out - t_in`, which far away is nothing but rounding.
+    pub(crate) length: f64,
     /// Whether the span begins at the ray's origin, which then lies in the box.
     pub(crate) starts_inside_box: bool,
 }
@@ -36,8 +38,16 @@ impl BoxSpan {
         if t_in < 0.0 {
             return None;
         }
-        Some(Self { origin, direction, t_in, point_in, t_out: t_out.max(t_in), point_out, starts_inside_box })
+        let length = t_between(point_in, point_out, direction).max(0.0);
+        let t_out = t_out.max(t_in);
+        Some(Self { origin, direction, t_in, point_in, t_out, point_out, length, starts_inside_box })
     }
+}
+
+/// The t from one point of the line to another, measured where it moves most.
+pub(crate) fn t_between(from: DVec3, to: DVec3, direction: DVec3) -> f64 {
+    let axis = direction.abs().max_position();
+    (to[axis] - from[axis]) / direction[axis]
 }
 
 /// Where the line crosses a face of the box whose outward normal goes with the direction (`side` = 1, the way out) or against it

@@ -19,7 +19,7 @@
 
 use glam::DVec3;
 
-use crate::box_span::{BoxSpan, point_on_plane};
+use crate::box_span::{BoxSpan, point_on_plane, t_between};
 use crate::norm::{NormForm, PowerNorm};
 use crate::numeric::difference_of_products;
 use crate::ray::RayStart;
@@ -129,7 +129,7 @@ impl Cuts {
         let (o, d) = (self.origin, self.direction);
         match (from.axis, to.axis) {
             (Some(j), Some(k)) => difference_of_products(o[j], d[k], o[k], d[j]) / d[j] / d[k],
-            _ => to.t - from.t,
+            _ => t_between(from.point, to.point, d),
         }
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Opt
         RayStart::SurfaceInward => true,
         RayStart::Free => span.starts_inside_box && norm.value(span.origin) < 1.0,
     };
-    let length = span.t_out - span.t_in;
+    let length = span.length;
     if inside {
         // An inside start has exactly one exit. Where there is no way back from the far side the start is on the surface to rounding,
         // and so is the exit.

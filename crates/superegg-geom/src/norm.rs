@@ -14,6 +14,8 @@ pub(crate) struct PowerNorm {
 
 impl PowerNorm {
     pub(crate) fn new(p: f64) -> Self {
+        // Exponents below 1e-300 are boxes like that of 1e-300; an infinite power would make 0 times infinity.
+        let p = p.min(1e300);
         Self { p, inverse_p: 1.0 / p }
     }
 
@@ -29,6 +31,16 @@ impl PowerNorm {
             return larger * ratio.mul_add(ratio, 1.0).sqrt();
         }
         larger * (1.0 + ratio.powf(self.p)).powf(self.inverse_p)
+    }
+
+    /// The logarithm of the norm, from those of its arguments: for norms beyond the range of f64.
+    fn log_value(&self, log_a: f64, log_b: f64) -> f64 {
+        let (larger, smaller) = (log_a.max(log_b), log_a.min(log_b));
+        if larger == f64::NEG_INFINITY {
+            larger
+        } else {
+            larger + (self.p * (smaller - larger)).exp().ln_1p() / self.p
+        }
     }
 
     /// The norm and its partial derivatives by `a` and `b`. At (0, 0) the derivatives are 0, one of its subgradients for p >= 1. For
@@ -113,7 +125,14 @@ impl NormForm {
     /// The inside-outside function `io(v) = N^q - 1`, by way of N, so that powers that underflow on the way do no harm; +inf where
     /// the true value leaves the range of f64 (for e = n = 0.0001 four per cent outside the surface).
     pub fn inside_outside(&self, v: DVec3) -> f64 {
-        (self.rz.p * self.value(v).ln()).exp_m1()
+        let norm = self.value(v);
+        if norm.is_finite() {
+            return (self.rz.p * norm.ln()).exp_m1();
+        }
+        // N itself overflows for exponents in the thousands, where its power need not.
+        let v = v.abs();
+        let log_r = self.xy.log_value(v.x.ln(), v.y.ln());
+        (self.rz.p * self.rz.log_value(log_r, v.z.ln())).exp_m1()
     }
 
     /// The support function of the unit shape: the largest `u . v` over its points v. It is the dual norm of u.

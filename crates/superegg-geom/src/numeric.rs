@@ -1,5 +1,7 @@
 //! Small pieces of careful floating-point arithmetic.
 
+use glam::DVec3;
+
 /// `a b - c d` with an error of at most 1.5 ulp of the result (Kahan's algorithm; Jeannerod, Louvet and Muller 2013),
 /// however much the two products cancel.
 pub(crate) fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
@@ -8,11 +10,17 @@ pub(crate) fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     a.mul_add(b, -cd) + cd_error
 }
 
-/// The power of two `s` that brings `x` (> 0, finite) into [1, 2) when multiplied by it, as far as the range of f64 lets it.
-pub(crate) fn scale_to_unit(x: f64) -> f64 {
-    let exponent = (x.to_bits() >> 52) as i32 - 1023;
+/// A vector times the power of two that brings its largest component into [1, 2), as far as the range of f64 lets it, and that power:
+/// the scaling is exact. `None` for zero and for what is not finite.
+pub fn scale_to_unit(v: DVec3) -> Option<(DVec3, f64)> {
+    let largest = v.abs().max_element();
+    if !v.is_finite() || largest == 0.0 {
+        return None;
+    }
+    let exponent = (largest.to_bits() >> 52) as i32 - 1023;
     // Both ends stay normal numbers, so that multiplying by the scale is exact.
-    f64::from_bits(((-exponent).clamp(-1000, 1000) + 1023) as u64 * (1 << 52))
+    let scale = f64::from_bits(((-exponent).clamp(-1000, 1000) + 1023) as u64 * (1 << 52));
+    Some((v * scale, scale))
 }
 
 #[cfg(test)]
@@ -29,12 +37,15 @@ mod tests {
     #[test]
     fn scale_to_unit_is_an_exact_power_of_two() {
         for x in [1.0, 1.5, 2.0, 3e-200, 7e200, 0.1, 1e-12] {
-            let scaled = x * scale_to_unit(x);
-            assert!((1.0..2.0).contains(&scaled), "{x}: {scaled}");
-            assert_eq!(scaled / scale_to_unit(x), x);
+            let (scaled, scale) = scale_to_unit(DVec3::new(0.1 * x, -x, 0.0)).unwrap();
+            assert!((1.0..2.0).contains(&scaled.y.abs()), "{x}: {scaled}");
+            assert_eq!(scaled.y / scale, -x);
         }
         for x in [f64::MIN_POSITIVE, 5e-324, f64::MAX] {
-            assert!(scale_to_unit(x).is_normal());
+            assert!(scale_to_unit(DVec3::splat(x)).unwrap().1.is_normal());
+        }
+        for v in [DVec3::ZERO, DVec3::INFINITY, DVec3::new(f64::NAN, 1.0, 0.0)] {
+            assert_eq!(scale_to_unit(v), None);
         }
     }
 }

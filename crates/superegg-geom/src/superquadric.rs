@@ -150,38 +150,36 @@ impl Superquadric {
     /// assert_eq!((hit.t, hit.leaving), (9.0, false));
     /// ```
     pub fn intersect(&self, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
-        let (span, start, scale) = self.enter_box(ray, start)?;
-        let hit = if self.is_convex() {
-            convex::intersect(&self.norm, &span, start)
-        } else {
-            certified::intersect(&self.norm, &span, start)
-        }?;
-        Some(ShapeHit { t: hit.t * scale, point: hit.point * self.radii, ..hit })
+        let solve = if self.is_convex() { convex::intersect } else { certified::intersect };
+        self.intersect_by(solve, ray, start)
     }
 
     /// The same by the certified search alone, whatever the exponents: the slow twin that tests hold the convex path against.
     pub fn intersect_certified(&self, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
-        let (span, start, scale) = self.enter_box(ray, start)?;
-        let hit = certified::intersect(&self.norm, &span, start)?;
-        Some(ShapeHit { t: hit.t * scale, point: hit.point * self.radii, ..hit })
+        self.intersect_by(certified::intersect, ray, start)
     }
 
-    /// The ray in unit space, cut to the box [-1, 1]^3; what its start is now known to be; and the factor that brings t back.
-    fn enter_box(&self, ray: &Ray, start: RayStart) -> Option<(BoxSpan, RayStart, f64)> {
+    /// Brings the ray to unit space and the box [-1, 1]^3, solves there, and brings the answer back.
+    fn intersect_by(
+        &self,
+        solve: fn(&NormForm, &BoxSpan, RayStart) -> Option<ShapeHit>,
+        ray: &Ray,
+        start: RayStart,
+    ) -> Option<ShapeHit> {
         let origin = ray.origin / self.radii;
-        let direction = ray.direction / self.radii;
-        let length = direction.abs().max_element();
-        if !(origin.is_finite() && direction.is_finite() && length > 0.0) {
+        // Twice, since a quotient may leave the range of f64 where the direction is long and the radii small.
+        let (direction, first_scale) = scale_to_unit(ray.direction)?;
+        let (direction, second_scale) = scale_to_unit(direction / self.radii)?;
+        if !origin.is_finite() {
             return None;
         }
-        let scale = scale_to_unit(length);
-        let direction = direction * scale;
         let start = if start == RayStart::Free && ray.origin_error > 0.0 {
             self.start_within_error(origin, direction, ray.origin_error / self.radii.min_element())
         } else {
             start
         };
-        BoxSpan::of(origin, direction).map(|span| (span, start, scale))
+        let hit = solve(&self.norm, &BoxSpan::of(origin, direction)?, start)?;
+        Some(ShapeHit { t: hit.t * second_scale * first_scale, point: hit.point * self.radii, ..hit })
     }
 
     /// A computed origin that lies on this surface as far as its error can tell, and leaves it, starts on the surface.

@@ -350,3 +350,41 @@ fn the_unit_shape_touches_the_unit_box() {
         }
     }
 }
+
+/// From any distance, and on shapes of any thinness, a ray meets the place it is aimed at.
+#[test]
+fn distance_does_not_matter() {
+    for exponents in [(1.0, 1.0), (0.3, 0.7), (2.0, 1.0), (3.0, 2.5), (0.5, 4.0)] {
+        let exponents = Exponents { e: exponents.0, n: exponents.1 };
+        let shape = Superquadric::new(DVec3::ONE, exponents).unwrap();
+        let near = Ray::new(DVec3::new(0.1, 0.05, 4.0), DVec3::NEG_Z);
+        let expected = shape.intersect(&near, RayStart::Free).unwrap().point;
+        for distance in [1e3, 1e9, 1e15, 1e16, 1e30, 1e300] {
+            let far = Ray::new(DVec3::new(0.1, 0.05, distance), DVec3::NEG_Z);
+            let hit = shape.intersect(&far, RayStart::Free).unwrap();
+            assert!((hit.point - expected).length() < 1e-12, "{exponents:?} {distance}: {hit:?}");
+            let thin = Superquadric::new(DVec3::new(1.0, 1.0, 1.0 / distance), exponents).unwrap();
+            let hit = thin.intersect(&near, RayStart::Free).unwrap();
+            assert!(
+                (hit.point * DVec3::new(1.0, 1.0, distance) - expected).length() < 1e-12,
+                "{exponents:?} {distance}: {hit:?}"
+            );
+        }
+    }
+    let small = Superquadric::new(DVec3::splat(1e-150), Exponents { e: 1.0, n: 1.0 }).unwrap();
+    let fast = Ray::new(DVec3::Z * 10.0, DVec3::NEG_Z * 1e170);
+    assert!((small.intersect(&fast, RayStart::Free).unwrap().t - 1e-169).abs() < 1e-180);
+}
+
+/// A start on the surface is met only by a ray that goes in; touching is no crossing.
+#[test]
+fn a_start_on_the_surface_is_crossed_only_inwards() {
+    for (e, n) in [(1.0, 1.0), (0.5, 0.5), (0.0001, 0.0001), (2.0, 2.0), (3.0, 3.0)] {
+        let shape = Superquadric::new(DVec3::ONE, Exponents { e, n }).unwrap();
+        let from = |d: DVec3| {
+            shape.intersect(&Ray::new(DVec3::X, d), RayStart::Free).map(|hit| (hit.t, hit.leaving))
+        };
+        assert_eq!(from(DVec3::X), None, "{e} {n}");
+        assert_eq!(from(DVec3::NEG_X), Some((0.0, false)), "{e} {n}");
+    }
+}

@@ -53,6 +53,14 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
             );
         }
     }
+    let camera = &scene.camera;
+    if camera.looks_along_up() {
+        warn(
+            "camera-up",
+            "the camera looks along its up direction".to_owned(),
+            "cameraUp x y z gives another; until then an axis is taken",
+        );
+    }
     if session.selected().is_none() {
         warn(
             "nothing-selected",

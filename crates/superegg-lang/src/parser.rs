@@ -87,7 +87,7 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[Word<'_>]) -> Resul
     let wanted: Vec<String> =
         if counts.is_empty() { vec!["no".into()] } else { counts.iter().map(ToString::to_string).collect() };
     let plural = if wanted == ["1"] { "" } else { "s" };
-    let message = format!("{} takes {} argument{plural}, not {given}", spec.name, wanted.join(" or "));
+    let message = format!("{} takes {} argument{plural}, not {given}", spec.name, one_of(&wanted));
     let columns = if given > most {
         rest[most].columns.start..rest[given - 1].columns.end
     } else {
@@ -107,6 +107,15 @@ fn read_number(spec: &CommandSpec, arg: &str, range: NumberRange, word: &Word<'_
     }
     let message = format!("{arg} of {} must be {}, not {}", spec.name, range.describe(), shorten(word.text));
     Err(Fault::new("out-of-range", message).help(usage_help(spec)).at(word.columns.clone()))
+}
+
+/// "4, 7 or 8".
+fn one_of(words: &[String]) -> String {
+    match words {
+        [] => String::new(),
+        [word] => word.clone(),
+        [first @ .., last] => format!("{} or {last}", first.join(", ")),
+    }
 }
 
 fn usage_help(spec: &CommandSpec) -> String {

@@ -4,6 +4,8 @@
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// Longer words are not compared: it takes time by the square.
     const LONGEST: usize = 64;
+    /// Of more candidates only the first are looked at, so that a file full of errors is read in its time.
+    const MOST: usize = 1000;
     let wanted = word.to_lowercase();
     let length = wanted.chars().count();
     if length > LONGEST {
@@ -12,6 +14,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let allowed = (length / 3).clamp(1, 3);
     candidates
         .into_iter()
+        .take(MOST)
         .filter(|candidate| {
             candidate.len() <= 2 * LONGEST && candidate.chars().count().abs_diff(length) <= allowed
         })

@@ -72,7 +72,6 @@ impl Range {
             Self::NonZero => "other than 0".to_owned(),
             Self::Within(least, most) => format!("from {least} to {most}"),
             Self::Between(least, most) => format!("above {least} and below {most}"),
-            Self::Whole(least, u32::MAX) => format!("a whole number, {least} or above"),
             Self::Whole(least, most) => format!("a whole number from {least} to {most}"),
         }
     }
@@ -385,14 +384,14 @@ pub const COMMANDS: &[CommandSpec] = &[
         "reflected",
         Reflected,
         "sets the share of mirrored light; only what is set mirrors",
-        "unset: nothing is mirrored"
+        "nothing is mirrored"
     ),
     share!(
         "setRefracted",
         "refracted",
         Refracted,
         "sets the share of light let through; only what is set does so",
-        "unset: nothing is let through"
+        "nothing is let through"
     ),
     share!("setGloss", "gloss", Gloss, "sets the roughness of the highlight: smaller is sharper", "0.3"),
     share!("setDiffuse", "diffuse", Diffuse, "sets the diffuse share", "0.8"),

@@ -1,6 +1,6 @@
 //! From the description of a scene to what rays hit.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use num_bigint::BigUint;
 use superegg_geom::{Aabb, Superquadric, Transform};
@@ -107,21 +107,28 @@ impl<'a> Compiler<'a> {
             return group;
         }
         let description = self.objects[object as usize];
-        let mut instances = Vec::new();
+        let mut instances: Vec<Instance> = Vec::new();
+        let mut seen = HashSet::new();
+        let mut count = BigUint::ZERO;
         for (place, (_, child)) in description.children().enumerate() {
             let Ok(parent_from_child) = description.parent_from_child(child) else { continue };
             let Some(target) = self.target_of(child.target(), remaining - 1) else { continue };
+            count += self.instances_of(target);
+            // The same thing in the same place is met as the first of them; it counts, but need not be traversed again.
+            if !seen.insert((target, bits_of(&parent_from_child))) {
+                continue;
+            }
             let bounds = self.bounds_of(target, &parent_from_child).rounded_outward();
             instances.push(Instance { parent_from_child, bounds, target, child: place as u32 });
         }
-        let group = if instances.is_empty() { None } else { Some(self.push_group(object, instances)) };
+        let group = if instances.is_empty() { None } else { Some(self.push_group(object, instances, count)) };
         self.opened.insert((object, remaining), group);
         group
     }
 
-    fn push_group(&mut self, object: u32, instances: Vec<Instance>) -> u32 {
+    fn push_group(&mut self, object: u32, instances: Vec<Instance>, count: BigUint) -> u32 {
         let boxes: Vec<Aabb> = instances.iter().map(|instance| instance.bounds).collect();
-        self.counts.push(instances.iter().map(|instance| self.instances_of(instance.target)).sum());
+        self.counts.push(count);
         self.groups.push(Group { object, instances, bvh: Bvh::build(&boxes) });
         self.groups.len() as u32 - 1
     }
@@ -147,6 +154,11 @@ impl<'a> Compiler<'a> {
 pub(crate) fn world_bounds(shape: &Superquadric, world_from_local: &Transform) -> Aabb {
     let forward = world_from_local.forward();
     Aabb::around(forward.translation, shape.half_extent_under(&forward.matrix3))
+}
+
+/// The bits of a transform, to tell whether two are the same.
+fn bits_of(transform: &Transform) -> [u64; 12] {
+    transform.forward().to_cols_array().map(f64::to_bits)
 }
 
 /// How many levels each object has, at most [`MAX_DEPTH`], from the objects among its children.

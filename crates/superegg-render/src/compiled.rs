@@ -8,7 +8,7 @@ use crate::bvh::Bvh;
 use crate::path::InstancePath;
 
 /// What an instance stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Target {
     /// A primitive, by its place in [`CompiledScene::primitives`].
     Primitive(u32),

@@ -45,7 +45,9 @@ impl PointQuery<'_> {
                 if !world_bounds(shape, world_from_here).rounded_outward().contains(self.point) {
                     return;
                 }
+                // A local point beyond the range of f64 is outside.
                 let value = shape.inside_outside(local);
+                let value = if value.is_nan() { f64::INFINITY } else { value };
                 let is_less = self
                     .least
                     .as_ref()

@@ -123,10 +123,8 @@ impl Job<'_> {
             .pixels()
             .map(|(x, y)| {
                 let corner = DVec2::new(f64::from(x), f64::from(y));
-                let sum: DVec3 = sampler
-                    .places(x, y)
-                    .map(|place| integrator.camera_ray(&self.view.ray(corner + place)))
-                    .sum();
+                let sum: DVec3 =
+                    sampler.places().map(|place| integrator.camera_ray(&self.view.ray(corner + place))).sum();
                 (sum / f64::from(self.settings.samples.max(1))).as_vec3().to_array()
             })
             .collect();

@@ -1,7 +1,7 @@
 //! Rays through the graph of groups.
 
 use superegg_geom::glam::DVec3;
-use superegg_geom::{Ray, RayReciprocal, RayStart};
+use superegg_geom::{Ray, RayReciprocal, RayStart, scale_to_unit};
 
 use crate::compiled::{CompiledScene, Target};
 use crate::path::InstancePath;
@@ -43,9 +43,11 @@ pub struct Departure {
 impl CompiledScene {
     /// The first crossing of any surface with t >= 0. Of two at the same t the one with the smaller path counts.
     pub fn intersect(&self, ray: &Ray, departure: Option<&Departure>) -> Option<Hit> {
+        // A direction of any length is brought to one that no transform of the scene takes out of range.
+        let (direction, scale) = scale_to_unit(ray.direction)?;
         let mut traversal = Traversal::new(self, departure, f64::INFINITY, false);
-        traversal.visit_root(ray);
-        traversal.best
+        traversal.visit_root(&Ray { direction, ..*ray });
+        traversal.best.map(|hit| Hit { t: hit.t * scale, ..hit })
     }
 
     /// Whether any surface is crossed with 0 <= t < `t_max`.

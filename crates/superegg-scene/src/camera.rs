@@ -19,22 +19,30 @@ impl Camera {
     /// The field of view where a scene gives none, in degrees.
     pub const DEFAULT_FOV_DEG: f64 = 60.0;
 
-    /// The unit vectors (right, up, forward) of the camera, right-handed with forward = right x up turned back: right = forward x up.
-    /// Where `up` lies along the line of sight, the axis least along it (y before z before x) takes its place.
+    /// The unit vectors (right, up, forward) of the camera: right = forward x up. Where `up` lies along the line of sight, the axis least
+    /// along it (y before z before x) takes its place.
     pub fn frame(&self) -> (DVec3, DVec3, DVec3) {
-        let to_target = self.target - self.position;
-        let forward = (to_target / to_target.abs().max_element()).normalize();
-        let unit_up = (self.up / self.up.abs().max_element()).normalize();
-        let up = if forward.cross(unit_up).length() > 1e-9 {
-            unit_up
-        } else {
+        let forward = unit(self.target - self.position);
+        let up = if self.looks_along_up() {
             let least = forward.abs().min_element();
             let mut axes = [DVec3::Y, DVec3::Z, DVec3::X].into_iter();
             axes.find(|axis| forward.dot(*axis).abs() == least).unwrap_or(DVec3::Y)
+        } else {
+            unit(self.up)
         };
         let right = forward.cross(up).normalize();
         (right, right.cross(forward), forward)
     }
+
+    /// Whether `up` lies along the line of sight, so that it says nothing.
+    pub fn looks_along_up(&self) -> bool {
+        unit(self.target - self.position).cross(unit(self.up)).length() <= 1e-9
+    }
+}
+
+/// `v` at unit length, for any length that is not zero.
+fn unit(v: DVec3) -> DVec3 {
+    (v / v.abs().max_element()).normalize()
 }
 
 impl Default for Camera {

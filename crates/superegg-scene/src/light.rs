@@ -19,6 +19,8 @@ impl Light {
 
     /// The light's colour at a squared distance.
     pub fn color_at(&self, distance_squared: f64) -> DVec3 {
-        self.color / (1.0 + self.falloff * distance_squared)
+        // Not 0 times infinity for a light beyond the root of the largest number.
+        let falloff = if self.falloff == 0.0 { 0.0 } else { self.falloff * distance_squared };
+        self.color / (1.0 + falloff)
     }
 }

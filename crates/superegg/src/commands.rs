@@ -40,8 +40,23 @@ fn write_csv(
     let mut stdout = io::stdout().lock();
     let sink: &mut dyn Write = if to_file.is_some() { &mut buffer } else { &mut stdout };
     let mut writer = csv::Writer::from_writer(sink);
-    rows(&mut writer).map_err(io::Error::from).context("cannot write the answers")?;
+    rows(&mut writer).map_err(io_error).context("cannot write the answers")?;
     writer.flush().context("cannot write the answers")?;
     drop(writer);
     to_file.map_or(Ok(()), |path| files::write(path, &buffer))
+}
+
+/// The error below one of CSV, its kind kept: a closed pipe is to be known as one.
+fn io_error(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    }
+}
+
+/// "1 error", "2 errors".
+fn counted(count: impl std::fmt::Display, noun: &str) -> String {
+    let count = count.to_string();
+    let plural = if count == "1" { "" } else { "s" };
+    format!("{count} {noun}{plural}")
 }

@@ -7,78 +7,85 @@ use superegg_lang::{format_number, parse_number};
 
 use crate::files;
 
-/// What is wrong with a row, and in which column (from 1).
+/// What is wrong in a row, and at which of its numbers (from 0).
 pub(crate) type RowFault = (usize, String);
 
 /// Rows of `N` numbers under the header that `names` spell, each made into what is wanted of it, or every complaint about them with
-/// file, line and column.
+/// file, line and column. Lines of blanks are nothing.
 pub(crate) fn read_rows<T, const N: usize>(
     path: &Path,
     names: [&str; N],
     make: impl Fn([f64; N]) -> Result<T, RowFault>,
 ) -> Result<Result<Vec<T>, Vec<String>>> {
     let bytes = files::read(path)?;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    Ok(parse_rows(&path.display().to_string(), bytes, names, make))
+    Ok(parse_rows(&path.display().to_string(), &String::from_utf8_lossy(&bytes), names, make))
+}
+
+/// A value between commas, and the column (from 1) where it begins.
+struct Field<'a> {
+    text: &'a str,
+    column: usize,
+}
+
+fn split_fields(line: &str) -> Vec<Field<'_>> {
+    let mut column = 1;
+    line.split(',')
+        .map(|field| {
+            let blanks = field.chars().take_while(|c| c.is_whitespace()).count();
+            let begins = column + blanks;
+            column += field.chars().count() + 1;
+            let text = field.trim();
+            let unquoted = text.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
+            Field { text: unquoted.unwrap_or(text), column: begins }
+        })
+        .collect()
 }
 
 fn parse_rows<T, const N: usize>(
     file: &str,
-    bytes: &[u8],
+    text: &str,
     names: [&str; N],
     make: impl Fn([f64; N]) -> Result<T, RowFault>,
 ) -> Result<Vec<T>, Vec<String>> {
-    let mut reader =
-        csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(bytes);
-    let header = names.join(",");
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    let is_header = |line: &str| {
+        let fields = split_fields(line);
+        fields.len() == N
+            && fields.iter().zip(names).all(|(field, name)| field.text.eq_ignore_ascii_case(name))
+    };
+    let first = lines.next();
+    if !first.is_some_and(|(_, line)| is_header(line)) {
+        let line = first.map_or(1, |(i, _)| i + 1);
+        return Err(vec![format!(
+            "{file}:{line}:1: error: the first line must be the header {}",
+            names.join(",")
+        )]);
+    }
     let mut rows = Vec::new();
     let mut complaints = Vec::new();
-    let mut record = csv::ByteRecord::new();
-    let mut is_header = true;
-    loop {
-        match reader.read_byte_record(&mut record) {
-            Ok(true) => {}
-            Ok(false) => break,
-            Err(error) => {
-                complaints.push(format!("{file}: error: {error}"));
-                break;
-            }
-        }
-        let line = record.position().map_or(0, csv::Position::line);
-        if is_header {
-            is_header = false;
-            let is_right = record.len() == N
-                && record.iter().zip(names).all(|(field, name)| field.eq_ignore_ascii_case(name.as_bytes()));
-            if !is_right {
-                return Err(vec![format!(
-                    "{file}:{line}:1: error: the first line must be the header {header}"
-                )]);
-            }
-            continue;
-        }
-        match parse_row(&record, names).and_then(&make) {
+    for (i, line) in lines {
+        let fields = split_fields(line);
+        match parse_fields(&fields, names).and_then(&make) {
             Ok(row) => rows.push(row),
-            Err((column, complaint)) => {
-                complaints.push(format!("{file}:{line}:{column}: error: {complaint}"));
+            Err((field, complaint)) => {
+                let column = fields.get(field).map_or(line.chars().count() + 1, |field| field.column);
+                complaints.push(format!("{file}:{}:{column}: error: {complaint}", i + 1));
             }
         }
-    }
-    if is_header {
-        complaints
-            .push(format!("{file}:1:1: error: it is empty; the first line must be the header {header}"));
     }
     if complaints.is_empty() { Ok(rows) } else { Err(complaints) }
 }
 
-fn parse_row<const N: usize>(record: &csv::ByteRecord, names: [&str; N]) -> Result<[f64; N], RowFault> {
-    if record.len() != N {
-        let column = record.len().min(N);
-        return Err((column, format!("a row has {N} numbers ({}), not {}", names.join(","), record.len())));
+fn parse_fields<const N: usize>(fields: &[Field<'_>], names: [&str; N]) -> Result<[f64; N], RowFault> {
+    if fields.len() != N {
+        let message = format!("a row has {N} numbers ({}), not {}", names.join(","), fields.len());
+        return Err((fields.len().min(N), message));
     }
     let mut row = [0.0; N];
-    for (i, field) in record.iter().enumerate() {
-        let text = String::from_utf8_lossy(field);
-        row[i] = parse_number(&text).map_err(|error| (i + 1, format!("{} '{text}' {error}", names[i])))?;
+    for (i, (field, name)) in fields.iter().zip(names).enumerate() {
+        row[i] = parse_number(field.text)
+            .map_err(|error| (i, format!("{name} '{}' {error}", field.text.escape_debug())))?;
     }
     Ok(row)
 }
@@ -93,23 +100,23 @@ mod tests {
     use super::*;
 
     fn rows(text: &str) -> Result<Vec<[f64; 3]>, Vec<String>> {
-        parse_rows("p.csv", text.as_bytes(), ["x", "y", "z"], Ok)
+        parse_rows("p.csv", text, ["x", "y", "z"], Ok)
     }
 
     #[test]
     fn reads_numbers_under_the_header() {
         assert_eq!(
-            rows("x,y,z\n1, .5,1e-3\r\n\n-2.,0,\"4\"").unwrap(),
+            rows("x,y,z\n1, .5,1e-3\r\n\n  \n-2.,0,\"4\"").unwrap(),
             [[1.0, 0.5, 0.001], [-2.0, 0.0, 4.0]]
         );
-        assert_eq!(rows("x,y,z").unwrap(), [[0.0; 3]; 0]);
+        assert_eq!(rows("\u{feff}X, y ,z\r\n").unwrap(), [[0.0; 3]; 0]);
     }
 
     #[test]
     fn complains_of_every_bad_row_with_its_place() {
-        let complaints = rows("x,y,z\n1,2\n1,two,3\n1,2,3,4\n1,2,inf\n").unwrap_err();
+        let complaints = rows("x,y,z\r\n1,2\r\n\r\n1, two,3\n1,2,3,4\n1,2,inf\n").unwrap_err();
         let places: Vec<_> = complaints.iter().map(|c| c.split(": ").next().unwrap()).collect();
-        assert_eq!(places, ["p.csv:2:2", "p.csv:3:2", "p.csv:4:3", "p.csv:5:3"]);
+        assert_eq!(places, ["p.csv:2:4", "p.csv:4:4", "p.csv:5:7", "p.csv:6:5"]);
         assert!(rows("").is_err() && rows("1,2,3\n").is_err() && rows("x,z,y\n").is_err());
     }
 }

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use atomic_write_file::AtomicWriteFile;
 
 /// No scene or list of rays is larger; a device that never ends is not read on.
-const LONGEST_INPUT: u64 = 1 << 30;
+const LONGEST_INPUT: u64 = 1 << 28;
 
 /// The name that stands for standard input or output.
 pub(crate) fn is_standard_stream(path: &Path) -> bool {
@@ -33,22 +33,23 @@ fn read_limited(source: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     source.take(LONGEST_INPUT + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > LONGEST_INPUT {
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "it is longer than a gibibyte"));
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "it is longer than 256 MiB"));
     }
     Ok(bytes)
 }
 
-/// Refuses a place where a file cannot be written, before the work for it is done.
-pub(crate) fn check_writable_place(path: &Path) -> Result<()> {
-    if is_standard_stream(path) {
-        return Ok(());
-    }
+/// Refuses a place where a file cannot be written, or where it would take the place of the `input`, before the work for it is done.
+pub(crate) fn check_writable_place(path: Option<&Path>, input: &Path) -> Result<()> {
+    let Some(path) = path.filter(|path| !is_standard_stream(path)) else { return Ok(()) };
     if path.is_dir() {
         bail!("cannot write '{}': it is a folder", path.display());
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
         bail!("cannot write '{}': there is no folder '{}'", path.display(), folder.display());
+    }
+    if path.is_file() && path.canonicalize().ok() == input.canonicalize().ok() {
+        bail!("'{}' is the scene itself; name another file with -o", path.display());
     }
     Ok(())
 }
@@ -61,9 +62,9 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// Writes a file as a whole: what was there stays until the new file is complete, and after any failure. `-` is standard output; a
-/// device or pipe is written straight, for it cannot be replaced.
+/// device, a pipe and what a dangling link names are written straight, for they cannot be replaced.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    let is_replaceable = !path.exists() || path.is_file();
+    let is_replaceable = path.is_file() || !(path.exists() || path.is_symlink());
     let written = if is_standard_stream(path) {
         io::stdout().lock().write_all(bytes)
     } else if is_replaceable {

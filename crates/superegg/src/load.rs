@@ -6,11 +6,14 @@ use anyhow::{Result, bail};
 use superegg_lang::{Diagnostic, Effect, Fault, Flow, Session, Severity, nearest, run_script, write_session};
 
 use crate::files;
+use crate::say;
 
 /// Where `source` and `save` go without a file.
 const QUICKSAVE: &str = "data/quicksave.scn";
 /// Files may source files so deep.
 const MOST_NESTED: usize = 16;
+/// One file may have so many files sourced in all.
+const MOST_SOURCED: usize = 1000;
 
 /// What the commands of a file may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,14 +28,14 @@ pub(crate) enum Mode {
 pub(crate) struct Loaded {
     pub(crate) session: Session,
     pub(crate) diagnostics: Vec<Diagnostic>,
+    /// How many of them a session has told while it ran.
+    told: usize,
 }
 
 impl Loaded {
-    /// Prints what was found, to standard error.
+    /// Prints what was found and not yet told, to standard error.
     pub(crate) fn print_diagnostics(&self) {
-        for diagnostic in &self.diagnostics {
-            eprintln!("{diagnostic}");
-        }
+        self.diagnostics[self.told..].iter().for_each(say::complain);
     }
 
     pub(crate) fn error_count(&self) -> usize {
@@ -59,8 +62,8 @@ impl Loaded {
     pub(crate) fn root_or_warn(&self, asked: Option<&str>) -> Result<Option<String>> {
         let root = self.root(asked)?;
         if root.is_none() {
-            eprintln!(
-                "superegg: warning: nothing is selected at the end of the scene, so it is empty; --object NAME takes an object"
+            say::complain(
+                "superegg: warning: nothing is selected at the end of the scene, so it is empty; --object NAME takes an object",
             );
         }
         Ok(root)
@@ -70,9 +73,10 @@ impl Loaded {
 /// Reads a file of commands. Errors in it are in the answer; a file that cannot be read is an error.
 pub(crate) fn load(path: &Path, mode: Mode) -> Result<Loaded> {
     let bytes = files::read(path)?;
-    let mut loaded = Loaded { session: Session::default(), diagnostics: Vec::new() };
-    let mut loader = Loader { mode, open: vec![identity(path)] };
+    let mut loaded = Loaded { session: Session::default(), diagnostics: Vec::new(), told: 0 };
+    let mut loader = Loader { mode, open: vec![identity(path)], sourced: 0, told: 0 };
     loader.run(&mut loaded.session, path, &bytes, &mut loaded.diagnostics);
+    loaded.told = loader.told;
     Ok(loaded)
 }
 
@@ -85,6 +89,10 @@ struct Loader {
     mode: Mode,
     /// The files that are being read, outermost first.
     open: Vec<PathBuf>,
+    /// How many files have been sourced.
+    sourced: usize,
+    /// How many diagnostics have been told.
+    told: usize,
 }
 
 impl Loader {
@@ -117,7 +125,10 @@ impl Loader {
             }
             Effect::Print(text) => {
                 if self.mode == Mode::Session {
-                    println!("{text}");
+                    // What was wrong before comes before.
+                    diagnostics[self.told..].iter().for_each(say::complain);
+                    self.told = diagnostics.len();
+                    say::out(text).map_err(|error| Fault::new("unwritable", format!("{error:#}")))?;
                 }
                 Ok(Flow::Continue)
             }
@@ -146,11 +157,14 @@ impl Loader {
         folder: &Path,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Result<Flow, Fault> {
-        let candidates = [PathBuf::from(file), folder.join(file)];
+        // Not the bare name: '-' is a file here, not standard input.
+        let candidates = [Path::new(".").join(file), folder.join(file)];
         let path = candidates.iter().find(|path| path.exists()).unwrap_or(&candidates[0]);
-        if self.open.contains(&identity(path)) || self.open.len() >= MOST_NESTED {
-            let fault =
-                Fault::new("source-circle", format!("'{file}' would be read within itself, or too deep"));
+        self.sourced += 1;
+        let is_too_much = self.open.len() >= MOST_NESTED || self.sourced > MOST_SOURCED;
+        if self.open.contains(&identity(path)) || is_too_much {
+            let message = format!("'{file}' would be read within itself, too deep or too often");
+            let fault = Fault::new("source-circle", message);
             return Err(fault.help("a file cannot source itself, directly or through others"));
         }
         let bytes = files::read(path).map_err(|error| {

@@ -1,14 +1,12 @@
 //! The command `superegg`: arguments, files, printing, exit codes. The only crate that prints.
 
-// Printing is this crate's job.
-#![allow(clippy::print_stdout, clippy::print_stderr)]
-
 mod args;
 mod commands;
 mod csv_input;
 mod files;
 mod load;
 mod memory;
+mod say;
 
 use std::process::ExitCode;
 
@@ -34,7 +32,7 @@ fn main() -> ExitCode {
         Ok(Outcome::ErrorsInInput) => ExitCode::from(1),
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("superegg: {error:#}");
+            say::complain(format_args!("superegg: {error:#}"));
             ExitCode::from(EXIT_USAGE)
         }
     }

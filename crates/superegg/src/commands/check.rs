@@ -5,8 +5,9 @@ use superegg_lang::lint;
 use superegg_render::CompiledScene;
 
 use crate::args::CheckArgs;
-use crate::commands::Outcome;
+use crate::commands::{Outcome, counted};
 use crate::load::{Mode, load};
+use crate::say;
 
 pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
     let mut loaded = load(&args.scene, Mode::Scene)?;
@@ -18,7 +19,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
     let scene = loaded.session.scene();
     let instances =
         CompiledScene::compile(scene, loaded.session.selected(), scene.depth).instance_count().clone();
-    println!(
+    say::out(format_args!(
         "{}: {}, {}; {}, {}, {} in the picture",
         args.scene.display(),
         counted(errors, "error"),
@@ -26,14 +27,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
         counted(scene.primitives().count(), "primitive"),
         counted(scene.objects().count(), "object"),
         counted(instances, "instance"),
-    );
+    ))?;
     let is_fine = errors == 0 && !(args.strict && warnings > 0);
     Ok(if is_fine { Outcome::Fine } else { Outcome::ErrorsInInput })
-}
-
-/// "1 error", "2 errors".
-fn counted(count: impl std::fmt::Display, noun: &str) -> String {
-    let count = count.to_string();
-    let plural = if count == "1" { "" } else { "s" };
-    format!("{count} {noun}{plural}")
 }

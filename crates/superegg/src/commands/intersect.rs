@@ -9,19 +9,22 @@ use superegg_render::{CompiledScene, Hit, View};
 use crate::args::IntersectArgs;
 use crate::commands::{Outcome, write_csv};
 use crate::csv_input::{RowFault, fields, read_rows};
+use crate::files;
 use crate::load::{Loaded, Mode, load};
+use crate::say;
 
 const RAY_COLUMNS: [&str; 6] = ["ox", "oy", "oz", "dx", "dy", "dz"];
 const ANSWER_COLUMNS: [&str; 10] = ["hit", "t", "px", "py", "pz", "nx", "ny", "nz", "leaving", "path"];
 
 pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
+    files::check_writable_place(args.output.as_deref(), &args.scene)?;
     let loaded = load(&args.scene, Mode::Scene)?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let scene = loaded.session.scene();
     let compiled = CompiledScene::compile(scene, root.as_deref(), scene.depth);
     let Some(path) = &args.rays else {
-        println!("{}", tell_camera_ray(&compiled, &loaded));
+        say::out(tell_camera_ray(&compiled, &loaded))?;
         return Ok(Outcome::of(&loaded));
     };
     match read_rows(path, RAY_COLUMNS, ray_of_row)? {
@@ -33,7 +36,7 @@ pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
             Ok(Outcome::of(&loaded))
         }
         Err(complaints) => {
-            complaints.iter().for_each(|complaint| eprintln!("{complaint}"));
+            complaints.iter().for_each(say::complain);
             Ok(Outcome::ErrorsInInput)
         }
     }
@@ -43,7 +46,7 @@ pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
 fn ray_of_row([ox, oy, oz, dx, dy, dz]: [f64; 6]) -> Result<Ray, RowFault> {
     let ray = Ray::new(DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz));
     if ray.direction == DVec3::ZERO {
-        return Err((4, "the direction dx,dy,dz is 0,0,0, which leads nowhere".to_owned()));
+        return Err((3, "the direction dx,dy,dz is 0,0,0, which leads nowhere".to_owned()));
     }
     Ok(ray)
 }

@@ -8,7 +8,9 @@ use superegg_render::CompiledScene;
 use crate::args::IotestArgs;
 use crate::commands::{Outcome, write_csv};
 use crate::csv_input::{fields, read_rows};
+use crate::files;
 use crate::load::{Mode, load};
+use crate::say;
 
 const POINT_COLUMNS: [&str; 3] = ["x", "y", "z"];
 const ANSWER_COLUMNS: [&str; 6] = ["x", "y", "z", "inside", "value", "path"];
@@ -17,6 +19,7 @@ const MOST_ALONG_AXIS: f64 = 2001.0;
 
 pub(crate) fn run(args: &IotestArgs) -> Result<Outcome> {
     let grid = Grid::new(args.step, args.half)?;
+    files::check_writable_place(args.output.as_deref(), &args.scene)?;
     let loaded = load(&args.scene, Mode::Scene)?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
@@ -27,7 +30,7 @@ pub(crate) fn run(args: &IotestArgs) -> Result<Outcome> {
         Some(path) => match read_rows(path, POINT_COLUMNS, |row| Ok(DVec3::from_array(row)))? {
             Ok(points) => Box::new(points.into_iter()),
             Err(complaints) => {
-                complaints.iter().for_each(|complaint| eprintln!("{complaint}"));
+                complaints.iter().for_each(say::complain);
                 return Ok(Outcome::ErrorsInInput);
             }
         },

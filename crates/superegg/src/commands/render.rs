@@ -11,15 +11,16 @@ use superegg_render::{CompiledScene, RayCounts, RenderBudget, RenderSettings, Re
 use superegg_scene::Scene;
 
 use crate::args::RenderArgs;
-use crate::commands::Outcome;
+use crate::commands::{Outcome, counted};
 use crate::files;
 use crate::load::{Mode, load};
 use crate::memory::peak_rss_bytes;
+use crate::say;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene));
-    for place in std::iter::once(&output).chain(&args.stats) {
-        files::check_writable_place(place)?;
+    for place in [Some(output.as_path()), args.stats.as_deref()] {
+        files::check_writable_place(place, &args.scene)?;
     }
     let mut clock = Clock::start();
     let loaded = load(&args.scene, Mode::Scene)?;
@@ -31,7 +32,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     let compiled = CompiledScene::compile(scene, root.as_deref(), args.depth.unwrap_or(scene.depth));
     let compile = clock.lap();
     if let Some(root) = root.filter(|_| compiled.instance_count().to_string() == "0") {
-        eprintln!("superegg: warning: '{root}' comes to nothing: the picture will show only the background");
+        say::complain(format_args!(
+            "superegg: warning: '{root}' comes to nothing: the picture will show only the background"
+        ));
     }
 
     let threads = args.threads.map_or_else(available_threads, usize::from);
@@ -53,17 +56,19 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         seconds: Seconds { parse, compile, render, write },
         peak_rss_bytes: peak_rss_bytes(),
     };
-    if !args.quiet && !files::is_standard_stream(&output) {
-        println!(
-            "{}: {}x{}, {} instances, {render:.1} s",
+    if let Some(path) = &args.stats {
+        files::write(path, format!("{}\n", serde_json::to_string_pretty(&stats)?).as_bytes())?;
+    }
+    let is_piped =
+        [Some(output.as_path()), args.stats.as_deref()].into_iter().flatten().any(files::is_standard_stream);
+    if !args.quiet && !is_piped {
+        say::out(format_args!(
+            "{}: {}x{}, {}, {render:.1} s",
             output.display(),
             stats.width,
             stats.height,
-            stats.instances
-        );
-    }
-    if let Some(path) = &args.stats {
-        files::write(path, format!("{}\n", serde_json::to_string_pretty(&stats)?).as_bytes())?;
+            counted(&stats.instances, "instance")
+        ))?;
     }
     Ok(Outcome::of(&loaded))
 }

@@ -111,6 +111,7 @@ fn wrong_usage_and_unreadable_files_end_with_two_and_write_nothing() {
         ("iotest pair.scn --step nan", "is not a number"),
         ("iotest pair.scn --step 1e-9", "take a larger step"),
         ("iotest pair.scn --half -1", "0 or above"),
+        ("intersect pair.scn --rays rays.csv -o pair.scn", "is the scene itself"),
         ("info pair.scn nobody", "nothing is named 'nobody'"),
     ] {
         let err = place.run(words).failed(2);
@@ -166,7 +167,7 @@ fn every_bad_row_of_rays_and_points_is_told_with_its_place() {
     place.write("pair.scn", BALLS);
     let rays = "ox,oy,oz,dx,dy,dz\n1,2,3,4,5,6\n1,2,3,4,5\n1,2,3,0,0,-0\n1,2,3,4,x,6\n1,2,inf,1,1,1\n";
     let err = place.run_with("intersect pair.scn --rays -", rays).failed(1);
-    for place in ["-:3:5: error", "-:4:4: error", "-:5:5: error", "-:6:3: error"] {
+    for place in ["-:3:10: error", "-:4:7: error", "-:5:9: error", "-:6:5: error"] {
         assert!(err.contains(place), "{place}: {err}");
     }
     assert!(
@@ -276,5 +277,46 @@ fn nothing_selected_is_an_empty_picture_with_a_warning() {
         assert_eq!(answer.code, Some(0));
         assert!(answer.err.contains("nothing is selected"), "{answer:?}");
     }
-    assert!(place.run("render none.scn --object ball --size 4x4").fine().contains("1 instances"));
+    assert!(place.run("render none.scn --object ball --size 4x4").fine().contains("1 instance,"));
+}
+
+#[test]
+fn a_fractal_that_grows_out_of_all_numbers_is_still_asked() {
+    let place = Place::new();
+    place.write("grow.scn", "prm p\nobj o\nap p\nao o\nss 1e20 1e20 1e20\nsetDepth 64\n");
+    let out = place.run_with("iotest grow.scn --points -", "x,y,z\n0,0,0\n").fine();
+    assert_eq!(out.lines().nth(1).unwrap(), "0,0,0,1,-1,o/p");
+}
+
+#[test]
+fn children_in_the_same_place_do_not_multiply_the_work() {
+    let place = Place::new();
+    place.write("twice.scn", "prm p\nobj o\nap p\nao o a\nao o b\n");
+    let said = place.run("render twice.scn --size 32x24").fine();
+    assert!(said.contains(&format!("{} instances", (1u32 << 25) - 1)), "{said}");
+}
+
+#[test]
+fn a_closed_pipe_is_no_error_and_a_full_disk_is() {
+    let place = Place::new();
+    place.write("ball.scn", "prm ball\n");
+    let full = std::path::Path::new("/dev/full");
+    if !full.exists() {
+        eprintln!("skipped: there is no /dev/full");
+        return;
+    }
+    let ended = |words: &[&str], out: std::process::Stdio| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_superegg"));
+        command.args(words).current_dir(place.path("")).stdout(out).stderr(std::process::Stdio::null());
+        command.status().unwrap().code()
+    };
+    for words in
+        [["info", "ball.scn"], ["check", "ball.scn"], ["iotest", "ball.scn"], ["intersect", "ball.scn"]]
+    {
+        let to_full = std::fs::File::options().write(true).open(full).unwrap();
+        assert_eq!(ended(&words, to_full.into()), Some(2), "{words:?}");
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        assert_eq!(ended(&words, writer.into()), Some(0), "{words:?}");
+    }
 }
