@@ -45,6 +45,9 @@ pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Opt
     };
     let cuts = Cuts::of(span);
     for (from, to) in cuts.pieces() {
+        if !inside && function.is_outside_hull(from.point, to.point) {
+            continue;
+        }
         let half_length = 0.5 * cuts.gap(from, to);
         if half_length.is_nan() || half_length <= 0.0 {
             continue;
@@ -197,6 +200,16 @@ impl Sample {
     }
 }
 
+/// What an interval holds.
+enum Finding {
+    /// f does not fall below 0 on it.
+    Nothing,
+    /// f falls below 0 first at this s.
+    Fall(f64),
+    /// It must be cut here to know.
+    Unknown(f64),
+}
+
 /// `f = sign (R - C)` as a sum of two terms of known curvature.
 #[derive(Debug)]
 struct Function {
@@ -242,43 +255,65 @@ impl Function {
         Term { value, derivative: chain(-steepness, slope) }
     }
 
+    /// Whether the piece between two cuts lies outside of a hull of the shape. For p <= 1, R >= |x| + |y|, and for q <= 1, N >= R + |z|; these
+    /// sums are linear along a piece, so a piece whose ends have 1 or more of one of them does not meet the shape.
+    fn is_outside_hull(&self, from: DVec3, to: DVec3) -> bool {
+        let (from, to) = (from.abs(), to.abs());
+        let exceeds = |sum: fn(DVec3) -> f64| sum(from) >= 1.0 && sum(to) >= 1.0;
+        match (self.xy.p <= 1.0, self.q <= 1.0) {
+            (true, true) => exceeds(|v| v.x + v.y + v.z),
+            (true, false) => exceeds(|v| v.x + v.y),
+            (false, true) => exceeds(|v| v.x + v.z) || exceeds(|v| v.y + v.z),
+            (false, false) => false,
+        }
+    }
+
     /// The first s in time at which f falls below 0, or `None`, proved.
     fn first_fall(&self, half: &HalfPiece, forward: bool) -> Option<f64> {
-        let mut pending = vec![(self.sample(half, 0.0), self.sample(half, half.length))];
+        let mut pending = Vec::new();
+        let mut next = Some((self.sample(half, 0.0), self.sample(half, half.length)));
         for _ in 0..MAX_INTERVALS {
-            let (low, high) = pending.pop()?;
-            let (first, last) = if forward { (&low, &high) } else { (&high, &low) };
-            let (least, greatest) = self.derivative_range(&low, &high, forward);
-            if least >= 0.0 {
-                continue;
-            }
-            if greatest <= 0.0 {
-                if first.f() <= 0.0 {
-                    return Some(first.s);
+            let (low, high) = next.take().or_else(|| pending.pop())?;
+            match self.look_at(half, &low, &high, forward) {
+                Finding::Nothing => {}
+                Finding::Fall(s) => return Some(s),
+                Finding::Unknown(middle) => {
+                    let middle = self.sample(half, middle);
+                    let (sooner, later) = ((low, middle), (middle, high));
+                    let (sooner, later) = if forward { (sooner, later) } else { (later, sooner) };
+                    pending.push(later);
+                    next = Some(sooner);
                 }
-                if last.f() < 0.0 {
-                    return Some(self.root_between(half, low, high));
-                }
-                continue;
-            }
-            // Far beyond any exponent of use R itself overflows; a concave term with infinite ends is infinite.
-            if self.lower_bound(&low, &high) > 0.0 || low.f().min(high.f()) == f64::INFINITY {
-                continue;
-            }
-            let Some(middle) = split(low.s, high.s, half.length) else {
-                if last.f() < 0.0 {
-                    return Some(last.s);
-                }
-                continue;
-            };
-            let middle = self.sample(half, middle);
-            if forward {
-                pending.extend([(middle, high), (low, middle)]);
-            } else {
-                pending.extend([(low, middle), (middle, high)]);
             }
         }
         None
+    }
+
+    /// What can be said of one interval.
+    fn look_at(&self, half: &HalfPiece, low: &Sample, high: &Sample, forward: bool) -> Finding {
+        let (first, last) = if forward { (low, high) } else { (high, low) };
+        let (least, greatest) = self.derivative_range(low, high, forward);
+        if least >= 0.0 {
+            return Finding::Nothing;
+        }
+        if greatest <= 0.0 {
+            return if first.f() <= 0.0 {
+                Finding::Fall(first.s)
+            } else if last.f() < 0.0 {
+                Finding::Fall(self.root_between(half, *low, *high))
+            } else {
+                Finding::Nothing
+            };
+        }
+        // Far beyond any exponent of use R itself overflows; a concave term with infinite ends is infinite.
+        if self.lower_bound(low, high) > 0.0 || low.f().min(high.f()) == f64::INFINITY {
+            return Finding::Nothing;
+        }
+        match split(low.s, high.s, half.length) {
+            Some(middle) => Finding::Unknown(middle),
+            None if last.f() < 0.0 => Finding::Fall(last.s),
+            None => Finding::Nothing,
+        }
     }
 
     /// Bounds of df/dt in time over an interval: each term's derivative is monotone, so its range is that of its ends.

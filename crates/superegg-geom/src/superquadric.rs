@@ -150,8 +150,29 @@ impl Superquadric {
     /// assert_eq!((hit.t, hit.leaving), (9.0, false));
     /// ```
     pub fn intersect(&self, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
-        let solve = if self.is_convex() { convex::intersect } else { certified::intersect };
-        self.intersect_by(solve, ray, start)
+        self.intersect_by(self.solver(), ray, start)
+    }
+
+    /// Whether the surface is crossed with 0 <= t < `t_max`: for shadow rays. A single point inside the shape proves it, so most
+    /// answers cost one evaluation of N; the others are those of [`Superquadric::intersect`].
+    pub fn occluded(&self, ray: &Ray, start: RayStart, t_max: f64) -> bool {
+        let Some(local) = self.to_unit(ray, start) else { return false };
+        let Some(span) = BoxSpan::of(local.origin, local.direction) else { return false };
+        let t_max = t_max / local.t_scale;
+        let length = span.length.min(t_max - span.t_in);
+        // Who starts outside and is inside at one place has crossed the surface before it.
+        let is_outside_start = local.start == RayStart::SurfaceOutward || !span.starts_inside_box;
+        if is_outside_start && length > 0.0 {
+            let middle = span.point_in + (0.5 * length) * span.direction;
+            if self.norm.value(middle) < 1.0 {
+                return true;
+            }
+        }
+        self.solver()(&self.norm, &span, local.start).is_some_and(|hit| hit.t < t_max)
+    }
+
+    fn solver(&self) -> Solver {
+        if self.is_convex() { convex::intersect } else { certified::intersect }
     }
 
     /// The same by the certified search alone, whatever the exponents: the slow twin that tests hold the convex path against.
@@ -160,12 +181,14 @@ impl Superquadric {
     }
 
     /// Brings the ray to unit space and the box [-1, 1]^3, solves there, and brings the answer back.
-    fn intersect_by(
-        &self,
-        solve: fn(&NormForm, &BoxSpan, RayStart) -> Option<ShapeHit>,
-        ray: &Ray,
-        start: RayStart,
-    ) -> Option<ShapeHit> {
+    fn intersect_by(&self, solve: Solver, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
+        let local = self.to_unit(ray, start)?;
+        let hit = solve(&self.norm, &BoxSpan::of(local.origin, local.direction)?, local.start)?;
+        Some(ShapeHit { t: hit.t * local.t_scale, point: hit.point * self.radii, ..hit })
+    }
+
+    /// The ray in the space of the unit shape; `None` where it is not finite or has no direction.
+    fn to_unit(&self, ray: &Ray, start: RayStart) -> Option<UnitRay> {
         let origin = ray.origin / self.radii;
         // Twice, since a quotient may leave the range of f64 where the direction is long and the radii small.
         let (direction, first_scale) = scale_to_unit(ray.direction)?;
@@ -178,8 +201,7 @@ impl Superquadric {
         } else {
             start
         };
-        let hit = solve(&self.norm, &BoxSpan::of(origin, direction)?, start)?;
-        Some(ShapeHit { t: hit.t * second_scale * first_scale, point: hit.point * self.radii, ..hit })
+        Some(UnitRay { origin, direction, start, t_scale: second_scale * first_scale })
     }
 
     /// A computed origin that lies on this surface as far as its error can tell, and leaves it, starts on the surface.
@@ -192,6 +214,19 @@ impl Superquadric {
             RayStart::Free
         }
     }
+}
+
+/// A solver in the space of the unit shape.
+type Solver = fn(&NormForm, &BoxSpan, RayStart) -> Option<ShapeHit>;
+
+/// A ray in the space of the unit shape.
+struct UnitRay {
+    origin: DVec3,
+    /// Its largest component is in [1, 2).
+    direction: DVec3,
+    start: RayStart,
+    /// What brings t back to lengths of the ray's own direction.
+    t_scale: f64,
 }
 
 /// `v` at unit length, for any length that is not zero; components beyond the range of f64 count as equal among themselves.

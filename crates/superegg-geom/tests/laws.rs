@@ -169,6 +169,19 @@ proptest! {
         }
     }
 
+    /// What is occluded is what has a crossing before the end.
+    #[test]
+    fn occluded_is_a_crossing_before_the_end(shape in unit_shape(), ray in ray(), end in 0.0..3.0f64) {
+        for start in [RayStart::Free, RayStart::SurfaceOutward, RayStart::SurfaceInward] {
+            let hit = shape.intersect(&ray, start);
+            // A start that is not where it is said to be has no right answer.
+            let is_inside = shape.norm().value(ray.origin) < 1.0;
+            if start == RayStart::Free || (start == RayStart::SurfaceInward) == is_inside && !shape.is_convex() {
+                prop_assert_eq!(shape.occluded(&ray, start, end), hit.is_some_and(|hit| hit.t < end), "{:?}", hit);
+            }
+        }
+    }
+
     /// A shape is its own mirror image: so are the answers, to the bit.
     #[test]
     fn mirrored_rays_have_mirrored_hits(shape in unit_shape(), ray in ray(), flip in prop::array::uniform3(any::<bool>())) {

@@ -43,9 +43,18 @@ pub struct Departure {
 impl CompiledScene {
     /// The first crossing of any surface with t >= 0. Of two at the same t the one with the smaller path counts.
     pub fn intersect(&self, ray: &Ray, departure: Option<&Departure>) -> Option<Hit> {
+        self.closest_hit(ray, departure, false)
+    }
+
+    /// The same by the f32 lanes where shapes are convex ([`superegg_geom::lanes`]), for comparing the two.
+    pub fn intersect_fast(&self, ray: &Ray) -> Option<Hit> {
+        self.closest_hit(ray, None, true)
+    }
+
+    fn closest_hit(&self, ray: &Ray, departure: Option<&Departure>, by_lanes: bool) -> Option<Hit> {
         // A direction of any length is brought to one that no transform of the scene takes out of range.
         let (direction, scale) = scale_to_unit(ray.direction)?;
-        let mut traversal = Traversal::new(self, departure, f64::INFINITY, false);
+        let mut traversal = Traversal { by_lanes, ..Traversal::new(self, departure, f64::INFINITY, false) };
         traversal.visit_root(&Ray { direction, ..*ray });
         traversal.best.map(|hit| Hit { t: hit.t * scale, ..hit })
     }
@@ -54,7 +63,7 @@ impl CompiledScene {
     pub fn occluded(&self, ray: &Ray, departure: Option<&Departure>, t_max: f64) -> bool {
         let mut traversal = Traversal::new(self, departure, t_max, true);
         traversal.visit_root(ray);
-        traversal.best.is_some()
+        traversal.is_occluded
     }
 }
 
@@ -64,6 +73,10 @@ struct Traversal<'a> {
     /// No crossing beyond this counts.
     t_max: f64,
     any_hit: bool,
+    /// Set when any hit is found.
+    is_occluded: bool,
+    /// Whether convex shapes are met by the f32 lanes.
+    by_lanes: bool,
     path: InstancePath,
     best: Option<Hit>,
     /// Nodes to visit with the t at which the ray enters them, shared by the groups that are open.
@@ -77,14 +90,12 @@ impl<'a> Traversal<'a> {
             departure,
             t_max,
             any_hit,
+            is_occluded: false,
+            by_lanes: false,
             path: InstancePath::default(),
             best: None,
             pending: Vec::new(),
         }
-    }
-
-    fn is_done(&self) -> bool {
-        self.any_hit && self.best.is_some()
     }
 
     fn visit_root(&mut self, ray: &Ray) {
@@ -108,7 +119,7 @@ impl<'a> Traversal<'a> {
         if let Some(near) = nodes[0].bounds.clip(&reciprocal, self.t_max) {
             self.pending.push((0, near));
         }
-        while self.pending.len() > base && !self.is_done() {
+        while self.pending.len() > base && !self.is_occluded {
             let Some((index, near)) = self.pending.pop() else { break };
             if near > self.t_max {
                 continue;
@@ -145,13 +156,16 @@ impl<'a> Traversal<'a> {
             },
             _ => RayStart::Free,
         };
-        let Some(hit) = self.scene.primitives[primitive as usize].shape.intersect(ray, start) else { return };
-        let is_closer = if self.any_hit {
-            hit.t < self.t_max
-        } else {
-            hit.t < self.t_max
-                || self.best.as_ref().is_some_and(|best| hit.t == best.t && self.path < best.path)
-        };
+        let shape = &self.scene.primitives[primitive as usize].shape;
+        if self.any_hit {
+            self.is_occluded |= shape.occluded(ray, start, self.t_max);
+            return;
+        }
+        let found =
+            if self.by_lanes { shape.intersect_fast(ray, start) } else { shape.intersect(ray, start) };
+        let Some(hit) = found else { return };
+        let is_closer = hit.t < self.t_max
+            || self.best.as_ref().is_some_and(|best| hit.t == best.t && self.path < best.path);
         if is_closer {
             self.t_max = hit.t;
             self.best = Some(Hit {

@@ -86,6 +86,9 @@ pub(crate) struct IntersectArgs {
     /// Where the answers go; standard output unless given
     #[arg(short, long, value_name = "OUT.csv")]
     pub(crate) output: Option<PathBuf>,
+    /// Meet convex shapes by the f32 lanes instead of the exact f64 path, to compare the two
+    #[arg(long)]
+    pub(crate) fast: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -149,7 +149,7 @@ impl<S: Simd> Mask<S> {
 
     #[inline(always)]
     pub(crate) fn any(self) -> bool {
-        self.simd.first_true_m32s(self.register) < S::M32_LANES
+        self.simd.first_true_m32s(self.register) < S::F32_LANES
     }
 }
 

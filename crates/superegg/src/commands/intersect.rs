@@ -24,14 +24,14 @@ pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
     let scene = loaded.session.scene();
     let compiled = CompiledScene::compile(scene, root.as_deref(), scene.depth);
     let Some(path) = &args.rays else {
-        say::out(tell_camera_ray(&compiled, &loaded))?;
+        say::out(tell_camera_ray(&compiled, &loaded, args.fast))?;
         return Ok(Outcome::of(&loaded));
     };
     match read_rows(path, RAY_COLUMNS, ray_of_row)? {
         Ok(rays) => {
             write_csv(args.output.as_deref(), |writer| {
                 writer.write_record(ANSWER_COLUMNS)?;
-                rays.iter().try_for_each(|ray| writer.write_record(answer(&compiled, ray)))
+                rays.iter().try_for_each(|ray| writer.write_record(answer(&compiled, ray, args.fast)))
             })?;
             Ok(Outcome::of(&loaded))
         }
@@ -51,9 +51,13 @@ fn ray_of_row([ox, oy, oz, dx, dy, dz]: [f64; 6]) -> Result<Ray, RowFault> {
     Ok(ray)
 }
 
+fn intersect(scene: &CompiledScene, ray: &Ray, fast: bool) -> Option<Hit> {
+    if fast { scene.intersect_fast(ray) } else { scene.intersect(ray, None) }
+}
+
 /// The columns of one answer.
-fn answer(scene: &CompiledScene, ray: &Ray) -> Vec<String> {
-    let Some(hit) = scene.intersect(ray, None) else {
+fn answer(scene: &CompiledScene, ray: &Ray, fast: bool) -> Vec<String> {
+    let Some(hit) = intersect(scene, ray, fast) else {
         return std::iter::once("0".to_owned())
             .chain((1..ANSWER_COLUMNS.len()).map(|_| String::new()))
             .collect();
@@ -67,12 +71,12 @@ fn answer(scene: &CompiledScene, ray: &Ray) -> Vec<String> {
 }
 
 /// The ray of the course's intersection test: from the camera along the direction it looks in, with a unit direction.
-fn tell_camera_ray(scene: &CompiledScene, loaded: &Loaded) -> String {
+fn tell_camera_ray(scene: &CompiledScene, loaded: &Loaded, fast: bool) -> String {
     let middle = View::new(&loaded.session.scene().camera, 2, 2).ray(DVec2::ONE);
     let ray = Ray::new(middle.origin, middle.direction.normalize());
     let told = |v: DVec3| fields(&v.to_array()).collect::<Vec<_>>().join(" ");
     let from = format!("the ray from the camera at {} along {}", told(ray.origin), told(ray.direction));
-    match scene.intersect(&ray, None) {
+    match intersect(scene, &ray, fast) {
         None => format!("{from}\nmeets nothing"),
         Some(hit) => format!("{from}\n{}", tell_hit(scene, &hit, &told)),
     }

@@ -320,3 +320,17 @@ fn a_closed_pipe_is_no_error_and_a_full_disk_is() {
         assert_eq!(ended(&words, writer.into()), Some(0), "{words:?}");
     }
 }
+
+#[test]
+fn fast_answers_are_those_of_the_exact_path_to_a_millionth() {
+    let place = Place::new();
+    place.write("pair.scn", BALLS);
+    let rays = "ox,oy,oz,dx,dy,dz\n-2.3,0.1,10,0,0,-2\n9,9,9,1,0,0\n2.2,.1,0,1,.3,0\n-900,0.2,0,5,0,0\n";
+    let exact = place.run_with("intersect pair.scn --rays -", rays).fine();
+    let fast = place.run_with("intersect pair.scn --rays - --fast", rays).fine();
+    for (exact, fast) in rows(&exact).into_iter().zip(rows(&fast)).skip(1) {
+        assert_eq!((exact[0], exact[8], exact[9]), (fast[0], fast[8], fast[9]));
+        let t = |row: &[&str]| row[1].parse::<f64>().unwrap_or(0.0);
+        assert!((t(&exact) - t(&fast)).abs() < 1e-6 * (1.0 + t(&exact)), "{exact:?} {fast:?}");
+    }
+}

@@ -1,0 +1,136 @@
+//! One table: million rays a second and evaluations a ray, for each method, on the same rays in the same run.
+//!
+//! `cargo bench -p superegg-geom --bench table`. Methods take turns, and the best of several rounds counts, since machines are shared.
+//! With a number as argument only that many rays are used, as under `valgrind --tool=callgrind`.
+
+// A table is for reading.
+#![allow(clippy::print_stdout)]
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use superegg_geom::glam::DVec3;
+use superegg_geom::lanes::{LaneHits, LanePowers, LaneRays};
+use superegg_geom::{Exponents, Ray, RayStart, Superquadric, textbook};
+
+const ROUNDS: usize = 5;
+
+/// Numbers that look random, the same in every run (SplitMix64).
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn within(&mut self, size: f64) -> DVec3 {
+        DVec3::new(self.unit(), self.unit(), self.unit()) * (2.0 * size) - size
+    }
+}
+
+/// Rays of a camera that has the shape in view, turned so that no axis is special.
+fn camera_rays(count: usize) -> Vec<Ray> {
+    let side = (count as f64).sqrt() as usize;
+    let eye = DVec3::new(2.3, -3.1, 1.7);
+    let forward = -eye.normalize();
+    let right = forward.cross(DVec3::Z).normalize();
+    let up = right.cross(forward);
+    let place = |i: usize| 0.9 * ((i as f64 + 0.5) / side as f64 - 0.5);
+    (0..side * side)
+        .map(|i| Ray::new(eye, (forward + right * place(i % side) - up * place(i / side)).normalize()))
+        .collect()
+}
+
+/// Rays from about the shape, towards its neighbourhood.
+fn random_rays(count: usize) -> Vec<Ray> {
+    let mut random = Random(1);
+    (0..count)
+        .map(|_| {
+            let origin = random.within(4.0);
+            Ray::new(origin, (random.within(1.2) - origin).normalize())
+        })
+        .collect()
+}
+
+/// The best time of a few rounds, in seconds.
+fn best(mut work: impl FnMut()) -> f64 {
+    let times = (0..ROUNDS).map(|_| {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_secs_f64()
+    });
+    times.fold(f64::INFINITY, f64::min)
+}
+
+fn measure(name: &str, e: f64, n: f64, rays: &[Ray]) {
+    let exponents = Exponents { e, n };
+    let shape = Superquadric::new(DVec3::ONE, exponents).expect("good exponents");
+    let million = rays.len() as f64 * 1e-6;
+    let speed = |seconds: f64| million / seconds;
+
+    let by_textbook =
+        speed(best(|| rays.iter().for_each(|ray| drop(black_box(textbook::intersect(ray, exponents))))));
+    let by_f64 =
+        speed(best(|| rays.iter().for_each(|ray| drop(black_box(shape.intersect(ray, RayStart::Free))))));
+    let by_certified = speed(best(|| {
+        rays.iter().for_each(|ray| drop(black_box(shape.intersect_certified(ray, RayStart::Free))))
+    }));
+
+    let textbook_hits = rays.iter().filter(|ray| textbook::intersect(ray, exponents).t.is_some()).count();
+    let hits = rays.iter().filter(|ray| shape.intersect(ray, RayStart::Free).is_some()).count();
+    let textbook_steps: u32 = rays.iter().map(|ray| textbook::intersect(ray, exponents).steps).sum();
+    let per_ray = |count: f64| count / rays.len() as f64;
+
+    let (lanes, pairs, lane_steps) = if shape.is_convex() {
+        let mut batch = LaneRays::default();
+        let mut powers = LanePowers::default();
+        for ray in rays {
+            batch.push(&shape, ray);
+            powers.push(&shape);
+        }
+        let mut answers = LaneHits::default();
+        let lanes = speed(best(|| batch.intersect(&shape, &mut answers)));
+        let steps: u32 = (0..rays.len()).map(|i| answers.steps(i)).sum();
+        let pairs = speed(best(|| batch.intersect_each(&mut powers, &mut answers)));
+        (format!("{lanes:.1}"), format!("{pairs:.1}"), format!("{:.1}", per_ray(f64::from(steps))))
+    } else {
+        ("-".into(), "-".into(), "-".into())
+    };
+    println!(
+        "| {name} | {e} | {n} | {:.2} | {:.2} | {by_textbook:.2} | {by_f64:.2} | {by_certified:.2} | {lanes} | {pairs} | {:.1} | {lane_steps} |",
+        per_ray(hits as f64),
+        per_ray(textbook_hits as f64),
+        per_ray(f64::from(textbook_steps)),
+    );
+}
+
+fn main() {
+    let count = std::env::args().find_map(|word| word.parse().ok()).unwrap_or(250_000);
+    println!(
+        "| rays | e | n | hits | textbook hits | textbook | f64 | certified | lanes | pairs | textbook steps | lane steps |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
+    for (name, rays) in [("camera", camera_rays(count)), ("random", random_rays(count))] {
+        for (e, n) in [
+            (1.0, 1.0),
+            (0.5, 0.5),
+            (0.1, 0.1),
+            (0.01, 0.01),
+            (0.0001, 0.0001),
+            (1.0, 0.0001),
+            (2.0, 2.0),
+            (0.3, 1.7),
+            (2.5, 2.5),
+            (4.0, 4.0),
+            (0.5, 4.0),
+        ] {
+            measure(name, e, n, &rays);
+        }
+    }
+    println!(
+        "\nmillion rays a second, one thread, the best of {ROUNDS} rounds; hits and steps are a ray's mean"
+    );
+}

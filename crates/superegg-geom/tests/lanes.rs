@@ -1,0 +1,166 @@
+//! The lanes against the f64 path: millions of rays in release, fewer without optimisation.
+
+use superegg_geom::glam::DVec3;
+use superegg_geom::lanes::{LaneHit, LaneHits, LanePowers, LaneRays};
+use superegg_geom::{Exponents, Ray, RayStart, ShapeHit, Superquadric};
+
+/// Numbers that look random, the same in every run (SplitMix64).
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn within(&mut self, size: f64) -> DVec3 {
+        DVec3::new(self.unit(), self.unit(), self.unit()) * (2.0 * size) - size
+    }
+
+    /// Special exponents and any of the convex range, evenly in their logarithm.
+    fn exponent(&mut self) -> f64 {
+        const SPECIAL: [f64; 8] = [0.0001, 0.001, 0.1, 0.5, 1.0, 1.5, 1.999, 2.0];
+        if self.unit() < 0.5 {
+            SPECIAL[(self.unit() * 8.0) as usize]
+        } else {
+            10f64.powf(self.unit() * 4.3 - 4.0)
+        }
+    }
+
+    /// A ray of one of several kinds: near, inside, far, along an axis, in a coordinate plane, away.
+    fn ray(&mut self) -> Ray {
+        let kind = (self.unit() * 8.0) as u32;
+        let target = self.within(1.1);
+        let origin = match kind {
+            0 => self.within(0.9),
+            1 => self.within(100.0),
+            2 => self.within(1e6),
+            _ => self.within(4.0),
+        };
+        let mut direction = (target - origin).normalize();
+        let mut origin = origin;
+        match kind {
+            3 => direction = DVec3::AXES[(self.unit() * 3.0) as usize],
+            4 => (origin.y, direction.y) = (0.0, 0.0),
+            5 => direction = -direction,
+            6 => direction *= 10f64.powf(self.unit() * 12.0 - 6.0),
+            _ => {}
+        }
+        Ray::new(origin, if direction == DVec3::ZERO { DVec3::X } else { direction })
+    }
+}
+
+/// How near N comes to 1 at its least along the ray: N is convex there, so a search by thirds finds the least.
+fn distance_from_tangency(shape: &Superquadric, ray: &Ray) -> f64 {
+    let direction = ray.direction.normalize();
+    let nearest = (-ray.origin.dot(direction)).max(0.0);
+    let (mut low, mut high) = ((nearest - 2.0).max(0.0), nearest + 2.0);
+    let value = |t: f64| shape.norm().value(ray.origin + t * direction);
+    for _ in 0..200 {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if value(a) < value(b) { high = b } else { low = a }
+    }
+    (value(low) - 1.0).abs()
+}
+
+/// What the lanes may differ by: hit or miss only within 1e-5 of tangency, the place by 1e-5 across the surface.
+fn check(shape: &Superquadric, ray: &Ray, lanes: Option<LaneHit>, exact: Option<ShapeHit>) {
+    let told = || format!("{:?} {ray:?}: {lanes:?} for {exact:?}", shape.exponents());
+    match (&lanes, &exact) {
+        (None, None) => {}
+        (Some(lane), Some(exact)) => {
+            assert!(lane.t.is_finite() && lane.t >= 0.0, "{}", told());
+            let from_surface = (shape.norm().value(ray.point_at(lane.t)) - 1.0).abs();
+            assert!(from_surface < 1e-5, "{from_surface} off: {}", told());
+            // The right one of the two crossings: the other is off by the length of the way between.
+            let apart = (lane.t - exact.t).abs() * ray.direction.length();
+            if lane.leaving != exact.leaving || apart > 0.02 + 1e-9 * exact.t {
+                assert!(is_in_doubt(shape, ray), "{}", told());
+            }
+        }
+        _ => assert!(is_in_doubt(shape, ray), "{}", told()),
+    }
+}
+
+/// Whether the ray passes within 1e-5 of tangency, or starts so near the surface.
+fn is_in_doubt(shape: &Superquadric, ray: &Ray) -> bool {
+    (shape.norm().value(ray.origin) - 1.0).abs() < 1e-5 || distance_from_tangency(shape, ray) < 1e-5
+}
+
+const SHAPES: usize = if cfg!(debug_assertions) { 40 } else { 1000 };
+const RAYS: usize = 2500;
+
+#[test]
+fn many_rays_against_one_shape_agree_with_the_f64_path() {
+    let mut random = Random(3);
+    let (mut batch, mut hits) = (LaneRays::default(), LaneHits::default());
+    for _ in 0..SHAPES {
+        let exponents = Exponents { e: random.exponent(), n: random.exponent() };
+        let shape = Superquadric::new(DVec3::ONE, exponents).unwrap();
+        let rays: Vec<Ray> = (0..RAYS + (random.unit() * 20.0) as usize).map(|_| random.ray()).collect();
+        batch.clear();
+        rays.iter().for_each(|ray| batch.push(&shape, ray));
+        batch.intersect(&shape, &mut hits);
+        for (i, ray) in rays.iter().enumerate() {
+            check(&shape, ray, batch.hit(&hits, i), shape.intersect(ray, RayStart::Free));
+        }
+    }
+}
+
+#[test]
+fn rays_against_a_shape_each_agree_with_the_f64_path() {
+    let mut random = Random(4);
+    let pairs: Vec<(Superquadric, Ray)> = (0..SHAPES * 200)
+        .map(|_| {
+            let exponents = Exponents { e: random.exponent(), n: random.exponent() };
+            (Superquadric::new(DVec3::ONE, exponents).unwrap(), random.ray())
+        })
+        .collect();
+    let (mut batch, mut powers, mut hits) = (LaneRays::default(), LanePowers::default(), LaneHits::default());
+    for (shape, ray) in &pairs {
+        batch.push(shape, ray);
+        powers.push(shape);
+    }
+    batch.intersect_each(&mut powers, &mut hits);
+    for (i, (shape, ray)) in pairs.iter().enumerate() {
+        check(shape, ray, batch.hit(&hits, i), shape.intersect(ray, RayStart::Free));
+    }
+}
+
+#[test]
+fn hostile_rays_do_no_harm() {
+    let values = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        0.5,
+        1e6,
+        -1e12,
+        1e300,
+        f64::INFINITY,
+        f64::NAN,
+        5e-324,
+        f64::MAX,
+        1.0 - f64::EPSILON,
+    ];
+    let mut random = Random(5);
+    let mut any = || values[(random.unit() * values.len() as f64) as usize];
+    let (mut batch, mut hits) = (LaneRays::default(), LaneHits::default());
+    for (e, n) in [(1.0, 1.0), (0.0001, 0.0001), (2.0, 2.0), (0.5, 1.5), (1e-300, 2.0)] {
+        let shape = Superquadric::new(DVec3::new(1.0, 2.0, 1e-3), Exponents { e, n }).unwrap();
+        let rays: Vec<Ray> = (0..20_000)
+            .map(|_| Ray::new(DVec3::new(any(), any(), any()), DVec3::new(any(), any(), any())))
+            .collect();
+        batch.clear();
+        rays.iter().for_each(|ray| batch.push(&shape, ray));
+        batch.intersect(&shape, &mut hits);
+        for (i, ray) in rays.iter().enumerate() {
+            if let Some(hit) = batch.hit(&hits, i) {
+                assert!(hit.t >= 0.0 && !hit.t.is_nan(), "{ray:?} {hit:?}");
+            }
+        }
+    }
+}
