@@ -1,59 +1,22 @@
 //! One table: million rays a second and evaluations a ray, for each method, on the same rays in the same run.
 //!
 //! `cargo bench -p superegg-geom --bench table`. Methods take turns, and the best of several rounds counts, since machines are shared.
-//! With a number as argument only that many rays are used, as under `valgrind --tool=callgrind`.
+//! With a number as argument only that many rays are used.
 
 // A table is for reading.
 #![allow(clippy::print_stdout)]
 
+mod rays;
+
 use std::hint::black_box;
 use std::time::Instant;
 
+use rays::{camera_rays, random_rays};
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::{LaneHits, LanePowers, LaneRays};
+use superegg_geom::lanes::{LaneHits, LanePowers, LaneRays, lanes_at_a_time};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, textbook};
 
 const ROUNDS: usize = 5;
-
-/// Numbers that look random, the same in every run (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn within(&mut self, size: f64) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * (2.0 * size) - size
-    }
-}
-
-/// Rays of a camera that has the shape in view, turned so that no axis is special.
-fn camera_rays(count: usize) -> Vec<Ray> {
-    let side = (count as f64).sqrt() as usize;
-    let eye = DVec3::new(2.3, -3.1, 1.7);
-    let forward = -eye.normalize();
-    let right = forward.cross(DVec3::Z).normalize();
-    let up = right.cross(forward);
-    let place = |i: usize| 0.9 * ((i as f64 + 0.5) / side as f64 - 0.5);
-    (0..side * side)
-        .map(|i| Ray::new(eye, (forward + right * place(i % side) - up * place(i / side)).normalize()))
-        .collect()
-}
-
-/// Rays from about the shape, towards its neighbourhood.
-fn random_rays(count: usize) -> Vec<Ray> {
-    let mut random = Random(1);
-    (0..count)
-        .map(|_| {
-            let origin = random.within(4.0);
-            Ray::new(origin, (random.within(1.2) - origin).normalize())
-        })
-        .collect()
-}
 
 /// The best time of a few rounds, in seconds.
 fn best(mut work: impl FnMut()) -> f64 {
@@ -71,12 +34,20 @@ fn measure(name: &str, e: f64, n: f64, rays: &[Ray]) {
     let million = rays.len() as f64 * 1e-6;
     let speed = |seconds: f64| million / seconds;
 
-    let by_textbook =
-        speed(best(|| rays.iter().for_each(|ray| drop(black_box(textbook::intersect(ray, exponents))))));
-    let by_f64 =
-        speed(best(|| rays.iter().for_each(|ray| drop(black_box(shape.intersect(ray, RayStart::Free))))));
+    let by_textbook = speed(best(|| {
+        rays.iter().for_each(|ray| {
+            black_box(textbook::intersect(ray, exponents));
+        });
+    }));
+    let by_f64 = speed(best(|| {
+        rays.iter().for_each(|ray| {
+            black_box(shape.intersect(ray, RayStart::Free));
+        });
+    }));
     let by_certified = speed(best(|| {
-        rays.iter().for_each(|ray| drop(black_box(shape.intersect_certified(ray, RayStart::Free))))
+        rays.iter().for_each(|ray| {
+            black_box(shape.intersect_certified(ray, RayStart::Free));
+        });
     }));
 
     let textbook_hits = rays.iter().filter(|ray| textbook::intersect(ray, exponents).t.is_some()).count();
@@ -131,6 +102,7 @@ fn main() {
         }
     }
     println!(
-        "\nmillion rays a second, one thread, the best of {ROUNDS} rounds; hits and steps are a ray's mean"
+        "\nmillion rays a second, one thread, the best of {ROUNDS} rounds; hits and steps are a ray's mean; {} lanes",
+        lanes_at_a_time()
     );
 }

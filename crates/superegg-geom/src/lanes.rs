@@ -10,7 +10,7 @@ mod kernel;
 mod vector;
 
 use glam::DVec3;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::ray::{Ray, RayStart};
 use crate::superquadric::{ShapeHit, Superquadric};
@@ -200,6 +200,18 @@ impl LaneHits {
     }
 }
 
+/// How many rays are met at a time on this machine.
+pub fn lanes_at_a_time() -> usize {
+    struct Count;
+    impl WithSimd for Count {
+        type Output = usize;
+        fn with_simd<S: Simd>(self, _: S) -> usize {
+            S::F32_LANES
+        }
+    }
+    Arch::new().dispatch(Count)
+}
+
 /// What the lanes tell of a crossing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneHit {
@@ -220,5 +232,52 @@ impl Superquadric {
         rays.push(self, ray);
         rays.intersect(self, &mut hits);
         rays.hit(&hits, 0).map(|hit| ShapeHit { t: hit.t, point: ray.point_at(hit.t), leaving: hit.leaving })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::superquadric::Exponents;
+
+    /// The same batch by one lane, and by whatever else the machine has.
+    #[test]
+    fn every_width_gives_the_same_answers() {
+        for (e, n) in [(1.0, 1.0), (2.0, 2.0), (0.3, 1.7), (0.001, 0.5), (1.0, 0.2), (2.0, 1.0)] {
+            let shape = Superquadric::new(DVec3::ONE, Exponents { e, n }).unwrap();
+            let mut rays = LaneRays::default();
+            for i in 0..5000 {
+                let angle = f64::from(i) * 0.7;
+                let origin = DVec3::new(angle.sin(), (1.3 * angle).cos(), (0.6 * angle).sin())
+                    * (0.5 + f64::from(i % 7));
+                rays.push(&shape, &Ray::new(origin, DVec3::new(0.3, 0.2, 0.1) * angle.cos() - origin));
+            }
+            let (mut wide, mut narrow, mut eight) =
+                (LaneHits::default(), LaneHits::default(), LaneHits::default());
+            rays.intersect(&shape, &mut wide);
+            let kernel = |hits| {
+                let norm = shape.norm();
+                Kernel {
+                    powers: Powers::Uniform { xy: PowerKind::of(norm.xy.p), rz: PowerKind::of(norm.rz.p) },
+                    rays: &rays,
+                    hits,
+                }
+            };
+            narrow.clone_from(&wide);
+            kernel(&mut narrow).with_simd(pulp::Scalar);
+            eight.clone_from(&wide);
+            #[cfg(target_arch = "x86_64")]
+            if let Some(avx2) = pulp::x86::V3::try_new() {
+                Simd::vectorize(avx2, kernel(&mut eight));
+            }
+            for other in [&narrow, &eight] {
+                let different = (0..rays.len()).filter(|&i| {
+                    let (a, b) = (rays.hit(&wide, i), rays.hit(other, i));
+                    a.map(|hit| hit.leaving) != b.map(|hit| hit.leaving)
+                        || a.zip(b).is_some_and(|(a, b)| (a.t - b.t).abs() > 1e-3)
+                });
+                assert!(different.count() <= 5, "{e} {n}");
+            }
+        }
     }
 }

@@ -156,7 +156,7 @@ impl Superquadric {
     /// Whether the surface is crossed with 0 <= t < `t_max`: for shadow rays. A single point inside the shape proves it, so most
     /// answers cost one evaluation of N; the others are those of [`Superquadric::intersect`].
     pub fn occluded(&self, ray: &Ray, start: RayStart, t_max: f64) -> bool {
-        let Some(local) = self.to_unit(ray, start) else { return false };
+        let Some(local) = self.unit_ray(ray, start) else { return false };
         let Some(span) = BoxSpan::of(local.origin, local.direction) else { return false };
         let t_max = t_max / local.t_scale;
         let length = span.length.min(t_max - span.t_in);
@@ -182,13 +182,13 @@ impl Superquadric {
 
     /// Brings the ray to unit space and the box [-1, 1]^3, solves there, and brings the answer back.
     fn intersect_by(&self, solve: Solver, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
-        let local = self.to_unit(ray, start)?;
+        let local = self.unit_ray(ray, start)?;
         let hit = solve(&self.norm, &BoxSpan::of(local.origin, local.direction)?, local.start)?;
         Some(ShapeHit { t: hit.t * local.t_scale, point: hit.point * self.radii, ..hit })
     }
 
     /// The ray in the space of the unit shape; `None` where it is not finite or has no direction.
-    fn to_unit(&self, ray: &Ray, start: RayStart) -> Option<UnitRay> {
+    fn unit_ray(&self, ray: &Ray, start: RayStart) -> Option<UnitRay> {
         let origin = ray.origin / self.radii;
         // Twice, since a quotient may leave the range of f64 where the direction is long and the radii small.
         let (direction, first_scale) = scale_to_unit(ray.direction)?;
