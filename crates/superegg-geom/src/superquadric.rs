@@ -160,9 +160,9 @@ impl Superquadric {
         let Some(span) = BoxSpan::of(local.origin, local.direction) else { return false };
         let t_max = t_max / local.t_scale;
         let length = span.length.min(t_max - span.t_in);
-        // Who starts outside and is inside at one place has crossed the surface before it.
-        let is_outside_start = local.start == RayStart::SurfaceOutward || !span.starts_inside_box;
-        if is_outside_start && length > 0.0 {
+        // Who comes from outside of the box and is inside at one place has crossed the surface before it. A start on the surface proves
+        // nothing: there rounding may put the first stretch on either side.
+        if local.start == RayStart::Free && !span.starts_inside_box && length > 0.0 {
             let middle = span.point_in + (0.5 * length) * span.direction;
             if self.norm.value(middle) < 1.0 {
                 return true;

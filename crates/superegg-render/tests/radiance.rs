@@ -185,3 +185,23 @@ fn two_surfaces_in_the_same_place_do_not_shadow_each_other() {
         assert!(off <= 3, "{shape}: {off} pixels");
     }
 }
+
+#[test]
+fn a_flat_lit_face_has_no_speck() {
+    // Light and eye far away on one side: the face of a cube has one colour, but for the rounding of its edges.
+    for shape in ["exp .0001 .0001", "exp .01 .01", "exp 1 .0001", "exp 2 .0001"] {
+        let text = format!(
+            "prm s\n{shape}\nspecular 0\nobj o\nap s\nrs 1 2 3 20\nxs .1 .2 .3\nlight l 1e5 2e5 4e5\n"
+        );
+        let film = film(&text, 80);
+        let is_dark = |x: u32, y: u32| film.pixel(x, y)[0] < 0.15;
+        let is_speck = |&(x, y): &(u32, u32)| {
+            let beside = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
+            is_dark(x, y) && !beside.iter().any(|&(x, y)| is_dark(x, y))
+        };
+        let inner = || (1..79).flat_map(|y| (1..79).map(move |x| (x, y)));
+        let (specks, lit) =
+            (inner().filter(is_speck).count(), inner().filter(|&(x, y)| !is_dark(x, y)).count());
+        assert!(specks == 0 && lit > 100, "{shape}: {specks} specks, {lit} lit pixels");
+    }
+}
