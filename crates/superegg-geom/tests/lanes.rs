@@ -1,24 +1,15 @@
 //! The lanes against the f64 path: millions of rays in release, fewer without optimisation.
 
+use rays::Random;
 use superegg_geom::glam::DVec3;
 use superegg_geom::lanes::{LaneHit, LaneHits, LanePowers, LaneRays};
 use superegg_geom::{Exponents, Ray, RayStart, ShapeHit, Superquadric};
 
-/// Numbers that look random, the same in every run (SplitMix64).
-struct Random(u64);
+#[path = "../benches/rays/mod.rs"]
+#[allow(dead_code, reason = "the benchmarks use the rest")]
+mod rays;
 
 impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn within(&mut self, size: f64) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * (2.0 * size) - size
-    }
-
     /// Special exponents and any of the convex range, evenly in their logarithm.
     fn exponent(&mut self) -> f64 {
         const SPECIAL: [f64; 8] = [0.0001, 0.001, 0.1, 0.5, 1.0, 1.5, 1.999, 2.0];

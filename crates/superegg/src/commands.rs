@@ -11,9 +11,11 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use superegg_render::CompiledScene;
 
+use crate::args::RootArgs;
 use crate::files;
-use crate::load::Loaded;
+use crate::load::{Loaded, Mode, load};
 
 /// How a command ended, when it ended by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +30,17 @@ impl Outcome {
     fn of(loaded: &Loaded) -> Self {
         if loaded.has_errors() { Self::ErrorsInInput } else { Self::Fine }
     }
+}
+
+/// A scene as the commands that only ask it take it, with its diagnostics told; the place of the answers is looked at first.
+fn load_compiled(scene: &Path, root: &RootArgs, output: Option<&Path>) -> Result<(Loaded, CompiledScene)> {
+    files::check_writable_place(output, scene)?;
+    let loaded = load(scene, Mode::Scene)?;
+    loaded.print_diagnostics();
+    let root = loaded.root_or_warn(root.object.as_deref())?;
+    let described = loaded.session.scene();
+    let compiled = CompiledScene::compile(described, root.as_deref(), described.depth);
+    Ok((loaded, compiled))
 }
 
 /// Rows of CSV to a file, whole or not at all, or to standard output as they come.

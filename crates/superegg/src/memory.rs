@@ -1,16 +1,27 @@
 //! How much memory the process has taken.
 
 /// The most memory that the process has had resident so far, in bytes; `None` where the system does not tell.
-#[cfg(unix)]
 pub(crate) fn peak_rss_bytes() -> Option<u64> {
+    own_peak().or_else(peak_of_usage)
+}
+
+/// Linux counts a process from its start there; what `getrusage` says begins with the program that started it.
+fn own_peak() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+#[cfg(unix)]
+fn peak_of_usage() -> Option<u64> {
     use nix::sys::resource::{UsageWho, getrusage};
     let max_rss = u64::try_from(getrusage(UsageWho::RUSAGE_SELF).ok()?.max_rss()).ok()?;
     // Apple's systems count in bytes, the others in kibibytes.
     Some(if cfg!(target_vendor = "apple") { max_rss } else { max_rss * 1024 })
 }
 
-/// The most memory that the process has had resident so far, in bytes; `None` where the system does not tell.
 #[cfg(not(unix))]
-pub(crate) fn peak_rss_bytes() -> Option<u64> {
+fn peak_of_usage() -> Option<u64> {
     None
 }

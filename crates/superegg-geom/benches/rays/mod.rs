@@ -1,20 +1,20 @@
-//! The rays that benchmarks use.
+//! The rays that benchmarks use, and the numbers they are made of.
 
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 
 /// Numbers that look random, the same in every run (SplitMix64).
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn within(&mut self, size: f64) -> DVec3 {
+    pub(crate) fn within(&mut self, size: f64) -> DVec3 {
         DVec3::new(self.unit(), self.unit(), self.unit()) * (2.0 * size) - size
     }
 }

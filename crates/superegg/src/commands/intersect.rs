@@ -7,22 +7,16 @@ use superegg_lang::format_number;
 use superegg_render::{CompiledScene, Hit, View};
 
 use crate::args::IntersectArgs;
-use crate::commands::{Outcome, write_csv};
+use crate::commands::{Outcome, load_compiled, write_csv};
 use crate::csv_input::{RowFault, fields, read_rows};
-use crate::files;
-use crate::load::{Loaded, Mode, load};
+use crate::load::Loaded;
 use crate::say;
 
 const RAY_COLUMNS: [&str; 6] = ["ox", "oy", "oz", "dx", "dy", "dz"];
 const ANSWER_COLUMNS: [&str; 10] = ["hit", "t", "px", "py", "pz", "nx", "ny", "nz", "leaving", "path"];
 
 pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
-    files::check_writable_place(args.output.as_deref(), &args.scene)?;
-    let loaded = load(&args.scene, Mode::Scene)?;
-    loaded.print_diagnostics();
-    let root = loaded.root_or_warn(args.root.object.as_deref())?;
-    let scene = loaded.session.scene();
-    let compiled = CompiledScene::compile(scene, root.as_deref(), scene.depth);
+    let (loaded, compiled) = load_compiled(&args.scene, &args.root, args.output.as_deref())?;
     let Some(path) = &args.rays else {
         say::out(tell_camera_ray(&compiled, &loaded, args.fast))?;
         return Ok(Outcome::of(&loaded));

@@ -6,10 +6,8 @@ use superegg_lang::format_number;
 use superegg_render::CompiledScene;
 
 use crate::args::IotestArgs;
-use crate::commands::{Outcome, write_csv};
+use crate::commands::{Outcome, load_compiled, write_csv};
 use crate::csv_input::{fields, read_rows};
-use crate::files;
-use crate::load::{Mode, load};
 use crate::say;
 
 const POINT_COLUMNS: [&str; 3] = ["x", "y", "z"];
@@ -19,12 +17,7 @@ const MOST_ALONG_AXIS: f64 = 2001.0;
 
 pub(crate) fn run(args: &IotestArgs) -> Result<Outcome> {
     let grid = Grid::new(args.step, args.half)?;
-    files::check_writable_place(args.output.as_deref(), &args.scene)?;
-    let loaded = load(&args.scene, Mode::Scene)?;
-    loaded.print_diagnostics();
-    let root = loaded.root_or_warn(args.root.object.as_deref())?;
-    let scene = loaded.session.scene();
-    let compiled = CompiledScene::compile(scene, root.as_deref(), scene.depth);
+    let (loaded, compiled) = load_compiled(&args.scene, &args.root, args.output.as_deref())?;
     let points: Box<dyn Iterator<Item = DVec3>> = match &args.points {
         None => Box::new(grid.points()),
         Some(path) => match read_rows(path, POINT_COLUMNS, |row| Ok(DVec3::from_array(row)))? {
