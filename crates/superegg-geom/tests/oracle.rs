@@ -119,6 +119,25 @@ fn every_ray_of_a_named_ground_truth() {
     }
 }
 
+/// The lanes against the truth: hit or miss right but within 1e-5 of tangency, the place within 1e-5 across the surface.
+#[test]
+fn the_lanes_meet_the_truth() {
+    for path in [Some(own_rays()), beside_the_project("oracle/rays.csv")].into_iter().flatten() {
+        for row in read(&path).iter().filter(|row| row.margin > 1e-5) {
+            let told = || format!("{:?} {:?} margin {}", row.shape.exponents(), row.ray, row.margin);
+            match (row.hit, row.shape.intersect_fast(&row.ray, RayStart::Free)) {
+                (None, None) => {}
+                (Some((t, normal)), Some(actual)) => {
+                    let across = (actual.t - t).abs() * normal.dot(row.ray.direction).abs();
+                    assert!(across < 1e-5 * (1.0 + 1e-9 * t), "{}: {} for {t}", told(), actual.t);
+                    assert_eq!(actual.leaving, row.start_inside, "{}", told());
+                }
+                (truth, actual) => panic!("{}: {actual:?} for {truth:?}", told()),
+            }
+        }
+    }
+}
+
 /// The checks above can fail: the textbook method does not pass them.
 #[test]
 fn the_textbook_method_fails_where_its_module_says() {
