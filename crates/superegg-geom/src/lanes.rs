@@ -53,7 +53,7 @@ impl PowerKind {
         match p {
             1.0 => Self::One,
             2.0 => Self::Two,
-            _ => Self::General(p.min(MOST_POWER) as f32),
+            _ => Self::General(lane_power(p)),
         }
     }
 
@@ -66,8 +66,10 @@ impl PowerKind {
     }
 }
 
-/// Beyond this power f32 cannot tell the norm from the larger argument.
-const MOST_POWER: f64 = 1e9;
+/// A power in f32. Beyond 1e9 f32 cannot tell the norm from the larger argument.
+fn lane_power(p: f64) -> f32 {
+    p.min(1e9) as f32
+}
 
 /// The powers of many convex shapes, for batches in which each ray has a shape of its own.
 #[derive(Clone, Debug, Default)]
@@ -79,8 +81,8 @@ pub struct LanePowers {
 impl LanePowers {
     /// Takes the powers of the next ray's shape.
     pub fn push(&mut self, shape: &Superquadric) {
-        self.p.push(shape.norm().xy.p.min(MOST_POWER) as f32);
-        self.q.push(shape.norm().rz.p.min(MOST_POWER) as f32);
+        self.p.push(lane_power(shape.norm().xy.p));
+        self.q.push(lane_power(shape.norm().rz.p));
     }
 
     /// Forgets all, and keeps the memory.

@@ -29,7 +29,7 @@ mod transform;
 pub use aabb::{Aabb, RayReciprocal};
 pub use glam;
 pub use norm::NormForm;
-pub use numeric::scale_to_unit;
+pub use numeric::{scale_to_unit, unit_vector};
 pub use ray::{Ray, RayStart};
 pub use superquadric::{Exponents, ShapeError, ShapeHit, Superquadric};
 pub use transform::{Transform, TransformError, TransformStep};

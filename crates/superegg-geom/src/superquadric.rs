@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use crate::box_span::BoxSpan;
 use crate::norm::NormForm;
-use crate::numeric::scale_to_unit;
+use crate::numeric::{scale_to_unit, unit_vector};
 use crate::ray::{Ray, RayStart};
 use crate::{certified, convex};
 
@@ -109,7 +109,7 @@ impl Superquadric {
     /// unique, on edges, creases and poles, a fixed finite choice among those that fit; at the centre +z.
     pub fn normal(&self, point: DVec3) -> DVec3 {
         let (_, gradient) = self.norm.value_and_gradient(point / self.radii);
-        normalize_any(gradient / self.radii).unwrap_or(DVec3::Z)
+        unit_vector(gradient / self.radii).unwrap_or(DVec3::Z)
     }
 
     /// The point with longitude u in (-pi, pi] and latitude v in [-pi/2, pi/2], in radians (course text, 4.1.3):
@@ -153,8 +153,8 @@ impl Superquadric {
         self.intersect_by(self.solver(), ray, start)
     }
 
-    /// Whether the surface is crossed with 0 <= t < `t_max`: for shadow rays. A single point inside the shape proves it, so most
-    /// answers cost one evaluation of N; the others are those of [`Superquadric::intersect`].
+    /// Whether the surface is crossed with 0 <= t < `t_max`: for shadow rays. For a ray from outside of the box a point inside proves it, so most
+    /// answers cost one evaluation of N there; the others are those of [`Superquadric::intersect`].
     pub fn occluded(&self, ray: &Ray, start: RayStart, t_max: f64) -> bool {
         let Some(local) = self.unit_ray(ray, start) else { return false };
         let Some(span) = BoxSpan::of(local.origin, local.direction) else { return false };
@@ -227,15 +227,4 @@ struct UnitRay {
     start: RayStart,
     /// What brings t back to lengths of the ray's own direction.
     t_scale: f64,
-}
-
-/// `v` at unit length, for any length that is not zero; components beyond the range of f64 count as equal among themselves.
-fn normalize_any(v: DVec3) -> Option<DVec3> {
-    let largest = v.abs().max_element();
-    let scaled = if largest.is_infinite() {
-        DVec3::from_array(v.to_array().map(|c| if c.is_infinite() { 1f64.copysign(c) } else { 0.0 }))
-    } else {
-        v / largest
-    };
-    (largest > 0.0).then(|| scaled.normalize())
 }

@@ -3,6 +3,8 @@
 use glam::{DAffine3, DMat3, DVec3};
 use thiserror::Error;
 
+use crate::numeric::unit_vector;
+
 /// One step of a transform, as the modelling language writes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TransformStep {
@@ -41,12 +43,7 @@ impl TransformStep {
         match *self {
             Self::Translate(by) => Ok((DAffine3::from_translation(by), DAffine3::from_translation(-by))),
             Self::Rotate { axis, angle_deg } => {
-                let largest = axis.abs().max_element();
-                if largest == 0.0 {
-                    return Err(TransformError::ZeroAxis);
-                }
-                // Dividing by the largest component first keeps the length in range for any axis.
-                let axis = (axis / largest).normalize();
+                let axis = unit_vector(axis).ok_or(TransformError::ZeroAxis)?;
                 let turn = rotation(axis, angle_deg);
                 Ok((DAffine3::from_mat3(turn), DAffine3::from_mat3(turn.transpose())))
             }

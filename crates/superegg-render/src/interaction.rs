@@ -1,7 +1,7 @@
 //! What is asked about a hit, computed when it is asked.
 
 use superegg_geom::glam::DVec3;
-use superegg_geom::{Ray, Transform};
+use superegg_geom::{Ray, Transform, unit_vector};
 use superegg_scene::Material;
 
 use crate::compiled::CompiledScene;
@@ -35,9 +35,7 @@ impl CompiledScene {
         for transform in levels.into_iter().rev() {
             position_error = transform.world_error(position, position_error);
             position = transform.forward().transform_point3(position);
-            let mapped = transform.normal_to_world(normal);
-            // Dividing by the largest component first keeps the length in range.
-            normal = (mapped / mapped.abs().max_element()).normalize();
+            normal = unit_vector(transform.normal_to_world(normal)).unwrap_or(normal);
         }
         SurfaceInteraction {
             position,

@@ -1,6 +1,7 @@
 //! The scene's camera.
 
 use superegg_geom::glam::DVec3;
+use superegg_geom::unit_vector;
 
 /// A pinhole camera. By default at (0, 0, 10) looking along -z, up +y, with a vertical field of view of 60 degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,9 +41,9 @@ impl Camera {
     }
 }
 
-/// `v` at unit length, for any length that is not zero.
+/// The direction of a vector that the scene keeps from being zero.
 fn unit(v: DVec3) -> DVec3 {
-    (v / v.abs().max_element()).normalize()
+    unit_vector(v).unwrap_or(DVec3::Z)
 }
 
 impl Default for Camera {

@@ -47,7 +47,7 @@ impl Loaded {
     }
 
     /// The name that a command works on: the one asked for, or the one selected at the end, if any.
-    pub(crate) fn root(&self, asked: Option<&str>) -> Result<Option<String>> {
+    fn root(&self, asked: Option<&str>) -> Result<Option<String>> {
         let Some(name) = asked else { return Ok(self.session.selected().map(str::to_owned)) };
         if self.session.scene().get(name).is_some() {
             return Ok(Some(name.to_owned()));
