@@ -229,6 +229,9 @@ impl Session {
                 ("unknown-name", 1, did_you_mean(alias, aliases, "'info selected' lists the children"))
             }
             SceneError::NoChild(_) => ("no-child", 0, "addPrimitive or addObject adds a child".to_owned()),
+            SceneError::NameTaken(name) => {
+                ("name-taken", 2, format!("take another name; 'show {}' tells what has it", shorten(name)))
+            }
             SceneError::UnknownLight(name) => {
                 let lights = self.scene.named_lights().map(|(name, _)| name);
                 ("unknown-name", 1, did_you_mean(name, lights, "'info' lists the lights"))

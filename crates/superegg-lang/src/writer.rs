@@ -127,15 +127,16 @@ fn write_object(text: &mut String, scene: &Scene, name: &str, object: &Object) {
         write_steps(text, child.steps(), "");
     }
     write_steps(text, object.overall_steps(), "All");
-    if let Some((alias, _)) =
-        object.cursor().filter(|(alias, _)| object.children().last().is_some_and(|(last, _)| last != *alias))
+    if let Some((alias, _)) = object
+        .cursor()
+        .filter(|(alias, _)| object.children().next_back().is_some_and(|(last, _)| last != *alias))
     {
         line(text, &format!("setCursor {alias}"));
     }
 }
 
 /// Steps as commands; `suffix` is "All" for those of the whole object.
-fn write_steps(text: &mut String, steps: &[TransformStep], suffix: &str) {
+fn write_steps<'a>(text: &mut String, steps: impl Iterator<Item = &'a TransformStep>, suffix: &str) {
     for step in steps {
         // Writing to a String cannot fail.
         let _ = match step {

@@ -1,16 +1,8 @@
 //! The picture as linear values, and as a file.
 
 use image::{ExtendedColorType, ImageEncoder};
+use superegg_scene::Encoding;
 use thiserror::Error;
-
-/// How linear values become bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
-    /// The sRGB curve (IEC 61966-2-1): what screens expect.
-    Srgb,
-    /// The values as they are: 255 times each.
-    Linear,
-}
 
 /// Why a picture could not be written.
 #[derive(Debug, Error)]

@@ -21,7 +21,7 @@ mod traverse;
 mod view;
 
 pub use compiled::CompiledScene;
-pub use film::{Encoding, Film, ImageError};
+pub use film::{Film, ImageError};
 pub use integrator::RayCounts;
 pub use interaction::SurfaceInteraction;
 pub use path::InstancePath;

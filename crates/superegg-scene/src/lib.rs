@@ -7,11 +7,16 @@
 mod camera;
 mod light;
 mod object;
+mod ordered_map;
+mod picture;
 mod primitive;
 mod scene;
+mod view_settings;
 
 pub use camera::Camera;
 pub use light::Light;
 pub use object::{Child, Object};
+pub use picture::{Encoding, Picture};
 pub use primitive::{Material, MaterialShare, Patches, Primitive};
 pub use scene::{DEFAULT_DEPTH, Entity, MAX_DEPTH, Scene, SceneError};
+pub use view_settings::{Shading, ViewSettings};

@@ -1,25 +1,33 @@
 //! Objects: named groups of children.
 
-use indexmap::IndexMap;
+use std::sync::Arc;
+
+use imbl::Vector;
 use superegg_geom::{Transform, TransformError, TransformStep};
+
+use crate::ordered_map::OrderedMap;
 
 /// An ordered list of transform steps with the map that they compose to.
 #[derive(Clone, Debug, PartialEq)]
 struct StepList {
-    steps: Vec<TransformStep>,
+    steps: Vector<TransformStep>,
     composed: Transform,
 }
 
-impl StepList {
-    const EMPTY: Self = Self { steps: Vec::new(), composed: Transform::IDENTITY };
+impl Default for StepList {
+    fn default() -> Self {
+        Self { steps: Vector::new(), composed: Transform::IDENTITY }
+    }
+}
 
+impl StepList {
     /// What the list composes to with one more step behind it.
     fn composed_with(&self, step: &TransformStep) -> Result<Transform, TransformError> {
         Transform::from_steps([step])?.after(&self.composed)
     }
 
     fn push(&mut self, step: TransformStep, composed: Transform) {
-        self.steps.push(step);
+        self.steps.push_back(step);
         self.composed = composed;
     }
 }
@@ -27,13 +35,13 @@ impl StepList {
 /// A primitive or object within an object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Child {
-    target: String,
+    target: Arc<str>,
     own: StepList,
 }
 
 impl Child {
-    pub(crate) fn new(target: String) -> Self {
-        Self { target, own: StepList::EMPTY }
+    pub(crate) fn new(target: &str) -> Self {
+        Self { target: target.into(), own: StepList::default() }
     }
 
     /// What the child stands for: the name of a primitive or object.
@@ -42,40 +50,34 @@ impl Child {
     }
 
     /// Its own transform, in the order written: the first step acts on a point first.
-    pub fn steps(&self) -> &[TransformStep] {
-        &self.own.steps
+    pub fn steps(&self) -> impl ExactSizeIterator<Item = &TransformStep> {
+        self.own.steps.iter()
     }
 }
 
 /// A named group of children with a transform of the whole.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Object {
-    children: IndexMap<String, Child>,
+    children: OrderedMap<Child>,
     overall: StepList,
-    cursor: Option<usize>,
-}
-
-impl Default for Object {
-    fn default() -> Self {
-        Self { children: IndexMap::new(), overall: StepList::EMPTY, cursor: None }
-    }
+    cursor: Option<Arc<str>>,
 }
 
 impl Object {
     /// The children with their aliases, in the order they were added.
-    pub fn children(&self) -> impl ExactSizeIterator<Item = (&str, &Child)> {
-        self.children.iter().map(|(alias, child)| (alias.as_str(), child))
+    pub fn children(&self) -> impl ExactSizeIterator<Item = (&str, &Child)> + DoubleEndedIterator {
+        self.children.iter()
     }
 
     /// The transform of the whole, in the order written. It acts after each child's own.
-    pub fn overall_steps(&self) -> &[TransformStep] {
-        &self.overall.steps
+    pub fn overall_steps(&self) -> impl ExactSizeIterator<Item = &TransformStep> {
+        self.overall.steps.iter()
     }
 
     /// Alias and child that the next transform moves: the last one added or chosen. Each object keeps its own.
     pub fn cursor(&self) -> Option<(&str, &Child)> {
-        let (alias, child) = self.children.get_index(self.cursor?)?;
-        Some((alias, child))
+        let alias = self.cursor.as_deref()?;
+        Some((alias, self.children.get(alias)?))
     }
 
     /// The child with this alias.
@@ -91,33 +93,60 @@ impl Object {
         self.overall.composed.after(&child.own.composed)
     }
 
-    pub(crate) fn push_child(&mut self, alias: String, child: Child) {
-        self.cursor = Some(self.children.len());
+    pub(crate) fn push_child(&mut self, alias: &str, child: Child) {
         self.children.insert(alias, child);
+        self.cursor = Some(alias.into());
+    }
+
+    /// Takes a child out; a cursor that stood on it goes to the last one. Returns whether there was one of this alias.
+    pub(crate) fn remove_child(&mut self, alias: &str) -> bool {
+        let is_removed = self.children.remove(alias);
+        if is_removed && self.cursor.as_deref() == Some(alias) {
+            self.cursor = self.children.last_name().map(Into::into);
+        }
+        is_removed
+    }
+
+    /// Lets all children that stand for one name stand for another.
+    pub(crate) fn retarget(&mut self, from: &str, to: &str) {
+        let aliases: Vec<String> = self.aliases_of(from).map(str::to_owned).collect();
+        for alias in aliases {
+            if let Some(child) = self.children.get_mut(&alias) {
+                child.target = to.into();
+            }
+        }
+    }
+
+    /// The aliases of the children that stand for a name.
+    pub fn aliases_of<'a>(&'a self, target: &'a str) -> impl Iterator<Item = &'a str> {
+        self.children().filter(move |(_, child)| child.target() == target).map(|(alias, _)| alias)
     }
 
     /// Moves the cursor to a child. Returns whether there is one of this alias.
     pub(crate) fn move_cursor(&mut self, alias: &str) -> bool {
-        let found = self.children.get_index_of(alias);
-        self.cursor = found.or(self.cursor);
-        found.is_some()
+        let is_there = self.children.contains(alias);
+        if is_there {
+            self.cursor = Some(alias.into());
+        }
+        is_there
     }
 
     /// Appends a step to the child at the cursor. Returns whether there is one.
     pub(crate) fn push_child_step(&mut self, step: TransformStep) -> Result<bool, TransformError> {
-        let Some((_, child)) = self.cursor.and_then(|index| self.children.get_index_mut(index)) else {
-            return Ok(false);
-        };
+        let Some((alias, child)) = self.cursor() else { return Ok(false) };
         let composed = child.own.composed_with(&step)?;
         self.overall.composed.after(&composed)?;
-        child.own.push(step, composed);
+        let alias = alias.to_owned();
+        if let Some(child) = self.children.get_mut(&alias) {
+            child.own.push(step, composed);
+        }
         Ok(true)
     }
 
     /// Appends a step to the transform of the whole.
     pub(crate) fn push_overall_step(&mut self, step: TransformStep) -> Result<(), TransformError> {
         let composed = self.overall.composed_with(&step)?;
-        for child in self.children.values() {
+        for (_, child) in self.children() {
             composed.after(&child.own.composed)?;
         }
         self.overall.push(step, composed);

@@ -1,6 +1,5 @@
 //! The scene and the changes that keep it consistent.
 
-use indexmap::IndexMap;
 use superegg_geom::glam::DVec3;
 use superegg_geom::{TransformError, TransformStep};
 use thiserror::Error;
@@ -8,6 +7,8 @@ use thiserror::Error;
 use crate::camera::Camera;
 use crate::light::Light;
 use crate::object::{Child, Object};
+use crate::ordered_map::OrderedMap;
+use crate::picture::Picture;
 use crate::primitive::Primitive;
 
 /// How deep objects are opened unless the scene says otherwise.
@@ -65,6 +66,9 @@ pub enum SceneError {
     /// The object has no children, so there is none at the cursor.
     #[error("'{0}' has no child yet that could be moved")]
     NoChild(String),
+    /// A primitive or object has this name already.
+    #[error("the name '{0}' is taken")]
+    NameTaken(String),
     /// No light has this name.
     #[error("no light is named '{0}'")]
     UnknownLight(String),
@@ -73,27 +77,30 @@ pub enum SceneError {
     Transform(#[from] TransformError),
 }
 
-/// Everything that a user described. Cloning it gives a snapshot that later changes do not touch.
+/// Everything that a user described. Cloning it gives a snapshot that later changes do not touch, and takes no time that grows with it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    entities: IndexMap<String, Entity>,
-    lights: IndexMap<String, Light>,
+    entities: OrderedMap<Entity>,
+    lights: OrderedMap<Light>,
     /// The camera.
     pub camera: Camera,
     /// The linear colour where nothing is.
     pub background: DVec3,
     /// How deep objects are opened; the selected one is level 1, and primitives of the last level are included. 0 to [`MAX_DEPTH`].
     pub depth: u32,
+    /// How the picture is taken.
+    pub picture: Picture,
 }
 
 impl Default for Scene {
     fn default() -> Self {
         Self {
-            entities: IndexMap::new(),
-            lights: IndexMap::new(),
+            entities: OrderedMap::default(),
+            lights: OrderedMap::default(),
             camera: Camera::default(),
             background: DVec3::ZERO,
             depth: DEFAULT_DEPTH,
+            picture: Picture::default(),
         }
     }
 }
@@ -101,7 +108,7 @@ impl Default for Scene {
 impl Scene {
     /// Primitives and objects with their names, in the order they were made.
     pub fn entities(&self) -> impl ExactSizeIterator<Item = (&str, &Entity)> {
-        self.entities.iter().map(|(name, entity)| (name.as_str(), entity))
+        self.entities.iter()
     }
 
     /// The objects with their names.
@@ -127,12 +134,13 @@ impl Scene {
 
     /// The lights that the scene names.
     pub fn named_lights(&self) -> impl ExactSizeIterator<Item = (&str, &Light)> {
-        self.lights.iter().map(|(name, light)| (name.as_str(), light))
+        self.lights.iter()
     }
 
     /// The lights that shine: those named, or the default one while none is.
     pub fn lights(&self) -> Vec<Light> {
-        if self.lights.is_empty() { vec![Light::DEFAULT] } else { self.lights.values().copied().collect() }
+        let named: Vec<Light> = self.lights.iter().map(|(_, light)| *light).collect();
+        if named.is_empty() { vec![Light::DEFAULT] } else { named }
     }
 
     /// Makes a primitive of this name where there is none.
@@ -144,7 +152,7 @@ impl Scene {
             Some(Entity::Object(_)) => Err(SceneError::NotAPrimitive(name.to_owned())),
             Some(Entity::Primitive(_)) => Ok(()),
             None => {
-                self.entities.insert(name.to_owned(), Entity::Primitive(Primitive::default()));
+                self.entities.insert(name, Entity::Primitive(Primitive::default()));
                 Ok(())
             }
         }
@@ -159,7 +167,7 @@ impl Scene {
             Some(Entity::Primitive(_)) => Err(SceneError::NotAnObject(name.to_owned())),
             Some(Entity::Object(_)) => Ok(()),
             None => {
-                self.entities.insert(name.to_owned(), Entity::Object(Object::default()));
+                self.entities.insert(name, Entity::Object(Object::default()));
                 Ok(())
             }
         }
@@ -203,15 +211,86 @@ impl Scene {
     /// # Errors
     /// An unknown name, or an alias that a child of the object has already.
     pub fn add_child(&mut self, object: &str, alias: &str, target: &str) -> Result<(), SceneError> {
-        if !self.entities.contains_key(target) {
+        if !self.entities.contains(target) {
             return Err(SceneError::Unknown(target.to_owned()));
         }
         let parent = self.object_mut(object)?;
         if parent.child(alias).is_some() {
             return Err(SceneError::AliasTaken { object: object.to_owned(), alias: alias.to_owned() });
         }
-        parent.push_child(alias.to_owned(), Child::new(target.to_owned()));
+        parent.push_child(alias, Child::new(target));
         Ok(())
+    }
+
+    /// Takes the child of this alias out of the object. A cursor that stood on it goes to the last child.
+    ///
+    /// # Errors
+    /// An unknown object or alias.
+    pub fn remove_child(&mut self, object: &str, alias: &str) -> Result<(), SceneError> {
+        if self.object_mut(object)?.remove_child(alias) {
+            Ok(())
+        } else {
+            Err(SceneError::UnknownAlias { object: object.to_owned(), alias: alias.to_owned() })
+        }
+    }
+
+    /// Object and alias of each child that stands for this name.
+    pub fn uses(&self, name: &str) -> Vec<(String, String)> {
+        let uses_in = |(object, content): (&str, &Object)| -> Vec<(String, String)> {
+            content.aliases_of(name).map(|alias| (object.to_owned(), alias.to_owned())).collect()
+        };
+        self.objects().flat_map(uses_in).collect()
+    }
+
+    /// Takes a primitive or object away, and every child that stands for it. Returns object and alias of those children.
+    ///
+    /// # Errors
+    /// An unknown name.
+    pub fn delete(&mut self, name: &str) -> Result<Vec<(String, String)>, SceneError> {
+        if !self.entities.contains(name) {
+            return Err(SceneError::Unknown(name.to_owned()));
+        }
+        let uses = self.uses(name);
+        for (object, alias) in &uses {
+            self.remove_child(object, alias)?;
+        }
+        self.entities.remove(name);
+        Ok(uses)
+    }
+
+    /// Gives a primitive or object another name. The children that stand for it follow; their aliases stay.
+    ///
+    /// # Errors
+    /// An unknown name, or a new one that is taken.
+    pub fn rename(&mut self, name: &str, new: &str) -> Result<(), SceneError> {
+        self.check_pair(name, new)?;
+        self.entities.rename(name, new);
+        let objects: Vec<String> = self.objects().map(|(object, _)| object.to_owned()).collect();
+        for object in objects {
+            if self.object(&object)?.aliases_of(name).next().is_some() {
+                self.object_mut(&object)?.retarget(name, new);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a copy under a new name, at the end. Where an object holds itself, its copy holds itself too.
+    ///
+    /// # Errors
+    /// An unknown name, or a new one that is taken.
+    pub fn copy(&mut self, name: &str, new: &str) -> Result<(), SceneError> {
+        let entity = self.check_pair(name, new)?.clone();
+        self.entities.insert(new, entity);
+        if let Some(Entity::Object(object)) = self.entities.get_mut(new) {
+            object.retarget(name, new);
+        }
+        Ok(())
+    }
+
+    /// What has the first name, where nothing has the second.
+    fn check_pair(&self, name: &str, new: &str) -> Result<&Entity, SceneError> {
+        let entity = self.get(name).ok_or_else(|| SceneError::Unknown(name.to_owned()))?;
+        if self.entities.contains(new) { Err(SceneError::NameTaken(new.to_owned())) } else { Ok(entity) }
     }
 
     /// Moves the object's cursor to the child of this alias.
@@ -248,7 +327,7 @@ impl Scene {
 
     /// Adds or replaces a light.
     pub fn set_light(&mut self, name: &str, light: Light) {
-        self.lights.insert(name.to_owned(), light);
+        self.lights.insert(name, light);
     }
 
     /// Takes a light away.
@@ -256,9 +335,6 @@ impl Scene {
     /// # Errors
     /// No light has this name.
     pub fn remove_light(&mut self, name: &str) -> Result<(), SceneError> {
-        match self.lights.shift_remove(name) {
-            Some(_) => Ok(()),
-            None => Err(SceneError::UnknownLight(name.to_owned())),
-        }
+        if self.lights.remove(name) { Ok(()) } else { Err(SceneError::UnknownLight(name.to_owned())) }
     }
 }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use superegg_lang::{ArgKind, Range, find_command, parse_number};
-use superegg_render::Encoding;
+use superegg_scene::{Encoding, Picture};
 
 /// A modeller and exact ray tracer for superquadrics.
 #[derive(Debug, Parser)]
@@ -160,23 +160,17 @@ pub(crate) struct Size {
     pub(crate) height: u32,
 }
 
-impl Size {
-    const LONGEST_SIDE: u32 = 32_768;
-    const MOST_PIXELS: u64 = 1 << 27;
-}
-
 impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
         let (width, height): (u32, u32) = sides.ok_or("a size is WIDTHxHEIGHT, such as 1280x960")?;
-        let is_side = |side| (1..=Self::LONGEST_SIDE).contains(&side);
-        if !is_side(width) || !is_side(height) || u64::from(width) * u64::from(height) > Self::MOST_PIXELS {
+        if !Picture::is_size(width, height) {
             return Err(format!(
                 "width and height must be 1 to {}, and {} pixels at most",
-                Self::LONGEST_SIDE,
-                Self::MOST_PIXELS
+                Picture::LONGEST_SIDE,
+                Picture::MOST_PIXELS
             ));
         }
         Ok(Self { width, height })
