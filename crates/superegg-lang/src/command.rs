@@ -9,16 +9,37 @@ use superegg_scene::{Camera, Light, MaterialShare, Patches};
 pub enum Command {
     /// Show the list of commands, or the text of those named.
     Help(Vec<String>),
-    /// Leave.
-    Stop,
     /// Show what there is, or the details of what is named.
     Info(Vec<String>),
-    /// Hand the keyboard to the viewer.
-    Interact,
-    /// Clear, then run a file.
-    Source(Option<String>),
-    /// Write the scene as commands.
-    Save(Option<String>),
+    /// Ask something of whoever runs the session.
+    Ask(Request),
+    /// Change a setting.
+    Set {
+        /// Its name.
+        setting: String,
+        /// The new value, as typed.
+        value: String,
+    },
+    /// Show settings; all where none is named.
+    Get(Vec<String>),
+    /// Empty the scene.
+    Clear,
+    /// Delete a primitive or object, and the children that stand for it.
+    Delete(String),
+    /// Give a primitive or object another name.
+    Rename {
+        /// Its name.
+        name: String,
+        /// The new one.
+        new: String,
+    },
+    /// Copy a primitive or object.
+    Copy {
+        /// Its name.
+        name: String,
+        /// The name of the copy.
+        new: String,
+    },
     /// Select nothing.
     Deselect,
     /// Select a primitive, making it if new.
@@ -55,6 +76,8 @@ pub enum Command {
         /// Its alias, if not its name.
         alias: Option<String>,
     },
+    /// Take a child out of the selected object.
+    RemoveChild(String),
     /// Choose the child that the next transforms move.
     SetCursor(String),
     /// Append to the transform of the child at the cursor.
@@ -71,4 +94,75 @@ pub enum Command {
     SetBackground(DVec3),
     /// Set how deep objects are opened.
     SetDepth(u32),
+}
+
+/// What a command asks of whoever runs the session: the language itself reads, writes and draws nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Request {
+    /// Leave.
+    Stop,
+    /// Stop rendering.
+    StopRender,
+    /// Clear the session and run this file, or the quicksave.
+    Source {
+        /// The file.
+        file: Option<String>,
+        /// Take what is good in a file with errors.
+        is_forced: bool,
+    },
+    /// Write the session to this file, or to the quicksave.
+    Save {
+        /// The file.
+        file: Option<String>,
+        /// Overwrite whatever is there.
+        is_forced: bool,
+        /// The commands as typed, instead of a clean scene.
+        as_history: bool,
+    },
+    /// Bring back a session that was not saved.
+    Recover(Recovery),
+    /// Take back so many changes.
+    Undo(u32),
+    /// Make so many changes again.
+    Redo(u32),
+    /// Show the tree, the instances and the bounds of each of these, or of what is selected.
+    Show(Vec<String>),
+    /// Show the lines typed, or the last so many.
+    History(Option<u32>),
+    /// Empty the terminal.
+    ClearScreen,
+    /// Tell the working folder.
+    TellFolder,
+    /// Change the working folder, or go home.
+    ChangeFolder(Option<String>),
+    /// List a folder, or the working folder.
+    ListFolder(Option<String>),
+    /// Ray trace into a file.
+    Render {
+        /// The file.
+        file: Option<String>,
+        /// Width and height in pixels.
+        size: Option<(u32, u32)>,
+    },
+    /// Ray trace into the terminal.
+    Preview,
+    /// Open the viewer.
+    View,
+    /// Hand the keyboard to the viewer.
+    Interact,
+    /// Test a point, or the grid, with the inside-outside function.
+    InsideOutside(Option<DVec3>),
+    /// Meet a ray, given as origin and direction, or the camera's own.
+    Intersect(Option<(DVec3, DVec3)>),
+}
+
+/// What to do about sessions that were not saved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Recovery {
+    /// Bring the last one back.
+    Restore,
+    /// Tell of all.
+    List,
+    /// Forget all.
+    Discard,
 }

@@ -3,14 +3,9 @@
 use crate::diagnostic::Fault;
 use crate::parser::shorten;
 use crate::session::did_you_mean;
-use crate::table::{ArgKind, COMMANDS, CommandSpec, Group, Needs, find_command};
+use crate::spec::{ArgKind, CommandSpec, Group, Needs};
+use crate::table::{COMMANDS, find_command};
 
-const GROUPS: [(Group, &str); 4] = [
-    (Group::Session, "Session"),
-    (Group::Primitives, "Primitives"),
-    (Group::Objects, "Objects"),
-    (Group::Scene, "Light, camera, scene"),
-];
 
 /// The list of commands by groups, or the text of each of those named.
 ///
@@ -35,8 +30,8 @@ fn explain_named(i: usize, name: &str) -> Result<String, (usize, Fault)> {
 
 fn list() -> String {
     let mut text = String::new();
-    for (group, title) in GROUPS {
-        text.push_str(&format!("{title}\n"));
+    for group in Group::ALL {
+        text.push_str(&format!("{}\n", group.title()));
         for spec in COMMANDS.iter().filter(|spec| spec.group == group) {
             let call = format!("{} {}", spec.all_spellings().collect::<Vec<_>>().join(", "), spec.usage());
             text.push_str(&format!("  {:<46} {}\n", call.trim_end(), spec.summary));

@@ -5,26 +5,39 @@
 //! [`Effect`]; nothing here reads, writes or prints.
 
 mod command;
+mod complete;
 mod diagnostic;
 mod help;
+mod highlight;
+mod hint;
 mod info;
 mod lint;
+mod names;
 mod number;
 mod parser;
 mod script;
 mod session;
+mod settings;
+mod spec;
 mod suggest;
 mod table;
+mod timeline;
 mod writer;
 
-pub use command::Command;
+pub use command::{Command, Recovery, Request};
+pub use complete::{Completion, complete};
 pub use diagnostic::{Diagnostic, Fault, Severity};
 pub use help::help;
+pub use highlight::{Paint, highlight};
+pub use hint::{Hint, hint};
 pub use lint::lint;
 pub use number::{NumberError, format_number, parse_number};
 pub use parser::{Parsed, parse_line};
 pub use script::{Flow, Perform, load_text, run_script};
 pub use session::{Effect, Session};
+pub use settings::{PreviewStyle, SETTINGS, SettingKind, SettingSpec, Settings};
+pub use spec::{Arg, ArgKind, CommandSpec, Group, Needs, Of, Range, parse_size};
 pub use suggest::nearest;
-pub use table::{Arg, ArgKind, COMMANDS, CommandSpec, Group, Needs, Range, find_command};
+pub use table::{COMMANDS, find_command};
+pub use timeline::Timeline;
 pub use writer::write_session;

@@ -6,7 +6,9 @@ use crate::command::Command;
 use crate::diagnostic::Fault;
 use crate::number::parse_number;
 use crate::suggest::nearest;
-use crate::table::{ArgKind, Args, COMMANDS, CommandSpec, Range as NumberRange, find_command};
+use crate::session::did_you_mean;
+use crate::spec::{ArgKind, Args, CommandSpec, Range as NumberRange, parse_size, size_form};
+use crate::table::{COMMANDS, find_command};
 
 /// A parsed line: the command, its row of the table, and where its words stand.
 #[derive(Clone, Debug)]
@@ -15,32 +17,70 @@ pub struct Parsed {
     pub command: Command,
     /// Its row of the table.
     pub spec: &'static CommandSpec,
-    /// The characters of each word, the command's own first, counted from 0.
+    /// The characters of the command's own word and of each argument that has a place of its own, counted from 0.
     pub columns: Vec<Range<usize>>,
 }
 
-struct Word<'a> {
-    text: &'a str,
-    columns: Range<usize>,
+/// A word of a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Word<'a> {
+    /// Its text, without the quotes around it.
+    pub(crate) text: &'a str,
+    /// Its characters in the line, quotes included, counted from 0.
+    pub(crate) columns: Range<usize>,
 }
 
-/// The words of a line up to a `#`, which starts a comment anywhere.
-fn split_words(line: &str) -> Vec<Word<'_>> {
-    let line = line.split('#').next().unwrap_or_default();
+/// How the words of a line are told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quoting {
+    /// A quote is a character like any other: names may have them.
+    Plain,
+    /// A word that begins with a double quote goes to the next one: file names may have blanks.
+    Quoted,
+}
+
+/// The words of a line up to a `#`, which starts a comment anywhere but within quotes. A quote that is not closed goes to the end.
+pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
     let mut words = Vec::new();
-    let mut start: Option<(usize, usize)> = None;
-    let end = std::iter::once((line.len(), ' '));
-    for (column, (byte, c)) in line.char_indices().chain(end).enumerate() {
-        match (c.is_whitespace(), start) {
-            (false, None) => start = Some((byte, column)),
-            (true, Some((first_byte, first_column))) => {
-                words.push(Word { text: &line[first_byte..byte], columns: first_column..column });
+    // Byte and column where the present word began, and whether with a quote.
+    let mut start: Option<(usize, usize, bool)> = None;
+    let mut column = 0;
+    for (byte, c) in line.char_indices() {
+        match start {
+            Some((first, first_column, true)) => {
+                if c == '"' {
+                    words.push(Word { text: &line[first + 1..byte], columns: first_column..column + 1 });
+                    start = None;
+                }
+            }
+            Some((first, first_column, false)) if c.is_whitespace() || c == '#' => {
+                words.push(Word { text: &line[first..byte], columns: first_column..column });
                 start = None;
+            }
+            None if !c.is_whitespace() && c != '#' => {
+                start = Some((byte, column, c == '"' && quoting == Quoting::Quoted));
             }
             _ => {}
         }
+        if c == '#' && start.is_none() {
+            return words;
+        }
+        column += 1;
+    }
+    if let Some((first, first_column, is_quoted)) = start {
+        words.push(Word { text: &line[first + usize::from(is_quoted)..], columns: first_column..column });
     }
     words
+}
+
+/// The words of a line as its command tells them apart.
+pub(crate) fn words_of_command(line: &str) -> Vec<Word<'_>> {
+    let words = split_words(line, Quoting::Plain);
+    let takes_file = words
+        .first()
+        .and_then(|first| find_command(first.text))
+        .is_some_and(|spec| spec.all_args().any(|arg| arg.kind == ArgKind::File));
+    if takes_file && line.contains('"') { split_words(line, Quoting::Quoted) } else { words }
 }
 
 /// Reads one line. `None` is a line without a command: blank, or a comment.
@@ -48,22 +88,78 @@ fn split_words(line: &str) -> Vec<Word<'_>> {
 /// # Errors
 /// An unknown command, a wrong number of arguments, or an argument out of its range.
 pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
-    let words = split_words(line);
+    let words = words_of_command(line);
     let Some((first, rest)) = words.split_first() else {
         return Ok(None);
     };
     let spec = find_command(first.text).ok_or_else(|| unknown_command(first))?;
-    check_count(spec, first, rest)?;
-    let mut args = Args { words: Vec::new(), numbers: Vec::new() };
+    let mut args = Args {
+        spelling: first.text,
+        words: Vec::new(),
+        numbers: Vec::new(),
+        size: None,
+        options: Vec::new(),
+    };
+    let rest = take_loose(spec, rest, &mut args)?;
+    check_count(spec, first, &rest)?;
+    let placed = spec.all_args().filter(|arg| arg.kind != ArgKind::Size);
     let last_repeated = spec.all_args().last().filter(|_| spec.is_variadic());
-    for (word, arg) in rest.iter().zip(spec.all_args().chain(last_repeated.into_iter().cycle())) {
+    for (word, arg) in rest.iter().zip(placed.chain(last_repeated.into_iter().cycle())) {
         match arg.kind {
             ArgKind::Number(range) => args.numbers.push(read_number(spec, arg.name, range, word)?),
-            ArgKind::Name | ArgKind::File | ArgKind::Words => args.words.push(word.text),
+            ArgKind::Choice(choices) => {
+                check_choice(spec, choices, word)?;
+                args.words.push(word.text);
+            }
+            ArgKind::File if word.text.is_empty() => {
+                let fault = Fault::new("no-file", "the name of the file is empty");
+                return Err(fault.help(usage_help(spec)).at(word.columns.clone()));
+            }
+            ArgKind::Name(_) | ArgKind::File | ArgKind::Value | ArgKind::Words(_) | ArgKind::Size => {
+                args.words.push(word.text);
+            }
         }
     }
     let command = (spec.build)(&args);
-    Ok(Some(Parsed { command, spec, columns: words.into_iter().map(|word| word.columns).collect() }))
+    let columns = std::iter::once(first).chain(rest.iter().copied()).map(|word| word.columns.clone()).collect();
+    Ok(Some(Parsed { command, spec, columns }))
+}
+
+/// Takes out what has no place of its own among the arguments: options, and the size of a picture.
+fn take_loose<'w, 'a>(
+    spec: &CommandSpec,
+    rest: &'w [Word<'a>],
+    args: &mut Args<'a>,
+) -> Result<Vec<&'w Word<'a>>, Fault> {
+    let takes_size = spec.all_args().any(|arg| arg.kind == ArgKind::Size);
+    let mut placed = Vec::new();
+    for word in rest {
+        let option = spec.options.iter().copied().find(|option| option.eq_ignore_ascii_case(word.text));
+        if let Some(option) = option {
+            args.options.push(option);
+        } else if takes_size && args.size.is_none() && size_form(word.text).is_some() {
+            let size = parse_size(word.text).map_err(|message| {
+                Fault::new("out-of-range", message).help(usage_help(spec)).at(word.columns.clone())
+            })?;
+            args.size = Some(size);
+        } else if !spec.options.is_empty() && word.text.starts_with("--") {
+            let message = format!("{} has no option '{}'", spec.name, shorten(word.text));
+            let help = did_you_mean(word.text, spec.options.iter().copied(), &usage_help(spec));
+            return Err(Fault::new("unknown-option", message).help(help).at(word.columns.clone()));
+        } else {
+            placed.push(word);
+        }
+    }
+    Ok(placed)
+}
+
+fn check_choice(spec: &CommandSpec, choices: &[&str], word: &Word<'_>) -> Result<(), Fault> {
+    if choices.iter().any(|choice| choice.eq_ignore_ascii_case(word.text)) {
+        return Ok(());
+    }
+    let message = format!("{} does not know '{}'", spec.name, shorten(word.text));
+    let help = did_you_mean(word.text, choices.iter().copied(), &usage_help(spec));
+    Err(Fault::new("unknown-word", message).help(help).at(word.columns.clone()))
 }
 
 fn unknown_command(word: &Word<'_>) -> Fault {
@@ -77,7 +173,7 @@ fn unknown_command(word: &Word<'_>) -> Fault {
         .at(word.columns.clone())
 }
 
-fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[Word<'_>]) -> Result<(), Fault> {
+fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Result<(), Fault> {
     let counts = spec.counts();
     let given = rest.len();
     let most = counts.last().copied().unwrap_or(0);
@@ -91,7 +187,7 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[Word<'_>]) -> Resul
     let columns = if given > most {
         rest[most].columns.start..rest[given - 1].columns.end
     } else {
-        first.columns.start..rest.last().unwrap_or(first).columns.end
+        first.columns.start..rest.last().map_or(first.columns.end, |word| word.columns.end)
     };
     Err(Fault::new("argument-count", message).help(usage_help(spec)).at(columns))
 }
@@ -118,7 +214,7 @@ fn one_of(words: &[String]) -> String {
     }
 }
 
-fn usage_help(spec: &CommandSpec) -> String {
+pub(crate) fn usage_help(spec: &CommandSpec) -> String {
     format!("{}, for example: {}", format!("{} {}", spec.name, spec.usage()).trim_end(), spec.example)
 }
 

@@ -1,5 +1,6 @@
 //! Files of commands.
 
+use crate::command::Request;
 use crate::diagnostic::{Diagnostic, Fault};
 use crate::session::{Effect, Session};
 
@@ -52,7 +53,7 @@ pub fn load_text(file: &str, text: &str) -> (Session, Vec<Diagnostic>) {
     let mut session = Session::default();
     let mut diagnostics = Vec::new();
     run_script(&mut session, file, text.as_bytes(), &mut diagnostics, &mut |_, effect, _| {
-        Ok(if effect == Effect::Stop { Flow::Stop } else { Flow::Continue })
+        Ok(if effect == Effect::Ask(Request::Stop) { Flow::Stop } else { Flow::Continue })
     });
     (session, diagnostics)
 }

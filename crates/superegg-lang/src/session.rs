@@ -3,35 +3,35 @@
 use superegg_geom::Superquadric;
 use superegg_scene::{Camera, Entity, Primitive, Scene, SceneError};
 
-use crate::command::Command;
+use crate::command::{Command, Request};
 use crate::diagnostic::Fault;
 use crate::parser::{Parsed, parse_line, shorten};
+use crate::settings::{self, Settings};
+use crate::spec::Needs;
 use crate::suggest::nearest;
-use crate::table::Needs;
 use crate::{help, info};
 
-/// A scene with what is selected in it. Every change goes through [`Session::run_line`] or [`Session::execute`].
+/// A scene with what is selected in it, and the settings. Every change goes through [`Session::run_line`] or [`Session::execute`]. A clone
+/// takes no time that grows with the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Session {
-    scene: Scene,
-    selected: Option<String>,
+    pub(crate) scene: Scene,
+    pub(crate) selected: Option<String>,
+    /// The settings that do not belong to the scene.
+    pub settings: Settings,
 }
 
-/// What a command asks of whoever runs the session.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// What came of a line.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Effect {
-    /// Nothing: it is done.
+    /// Nothing in the scene or the selection changed: a blank line, or a setting of the session.
     Done,
+    /// The scene or the selection was changed; perhaps there is something to say about it.
+    Changed(Option<String>),
     /// Show this text.
     Print(String),
-    /// Clear the session and run this file, or the quicksave.
-    Source(Option<String>),
-    /// Write the session to this file, or to the quicksave.
-    Save(Option<String>),
-    /// Hand the keyboard to the viewer.
-    Interact,
-    /// Leave.
-    Stop,
+    /// Something that whoever runs the session must do.
+    Ask(Request),
 }
 
 impl Session {
@@ -53,9 +53,9 @@ impl Session {
         info::info(self, names).map_err(|(_, fault)| fault)
     }
 
-    /// Back to an empty scene with nothing selected.
+    /// Back to an empty scene with nothing selected. The session's settings stay.
     pub fn clear(&mut self) {
-        *self = Self::default();
+        *self = Self { settings: self.settings, ..Self::default() };
     }
 
     /// Reads and carries out one line. A line without a command does nothing.
@@ -87,10 +87,32 @@ impl Session {
                     .map(Effect::Print)
                     .map_err(|(i, fault)| at_word(fault, parsed, i + 1));
             }
-            Command::Stop => return Ok(Effect::Stop),
-            Command::Interact => return Ok(Effect::Interact),
-            Command::Source(file) => return Ok(Effect::Source(file.clone())),
-            Command::Save(file) => return Ok(Effect::Save(file.clone())),
+            Command::Ask(request) => return Ok(Effect::Ask(request.clone())),
+            Command::Set { setting, value } => {
+                let set = settings::set(&mut self.scene.picture, &mut self.settings, setting, value);
+                let spec = set.map_err(|(word, fault)| at_word(fault, parsed, word))?;
+                return Ok(if spec.is_of_scene { Effect::Changed(None) } else { Effect::Done });
+            }
+            Command::Get(names) => {
+                return settings::tell(&self.scene.picture, &self.settings, names)
+                    .map(Effect::Print)
+                    .map_err(|(i, fault)| at_word(fault, parsed, i + 1));
+            }
+            Command::Clear => self.clear(),
+            Command::Delete(name) => {
+                let uses = self.scene.delete(name).map_err(|error| scene_fault(self, error))?;
+                self.selected.take_if(|selected| selected == name);
+                return Ok(Effect::Changed(gone_with(name, &uses)));
+            }
+            Command::Rename { name, new } => {
+                self.scene.rename(name, new).map_err(|error| scene_fault(self, error))?;
+                if self.selected.as_ref() == Some(name) {
+                    self.selected = Some(new.clone());
+                }
+            }
+            Command::Copy { name, new } => {
+                self.scene.copy(name, new).map_err(|error| scene_fault(self, error))?;
+            }
             Command::Deselect => self.selected = None,
             Command::Primitive(name) => {
                 self.scene.ensure_primitive(name).map_err(|error| scene_fault(self, error))?;
@@ -123,7 +145,7 @@ impl Session {
                 _ => self.change_primitive(command, parsed)?,
             },
         }
-        Ok(Effect::Done)
+        Ok(Effect::Changed(None))
     }
 
     /// The commands that change the selected primitive.
@@ -166,6 +188,7 @@ impl Session {
                 self.scene.primitive_mut(target)?;
                 self.scene.add_child(&name, alias.as_ref().unwrap_or(target), target)
             }
+            Command::RemoveChild(alias) => self.scene.remove_child(&name, alias),
             Command::SetCursor(alias) => self.scene.move_cursor(&name, alias),
             Command::TransformChild(step) => self.scene.transform_child(&name, *step),
             Command::TransformWhole(step) => self.scene.transform_whole(&name, *step),
@@ -245,6 +268,20 @@ impl Session {
     }
 }
 
+/// What went with a deleted primitive or object, in words.
+fn gone_with(name: &str, uses: &[(String, String)]) -> Option<String> {
+    const MOST_NAMED: usize = 5;
+    let mut named: Vec<String> =
+        uses.iter().take(MOST_NAMED).map(|(object, alias)| shorten(&format!("{object}/{alias}"))).collect();
+    if uses.len() > MOST_NAMED {
+        named.push(format!("{} more", uses.len() - MOST_NAMED));
+    }
+    let plural = if uses.len() == 1 { "child" } else { "children" };
+    (!uses.is_empty()).then(|| {
+        format!("'{}' is deleted, and with it {} {plural}: {}", shorten(name), uses.len(), named.join(", "))
+    })
+}
+
 pub(crate) fn did_you_mean<'a>(word: &str, known: impl Iterator<Item = &'a str>, otherwise: &str) -> String {
     match nearest(word, known) {
         Some(near) => format!("did you mean '{near}'?"),
@@ -294,6 +331,17 @@ mod tests {
             ("camera 0 0 1 0 0 1", "no-direction"),
             ("cameraUp 0 0 -0", "no-direction"),
             ("help nonsense", "unknown-command"),
+            ("delete nobody", "unknown-name"),
+            ("rename ball o", "name-taken"),
+            ("rename o o", "name-taken"),
+            ("copy nobody x", "unknown-name"),
+            ("copy ball ball", "name-taken"),
+            ("remove bal", "unknown-name"),
+            ("set size 0x5", "out-of-range"),
+            ("set sizes 5x5", "unknown-setting"),
+            ("get nothing", "unknown-setting"),
+            ("stop rendr", "unknown-word"),
+            ("save --histry x", "unknown-option"),
             ("info nobody", "unknown-name"),
         ] {
             let mut after = before.clone();
@@ -332,6 +380,31 @@ mod tests {
             "ao p",
         ]);
         assert_eq!(session.scene().object("o").unwrap().children().len(), 3);
+    }
+
+    #[test]
+    fn deleting_takes_the_children_along_and_renaming_leads_them() {
+        let mut session =
+            session(&["prm a", "prm b", "obj o", "ap a", "ap b", "ap a again", "ao o self", "ss .5 .5 .5"]);
+        session.run_line("copy o p").unwrap();
+        session.run_line("rename o q").unwrap();
+        assert_eq!(session.selected(), Some("q"));
+        let target = |object: &str, alias: &str| {
+            session.scene().object(object).unwrap().child(alias).map(|child| child.target().to_owned())
+        };
+        assert_eq!((target("q", "self").unwrap(), target("p", "self").unwrap()), ("q".into(), "p".into()));
+        let told = session.run_line("delete a").unwrap();
+        let Effect::Changed(Some(told)) = told else { panic!("{told:?}") };
+        assert!(told.contains("4 children: q/a, q/again, p/a, p/again"), "{told}");
+        let object = session.scene().object("q").unwrap();
+        assert_eq!(object.children().map(|(alias, _)| alias).collect::<Vec<_>>(), ["b", "self"]);
+        assert_eq!(object.cursor().unwrap().0, "self");
+        session.run_line("remove self").unwrap();
+        assert_eq!(session.scene().object("q").unwrap().cursor().unwrap().0, "b");
+        session.run_line("remove b").unwrap();
+        assert_eq!(session.run_line("xs 1 0 0").unwrap_err().code, "no-child");
+        session.run_line("delete q").unwrap();
+        assert_eq!((session.selected(), session.scene().entities().len()), (None, 2));
     }
 
     #[test]

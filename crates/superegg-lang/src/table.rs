@@ -1,217 +1,26 @@
 //! The one table of commands.
 
+use superegg_geom::Exponents;
+use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_geom::{Exponents, TransformStep};
 use superegg_scene::{Camera, Light, MAX_DEPTH, MaterialShare, Patches};
 
-use crate::command::Command;
-
-/// Where help lists a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Group {
-    /// Files, help, leaving.
-    Session,
-    /// Primitives and their surfaces.
-    Primitives,
-    /// Objects and their children.
-    Objects,
-    /// Lights, camera, background, depth.
-    Scene,
-}
-
-/// What must be selected for a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Needs {
-    /// Nothing.
-    Nothing,
-    /// A primitive.
-    Primitive,
-    /// An object.
-    Object,
-}
-
-/// The numbers that an argument may be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Range {
-    /// Any finite number.
-    Any,
-    /// Above 0.
-    Positive,
-    /// 0 or above.
-    NonNegative,
-    /// Any but 0.
-    NonZero,
-    /// Between two numbers, both included.
-    Within(f64, f64),
-    /// Between two numbers, neither included.
-    Between(f64, f64),
-    /// A whole number between two, both included.
-    Whole(u32, u32),
-}
-
-impl Range {
-    /// Whether a finite number is in the range.
-    pub fn contains(self, x: f64) -> bool {
-        match self {
-            Self::Any => true,
-            Self::Positive => x > 0.0,
-            Self::NonNegative => x >= 0.0,
-            Self::NonZero => x != 0.0,
-            Self::Within(least, most) => (least..=most).contains(&x),
-            Self::Between(least, most) => least < x && x < most,
-            Self::Whole(least, most) => x.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&x),
-        }
-    }
-
-    /// The range in words: "x must be ...".
-    pub fn describe(self) -> String {
-        match self {
-            Self::Any => "any number".to_owned(),
-            Self::Positive => "above 0".to_owned(),
-            Self::NonNegative => "0 or above".to_owned(),
-            Self::NonZero => "other than 0".to_owned(),
-            Self::Within(least, most) => format!("from {least} to {most}"),
-            Self::Between(least, most) => format!("above {least} and below {most}"),
-            Self::Whole(least, most) => format!("a whole number from {least} to {most}"),
-        }
-    }
-}
-
-/// What an argument is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ArgKind {
-    /// A number.
-    Number(Range),
-    /// A name: any word.
-    Name,
-    /// A file: any word.
-    File,
-    /// Any number of words, none included. Only as the last argument.
-    Words,
-}
-
-/// One argument.
-#[derive(Clone, Copy, Debug)]
-pub struct Arg {
-    /// What help calls it.
-    pub name: &'static str,
-    /// What it may be.
-    pub kind: ArgKind,
-}
-
-/// One command: what it is called, what it takes, what it does.
-#[derive(Debug)]
-pub struct CommandSpec {
-    /// The full name.
-    pub name: &'static str,
-    /// The other spellings.
-    pub spellings: &'static [&'static str],
-    /// Where help lists it.
-    pub group: Group,
-    /// What must be selected.
-    pub needs: Needs,
-    /// The arguments, in parts: the first part is required, and each further one may be left out with all that follow.
-    pub args: &'static [&'static [Arg]],
-    /// What it does, in one line.
-    pub summary: &'static str,
-    /// What holds where a scene does not say it, or "".
-    pub default: &'static str,
-    /// A line that can be typed.
-    pub example: &'static str,
-    /// The command from arguments that fit `args`.
-    pub(crate) build: fn(&Args<'_>) -> Command,
-}
-
-impl CommandSpec {
-    /// The name and the other spellings.
-    pub fn all_spellings(&self) -> impl Iterator<Item = &'static str> {
-        std::iter::once(self.name).chain(self.spellings.iter().copied())
-    }
-
-    /// All arguments, required or not.
-    pub fn all_args(&self) -> impl Iterator<Item = &'static Arg> {
-        self.args.iter().copied().flatten()
-    }
-
-    /// Whether any number of words may follow.
-    pub fn is_variadic(&self) -> bool {
-        self.all_args().last().is_some_and(|arg| arg.kind == ArgKind::Words)
-    }
-
-    /// The numbers of arguments that it may have (without those of a variadic one).
-    pub fn counts(&self) -> Vec<usize> {
-        let mut counts = Vec::new();
-        let mut total = 0;
-        for part in self.args {
-            total += part.len();
-            counts.push(total);
-        }
-        counts
-    }
-
-    /// The arguments as help writes them: `NAME x y z [r g b [k]]`.
-    pub fn usage(&self) -> String {
-        let mut words = String::new();
-        for (depth, part) in self.args.iter().enumerate() {
-            for (i, arg) in part.iter().enumerate() {
-                let open = if depth > 0 && i == 0 { "[" } else { "" };
-                let dots = if arg.kind == ArgKind::Words { " ..." } else { "" };
-                let gap = if words.is_empty() { "" } else { " " };
-                words.push_str(&format!("{gap}{open}{}{dots}", arg.name));
-            }
-        }
-        words.push_str(&"]".repeat(self.args.len().saturating_sub(1)));
-        words
-    }
-}
-
-/// Arguments that fit a command's table row.
-pub(crate) struct Args<'a> {
-    pub(crate) words: Vec<&'a str>,
-    pub(crate) numbers: Vec<f64>,
-}
-
-impl Args<'_> {
-    fn text(&self, i: usize) -> String {
-        self.words[i].to_owned()
-    }
-
-    fn optional_text(&self, i: usize) -> Option<String> {
-        self.words.get(i).map(|&word| word.to_owned())
-    }
-
-    fn texts(&self) -> Vec<String> {
-        self.words.iter().map(|&word| word.to_owned()).collect()
-    }
-
-    fn number(&self, i: usize) -> f64 {
-        self.numbers[i]
-    }
-
-    fn vector(&self, i: usize) -> DVec3 {
-        DVec3::from_slice(&self.numbers[i..i + 3])
-    }
-
-    fn optional_vector(&self, i: usize) -> Option<DVec3> {
-        (self.numbers.len() >= i + 3).then(|| self.vector(i))
-    }
-
-    fn whole(&self, i: usize) -> u32 {
-        self.numbers[i] as u32
-    }
-
-    fn rotation(&self) -> TransformStep {
-        TransformStep::Rotate { axis: self.vector(0), angle_deg: self.number(3) }
-    }
-}
+use crate::command::{Command, Recovery, Request};
+use crate::spec::{Arg, ArgKind, CommandSpec, Group, Needs, Of, Range};
 
 const fn number(name: &'static str, range: Range) -> Arg {
     Arg { name, kind: ArgKind::Number(range) }
 }
 
-const NAME: Arg = Arg { name: "NAME", kind: ArgKind::Name };
-const ALIAS: Arg = Arg { name: "ALIAS", kind: ArgKind::Name };
+const fn name(name: &'static str, of: Of) -> Arg {
+    Arg { name, kind: ArgKind::Name(of) }
+}
+
 const FILE: Arg = Arg { name: "FILE", kind: ArgKind::File };
+const FOLDER: Arg = Arg { name: "FOLDER", kind: ArgKind::File };
+/// Saves the commands as they were typed.
+const HISTORY_OPTION: &str = "--history";
+const COUNT: Arg = number("N", Range::Whole(1, u32::MAX));
 const UNIT: Range = Range::Within(0.0, 1.0);
 const VECTOR: &[Arg] = &[number("x", Range::Any), number("y", Range::Any), number("z", Range::Any)];
 const FACTORS: &[Arg] =
@@ -235,6 +44,7 @@ macro_rules! share {
             spellings: &[$spelling],
             group: Group::Primitives,
             needs: Needs::Primitive,
+            options: &[],
             args: &[SHARE],
             summary: $summary,
             default: $default,
@@ -251,7 +61,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Session,
         needs: Needs::Nothing,
-        args: &[&[], &[Arg { name: "COMMAND", kind: ArgKind::Words }]],
+        options: &[],
+        args: &[&[], &[Arg { name: "COMMAND", kind: ArgKind::Words(Of::Command) }]],
         summary: "lists the commands, or explains those named",
         default: "",
         example: "help setColor",
@@ -262,63 +73,228 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["quit", "exit"],
         group: Group::Session,
         needs: Needs::Nothing,
-        args: &[],
-        summary: "leaves; in a file, the rest of it is not read",
+        options: &[],
+        args: &[&[], &[Arg { name: "JOB", kind: ArgKind::Choice(&["render"]) }]],
+        summary: "leaves; in a file, the rest of it is not read. 'stop render' stops the pictures being rendered instead",
         default: "",
         example: "stop",
-        build: |_| Command::Stop,
+        build: |args| Command::Ask(if args.words.is_empty() { Request::Stop } else { Request::StopRender }),
     },
     CommandSpec {
         name: "info",
         spellings: &["ls"],
         group: Group::Session,
         needs: Needs::Nothing,
-        args: &[&[], &[Arg { name: "NAME", kind: ArgKind::Words }]],
+        options: &[],
+        args: &[&[], &[Arg { name: "NAME", kind: ArgKind::Words(Of::Entity) }]],
         summary: "lists what there is, or shows the details of what is named; 'all' and 'selected' are names too",
         default: "",
         example: "info selected",
         build: |args| Command::Info(args.texts()),
     },
     CommandSpec {
-        name: "interact",
+        name: "show",
         spellings: &[],
         group: Group::Session,
         needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[Arg { name: "NAME", kind: ArgKind::Words(Of::Entity) }]],
+        summary: "as info, with the tree of what is in it, how many instances it comes to, and its bounds",
+        default: "what is selected",
+        example: "show selected",
+        build: |args| Command::Ask(Request::Show(args.texts())),
+    },
+    CommandSpec {
+        name: "history",
+        spellings: &[],
+        group: Group::Session,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[COUNT]],
+        summary: "lists the lines typed in this session, or the last N of them",
+        default: "all",
+        example: "history 20",
+        build: |args| Command::Ask(Request::History(args.optional_whole(0))),
+    },
+    CommandSpec {
+        name: "interact",
+        spellings: &[],
+        group: Group::Pictures,
+        needs: Needs::Nothing,
+        options: &[],
         args: &[],
         summary: "hands the keyboard to the viewer",
         default: "",
         example: "interact",
-        build: |_| Command::Interact,
+        build: |_| Command::Ask(Request::Interact),
     },
     CommandSpec {
         name: "source",
-        spellings: &["load"],
-        group: Group::Session,
+        spellings: &["load", "source!", "load!"],
+        group: Group::Files,
         needs: Needs::Nothing,
+        options: &[],
         args: &[&[], &[FILE]],
-        summary: "clears the scene, then runs a file",
-        default: "the quicksave, data/quicksave.scn",
+        summary: "clears the scene, then runs a file; a file with errors changes nothing, but load! takes what is good in it",
+        default: "the quicksave",
         example: "source robot.scn",
-        build: |args| Command::Source(args.optional_text(0)),
+        build: |args| Command::Ask(Request::Source { file: args.optional_text(0), is_forced: args.is_forced() }),
     },
     CommandSpec {
         name: "save",
-        spellings: &[],
-        group: Group::Session,
+        spellings: &["save!"],
+        group: Group::Files,
         needs: Needs::Nothing,
+        options: &[HISTORY_OPTION],
         args: &[&[], &[FILE]],
-        summary: "writes the scene to a file, as commands",
-        default: "the quicksave, data/quicksave.scn",
+        summary: "writes the scene to a file, or with --history the commands as they were typed; save! overwrites any file",
+        default: "the quicksave; .scn is added to a name without an ending",
         example: "save robot.scn",
-        build: |args| Command::Save(args.optional_text(0)),
+        build: |args| {
+            Command::Ask(Request::Save {
+                file: args.optional_text(0),
+                is_forced: args.is_forced(),
+                as_history: args.has(HISTORY_OPTION),
+            })
+        },
+    },
+    CommandSpec {
+        name: "recover",
+        spellings: &[],
+        group: Group::Files,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[Arg { name: "WHAT", kind: ArgKind::Choice(&["list", "discard"]) }]],
+        summary: "brings back the last session that was not saved; 'recover list' tells of all, 'recover discard' forgets them",
+        default: "",
+        example: "recover",
+        build: |args| {
+            let what = args.words.first().map(|word| word.to_ascii_lowercase());
+            Command::Ask(Request::Recover(match what.as_deref() {
+                Some("list") => Recovery::List,
+                Some(_) => Recovery::Discard,
+                None => Recovery::Restore,
+            }))
+        },
+    },
+    CommandSpec {
+        name: "pwd",
+        spellings: &[],
+        group: Group::Files,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[],
+        summary: "tells the working folder",
+        default: "",
+        example: "pwd",
+        build: |_| Command::Ask(Request::TellFolder),
+    },
+    CommandSpec {
+        name: "cd",
+        spellings: &[],
+        group: Group::Files,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[FOLDER]],
+        summary: "changes the working folder",
+        default: "your home folder",
+        example: "cd scenes",
+        build: |args| Command::Ask(Request::ChangeFolder(args.optional_text(0))),
+    },
+    CommandSpec {
+        name: "dir",
+        spellings: &[],
+        group: Group::Files,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[FOLDER]],
+        summary: "lists the scenes, pictures and folders in a folder",
+        default: "the working folder",
+        example: "dir scenes",
+        build: |args| Command::Ask(Request::ListFolder(args.optional_text(0))),
+    },
+    CommandSpec {
+        name: "undo",
+        spellings: &[],
+        group: Group::Editing,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[COUNT]],
+        summary: "takes back the last change, or the last N; also a load",
+        default: "1",
+        example: "undo 3",
+        build: |args| Command::Ask(Request::Undo(args.optional_whole(0).unwrap_or(1))),
+    },
+    CommandSpec {
+        name: "redo",
+        spellings: &[],
+        group: Group::Editing,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[COUNT]],
+        summary: "makes the last change that was undone again, or the last N",
+        default: "1",
+        example: "redo",
+        build: |args| Command::Ask(Request::Redo(args.optional_whole(0).unwrap_or(1))),
+    },
+    CommandSpec {
+        name: "delete",
+        spellings: &["del"],
+        group: Group::Editing,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[name("NAME", Of::Entity)]],
+        summary: "deletes a primitive or object, and every child that stands for it",
+        default: "",
+        example: "delete ball",
+        build: |args| Command::Delete(args.text(0)),
+    },
+    CommandSpec {
+        name: "rename",
+        spellings: &["ren"],
+        group: Group::Editing,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[name("NAME", Of::Entity), name("NEW", Of::New)]],
+        summary: "gives a primitive or object another name; the aliases of children stay",
+        default: "",
+        example: "rename ball head",
+        build: |args| Command::Rename { name: args.text(0), new: args.text(1) },
+    },
+    CommandSpec {
+        name: "copy",
+        spellings: &["cp"],
+        group: Group::Editing,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[name("NAME", Of::Entity), name("NEW", Of::New)]],
+        summary: "copies a primitive or object under another name; an object that holds itself becomes one that holds itself",
+        default: "",
+        example: "copy ball small_ball",
+        build: |args| Command::Copy { name: args.text(0), new: args.text(1) },
+    },
+    CommandSpec {
+        name: "clear",
+        spellings: &[],
+        group: Group::Editing,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[Arg { name: "WHAT", kind: ArgKind::Choice(&["screen"]) }]],
+        summary: "empties the scene, which undo takes back; 'clear screen' empties the terminal instead",
+        default: "",
+        example: "clear",
+        build: |args| {
+            if args.words.is_empty() { Command::Clear } else { Command::Ask(Request::ClearScreen) }
+        },
     },
     CommandSpec {
         name: "deselect",
         spellings: &[],
-        group: Group::Session,
+        group: Group::Objects,
         needs: Needs::Nothing,
+        options: &[],
         args: &[],
-        summary: "selects nothing",
+        summary: "selects neither a primitive nor an object",
         default: "",
         example: "deselect",
         build: |_| Command::Deselect,
@@ -328,7 +304,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["prm"],
         group: Group::Primitives,
         needs: Needs::Nothing,
-        args: &[&[NAME]],
+        options: &[],
+        args: &[&[name("NAME", Of::PrimitiveOrNew)]],
         summary: "selects a primitive, making it if it is new",
         default: "a new one is a white sphere of radius 1",
         example: "primitive ball",
@@ -339,6 +316,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["coeff"],
         group: Group::Primitives,
         needs: Needs::Primitive,
+        options: &[],
         args: &[&[number("x", Range::Positive), number("y", Range::Positive), number("z", Range::Positive)]],
         summary: "sets the semi-axes",
         default: "1 1 1",
@@ -350,6 +328,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["exponent", "exp"],
         group: Group::Primitives,
         needs: Needs::Primitive,
+        options: &[],
         args: &[&[number("e", Range::Positive), number("n", Range::Positive)]],
         summary: "sets the exponents: e shapes the xy plane, n the z direction; 1 is round, near 0 square, 2 pointed",
         default: "1 1",
@@ -361,6 +340,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["patch"],
         group: Group::Primitives,
         needs: Needs::Primitive,
+        options: &[],
         args: &[&[number("u", Range::Whole(1, u32::MAX)), number("v", Range::Whole(1, u32::MAX))]],
         summary: "sets how many patches the preview has around and from pole to pole",
         default: "15 15",
@@ -372,6 +352,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["color", "surface"],
         group: Group::Primitives,
         needs: Needs::Primitive,
+        options: &[],
         args: &[COLOR],
         summary: "sets the base colour, in linear values",
         default: "1 1 1",
@@ -401,6 +382,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["index"],
         group: Group::Primitives,
         needs: Needs::Primitive,
+        options: &[],
         args: &[&[number("index", Range::Within(1.0, 4.0))]],
         summary: "sets the index of refraction: water 1.33, glass 1.5, diamond 2.4",
         default: "1.5",
@@ -412,6 +394,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["shininess"],
         group: Group::Primitives,
         needs: Needs::Primitive,
+        options: &[],
         args: &[&[number("exponent", Range::NonNegative)]],
         summary: "sets the exponent of the highlight, instead of what gloss gives",
         default: "2 / gloss^2 - 2",
@@ -423,7 +406,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["obj"],
         group: Group::Objects,
         needs: Needs::Nothing,
-        args: &[&[NAME]],
+        options: &[],
+        args: &[&[name("NAME", Of::ObjectOrNew)]],
         summary: "selects an object, making it if it is new",
         default: "a new one is empty",
         example: "object snowman",
@@ -434,6 +418,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["xall"],
         group: Group::Objects,
         needs: Needs::Object,
+        options: &[],
         args: &[VECTOR],
         summary: "moves the object as a whole, after all that was done to it before",
         default: "",
@@ -445,6 +430,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["rall"],
         group: Group::Objects,
         needs: Needs::Object,
+        options: &[],
         args: &[TURN],
         summary: "turns the object as a whole about an axis through the origin, right-handed",
         default: "",
@@ -456,6 +442,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["sall"],
         group: Group::Objects,
         needs: Needs::Object,
+        options: &[],
         args: &[FACTORS],
         summary: "scales the object as a whole; a negative factor mirrors",
         default: "",
@@ -467,7 +454,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["ao"],
         group: Group::Objects,
         needs: Needs::Object,
-        args: &[&[NAME], &[ALIAS]],
+        options: &[],
+        args: &[&[name("NAME", Of::Object)], &[name("ALIAS", Of::New)]],
         summary: "adds an object, which may be the selected one itself, as a child; the cursor moves to it",
         default: "the alias is the name",
         example: "addObject arm left_arm",
@@ -478,7 +466,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["ap"],
         group: Group::Objects,
         needs: Needs::Object,
-        args: &[&[NAME], &[ALIAS]],
+        options: &[],
+        args: &[&[name("NAME", Of::Primitive)], &[name("ALIAS", Of::New)]],
         summary: "adds a primitive as a child; the cursor moves to it",
         default: "the alias is the name",
         example: "addPrimitive ball head",
@@ -489,17 +478,31 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["cursor", "cur"],
         group: Group::Objects,
         needs: Needs::Object,
-        args: &[&[ALIAS]],
+        options: &[],
+        args: &[&[name("ALIAS", Of::Child)]],
         summary: "chooses the child that translate, rotate and scale move",
         default: "the child added last",
         example: "setCursor head",
         build: |args| Command::SetCursor(args.text(0)),
     },
     CommandSpec {
+        name: "remove",
+        spellings: &["rm"],
+        group: Group::Objects,
+        needs: Needs::Object,
+        options: &[],
+        args: &[&[name("ALIAS", Of::Child)]],
+        summary: "takes a child out of the object; what it stands for stays",
+        default: "",
+        example: "remove head",
+        build: |args| Command::RemoveChild(args.text(0)),
+    },
+    CommandSpec {
         name: "translate",
         spellings: &["xs"],
         group: Group::Objects,
         needs: Needs::Object,
+        options: &[],
         args: &[VECTOR],
         summary: "moves the child at the cursor, after all that was done to it before",
         default: "",
@@ -511,6 +514,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["rs"],
         group: Group::Objects,
         needs: Needs::Object,
+        options: &[],
         args: &[TURN],
         summary: "turns the child at the cursor about an axis through the origin, right-handed",
         default: "",
@@ -522,6 +526,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["ss"],
         group: Group::Objects,
         needs: Needs::Object,
+        options: &[],
         args: &[FACTORS],
         summary: "scales the child at the cursor; a negative factor mirrors",
         default: "",
@@ -533,8 +538,9 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Scene,
         needs: Needs::Nothing,
+        options: &[],
         args: &[
-            &[NAME, number("x", Range::Any), number("y", Range::Any), number("z", Range::Any)],
+            &[name("NAME", Of::New), number("x", Range::Any), number("y", Range::Any), number("z", Range::Any)],
             RADIANCE,
             &[number("k", Range::NonNegative)],
         ],
@@ -555,7 +561,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Scene,
         needs: Needs::Nothing,
-        args: &[&[NAME]],
+        options: &[],
+        args: &[&[name("NAME", Of::Light)]],
         summary: "takes a light away",
         default: "",
         example: "unlight lamp",
@@ -566,6 +573,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Scene,
         needs: Needs::Nothing,
+        options: &[],
         args: &[
             &[
                 number("px", Range::Any),
@@ -594,6 +602,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Scene,
         needs: Needs::Nothing,
+        options: &[],
         args: &[VECTOR],
         summary: "sets the direction that goes up in the picture",
         default: "0 1 0",
@@ -605,6 +614,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Scene,
         needs: Needs::Nothing,
+        options: &[],
         args: &[RADIANCE],
         summary: "sets the colour where nothing is, in linear values",
         default: "0 0 0",
@@ -616,11 +626,112 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["depth"],
         group: Group::Scene,
         needs: Needs::Nothing,
+        options: &[],
         args: &[&[number("levels", Range::Whole(0, MAX_DEPTH))]],
         summary: "sets how deep objects are opened: the selected one is level 1, primitives of the last level included",
         default: "25",
         example: "setDepth 8",
         build: |args| Command::SetDepth(args.whole(0)),
+    },
+    CommandSpec {
+        name: "render",
+        spellings: &[],
+        group: Group::Pictures,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[FILE], &[Arg { name: "WxH", kind: ArgKind::Size }]],
+        summary: "ray traces what is selected into a PNG picture, in the background; 'stop render' stops it",
+        default: "the scene's name with .png, and the size that 'set size' says",
+        example: "render robot.png 640x480",
+        build: |args| Command::Ask(Request::Render { file: args.optional_text(0), size: args.size }),
+    },
+    CommandSpec {
+        name: "preview",
+        spellings: &[],
+        group: Group::Pictures,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[],
+        summary: "ray traces what is selected into the terminal",
+        default: "",
+        example: "preview",
+        build: |_| Command::Ask(Request::Preview),
+    },
+    CommandSpec {
+        name: "view",
+        spellings: &[],
+        group: Group::Pictures,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[],
+        summary: "opens the viewer",
+        default: "",
+        example: "view",
+        build: |_| Command::Ask(Request::View),
+    },
+    CommandSpec {
+        name: "iotest",
+        spellings: &[],
+        group: Group::Pictures,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], VECTOR],
+        summary: "tells whether a point is inside, by the inside-outside function; without one, counts a grid of points",
+        default: "the grid that 'set ioStep' and 'set ioHalf' say",
+        example: "iotest 0 0 0.5",
+        build: |args| Command::Ask(Request::InsideOutside(args.optional_vector(0))),
+    },
+    CommandSpec {
+        name: "intersect",
+        spellings: &[],
+        group: Group::Pictures,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[
+            &[],
+            &[
+                number("ox", Range::Any),
+                number("oy", Range::Any),
+                number("oz", Range::Any),
+                number("dx", Range::Any),
+                number("dy", Range::Any),
+                number("dz", Range::Any),
+            ],
+        ],
+        summary: "tells where the ray from o along d first meets a surface, and the normal there",
+        default: "the ray along which the camera looks",
+        example: "intersect 0 0 10 0 0 -1",
+        build: |args| {
+            let ray = args.optional_vector(0).zip(args.optional_vector(3));
+            Command::Ask(Request::Intersect(ray))
+        },
+    },
+    CommandSpec {
+        name: "set",
+        spellings: &[],
+        group: Group::Pictures,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[name("SETTING", Of::Setting)], &[Arg { name: "VALUE", kind: ArgKind::Value }]],
+        summary: "changes a setting of the picture, the viewer or the session; 'get' lists them",
+        default: "",
+        example: "set size 640x480",
+        build: |args| match args.optional_text(1) {
+            Some(value) => Command::Set { setting: args.text(0), value },
+            None => Command::Get(vec![args.text(0)]),
+        },
+    },
+    CommandSpec {
+        name: "get",
+        spellings: &[],
+        group: Group::Pictures,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[], &[Arg { name: "SETTING", kind: ArgKind::Words(Of::Setting) }]],
+        summary: "tells settings with what they may be",
+        default: "all",
+        example: "get size",
+        build: |args| Command::Get(args.texts()),
     },
 ];
 
@@ -659,7 +770,7 @@ mod tests {
     #[test]
     fn words_come_last_and_only_there() {
         for spec in COMMANDS {
-            let position = spec.all_args().position(|arg| arg.kind == ArgKind::Words);
+            let position = spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Words(_)));
             assert!(position.is_none_or(|p| p + 1 == spec.all_args().count()), "{}", spec.name);
         }
     }
@@ -679,6 +790,7 @@ mod tests {
     fn usage_shows_what_may_be_left_out() {
         assert_eq!(find_command("light").unwrap().usage(), "NAME x y z [r g b [k]]");
         assert_eq!(find_command("help").unwrap().usage(), "[COMMAND ...]");
-        assert_eq!(find_command("stop").unwrap().usage(), "");
+        assert_eq!(find_command("pwd").unwrap().usage(), "");
+        assert_eq!(find_command("stop").unwrap().usage(), "[render]");
     }
 }

@@ -9,6 +9,7 @@ use superegg_scene::{Camera, Entity, Light, Material, Object, Primitive, Scene};
 use crate::info::vector;
 use crate::number::format_number;
 use crate::session::Session;
+use crate::settings;
 
 /// The session as commands: the settings, then a block for each primitive and object, then what is selected. What has its default value is
 /// left out; numbers read back to the same bits. Loading the text gives the same session.
@@ -72,6 +73,9 @@ fn write_settings(text: &mut String, scene: &Scene) {
     }
     if scene.depth != default.depth {
         line(text, &format!("setDepth {}", scene.depth));
+    }
+    for setting in settings::lines_of_scene(&scene.picture) {
+        line(text, &setting);
     }
     for (name, Light { position, color, falloff }) in scene.named_lights() {
         let numbers = [vector(*position), vector(*color), format_number(*falloff)].join(" ");

@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use superegg_lang::{
-    Arg, ArgKind, COMMANDS, CommandSpec, Effect, Needs, Range, Session, format_number, load_text, parse_line,
-    write_session,
+    Arg, ArgKind, COMMANDS, CommandSpec, Effect, Needs, Of, Range, SETTINGS, Session, Settings, Timeline, complete,
+    format_number, highlight, hint, load_text, parse_line, write_session,
 };
 
 fn config(cases: u32) -> ProptestConfig {
@@ -35,7 +35,15 @@ fn number(range: Range) -> BoxedStrategy<f64> {
 fn word(arg: &'static Arg) -> BoxedStrategy<String> {
     match arg.kind {
         ArgKind::Number(range) => number(range).prop_map(format_number).boxed(),
-        ArgKind::Name | ArgKind::File | ArgKind::Words => {
+        ArgKind::Choice(choices) => prop::sample::select(choices.to_vec()).prop_map(str::to_owned).boxed(),
+        ArgKind::Size => prop::sample::select(vec!["640x480", "1x1"]).prop_map(str::to_owned).boxed(),
+        ArgKind::Value => prop::sample::select(vec!["on", "off", "2", "64x48", "linear", "kitty"])
+            .prop_map(str::to_owned)
+            .boxed(),
+        ArgKind::Name(Of::Setting) | ArgKind::Words(Of::Setting) => {
+            prop::sample::select(SETTINGS.iter().map(|spec| spec.name.to_owned()).collect::<Vec<_>>()).boxed()
+        }
+        ArgKind::Name(_) | ArgKind::File | ArgKind::Words(_) => {
             prop::sample::select(vec!["a", "b", "c", "2nd", "all", "größe", "a/b", "\"x\"", "prm"])
                 .prop_map(str::to_owned)
                 .boxed()
@@ -69,56 +77,105 @@ fn lines() -> impl Strategy<Value = Vec<String>> {
     prop::collection::vec(prop_oneof![1 => selecting, 2 => line()], 0..60)
 }
 
-fn run(lines: &[String]) -> Session {
-    let mut session = Session::default();
+fn run(lines: &[String]) -> Timeline {
+    let mut timeline = Timeline::default();
     for line in lines {
         // A line that does not fit what is there is refused, and that is well.
-        let _ = session.run_line(line);
+        let _ = timeline.run_line(line);
     }
-    session
+    timeline
+}
+
+/// What a load brings back: scene and selection, and not the settings of the session.
+fn loaded_part(session: &Session) -> Session {
+    let mut loaded = session.clone();
+    loaded.settings = Settings::default();
+    loaded
 }
 
 proptest! {
     #![proptest_config(config(2000))]
 
-    /// What is written loads to the same session, without a complaint; saved and loaded again it settles to one text.
+    /// What is written loads to the same session, without a complaint, be it clean or as typed; saved and loaded again it settles to one
+    /// text.
     #[test]
     fn loading_what_was_saved_gives_the_same(lines in lines()) {
-        let session = run(&lines);
-        let text = write_session(&session);
-        let (loaded, diagnostics) = load_text("saved.scn", &text);
-        prop_assert!(diagnostics.is_empty(), "{diagnostics:?}\n{text}");
-        prop_assert_eq!(&loaded, &session, "{}", text);
-        let settled = write_session(&loaded);
-        prop_assert_eq!(write_session(&load_text("again.scn", &settled).0), settled);
+        let timeline = run(&lines);
+        let session = loaded_part(timeline.session());
+        for text in [write_session(&session), timeline.typed_lines()] {
+            let (loaded, diagnostics) = load_text("saved.scn", &text);
+            prop_assert!(diagnostics.is_empty(), "{diagnostics:?}\n{text}");
+            prop_assert_eq!(&loaded_part(&loaded), &session, "{}", text);
+            let settled = write_session(&loaded);
+            prop_assert_eq!(write_session(&load_text("again.scn", &settled).0), settled);
+        }
     }
 
     /// Every line of the table's making parses; a fault at carrying it out changes nothing and says where.
     #[test]
     fn lines_of_the_table_parse_and_faults_change_nothing(lines in lines(), last in line()) {
-        let before = run(&lines);
-        let mut after = before.clone();
+        let mut timeline = run(&lines);
+        let before = timeline.session().clone();
         let parsed = parse_line(&last);
         prop_assert!(parsed.is_ok(), "{last}: {parsed:?}");
-        match after.run_line(&last) {
-            Ok(Effect::Done) => {}
-            Ok(_) => prop_assert_eq!(after, before),
+        match timeline.run_line(&last) {
+            Ok(Effect::Changed(_)) => {}
+            Ok(Effect::Done) => prop_assert_eq!(loaded_part(timeline.session()), loaded_part(&before)),
+            Ok(_) => prop_assert_eq!(timeline.session(), &before),
             Err(fault) => {
                 prop_assert!(fault.columns.is_some() && fault.help.is_some(), "{fault:?}");
-                prop_assert_eq!(after, before);
+                prop_assert_eq!(timeline.session(), &before);
             }
+        }
+    }
+
+    /// Undo gives back what was, step by step, and redo what was undone.
+    #[test]
+    fn undo_and_redo_are_inverse(lines in lines(), steps in 1usize..20) {
+        let mut timeline = run(&lines);
+        let steps = steps.min(timeline.undo_count());
+        let mut moments = vec![loaded_part(timeline.session())];
+        for _ in 0..steps {
+            timeline.run_line("undo").unwrap();
+            moments.push(loaded_part(timeline.session()));
+        }
+        for moment in moments.iter().rev().skip(1) {
+            timeline.run_line("redo").unwrap();
+            prop_assert_eq!(&loaded_part(timeline.session()), moment);
+        }
+        if steps > 0 {
+            timeline.run_line(&format!("undo {steps}")).unwrap();
+            prop_assert_eq!(&loaded_part(timeline.session()), &moments[steps]);
+        }
+    }
+
+    /// Typing any line letter by letter: no panic, and hints, paint and completion stay within it.
+    #[test]
+    fn any_line_can_be_typed(lines in lines(), typed in prop_oneof![line(), "\\PC{0,40}", "(load|save) \"[a-z \"#ü]{0,20}"]) {
+        let timeline = run(&lines);
+        let session = timeline.session();
+        for at in (0..=typed.len()).filter(|&at| typed.is_char_boundary(at)) {
+            let line = &typed[..at];
+            let _ = hint(session, line);
+            let mut last = 0;
+            for (range, _) in highlight(session, line) {
+                prop_assert!(range.start >= last && line.get(range.clone()).is_some(), "{line:?} {range:?}");
+                last = range.end;
+            }
+            let completion = complete(session, &typed, at);
+            prop_assert!(completion.start <= at && typed.is_char_boundary(completion.start), "{line:?}");
         }
     }
 
     /// Any text at all: no panic, and every complaint has its place within the line.
     #[test]
     fn any_line_is_survived(lines in lines(), junk in "\\PC{0,60}|[ \\t#a-z0-9.eE+-]{0,60}") {
-        let mut session = run(&lines);
-        let before = session.clone();
-        if let Err(fault) = session.run_line(&junk) {
+        let mut timeline = run(&lines);
+        let before = timeline.session().clone();
+        if let Err(fault) = timeline.run_line(&junk) {
             let columns = fault.columns.clone().expect("a place");
             prop_assert!(columns.start < columns.end && columns.end <= junk.chars().count(), "{fault:?}");
-            prop_assert_eq!(session, before);
+            prop_assert_eq!(timeline.session(), &before);
         }
     }
 }

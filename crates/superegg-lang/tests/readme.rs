@@ -9,7 +9,7 @@ const END: &str = "<!-- end of commands -->";
 
 fn table() -> String {
     let mut text = String::from("\n| command | also | arguments | what it does |\n|---|---|---|---|\n");
-    for group in [Group::Session, Group::Primitives, Group::Objects, Group::Scene] {
+    for group in Group::ALL {
         for spec in COMMANDS.iter().filter(|spec| spec.group == group) {
             let default = if spec.default.is_empty() {
                 String::new()

@@ -1,0 +1,145 @@
+//! What the word at the cursor could become.
+
+use crate::names::{names_of, next_arg};
+use crate::parser::words_of_command;
+use crate::session::Session;
+use crate::settings::{SettingKind, find_setting};
+use crate::spec::{ArgKind, CommandSpec};
+use crate::table::{COMMANDS, find_command};
+
+/// The ways to go on from a cursor.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Completion {
+    /// Where the word to be replaced begins, in bytes.
+    pub start: usize,
+    /// What it may be replaced with.
+    pub candidates: Vec<String>,
+    /// The beginning of a file's name, where one belongs here: the language knows no files.
+    pub file: Option<String>,
+}
+
+/// Completes the word that ends at byte `at` of a line: a command, a name that fits there, a word of a fixed set. Case does not matter.
+pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
+    let line = line.get(..at).unwrap_or(line);
+    let words = words_of_command(line);
+    let nothing = Completion { start: line.len(), candidates: Vec::new(), file: None };
+    let is_at_word = words.last().is_some_and(|word| word.columns.end == line.chars().count());
+    if !is_at_word && line.contains('#') {
+        return nothing;
+    }
+    // The words before, and the one that is being typed.
+    let (before, partial) = match words.split_last() {
+        Some((last, before)) if is_at_word => (before, last.text),
+        _ => (&words[..], ""),
+    };
+    let quote = usize::from(is_at_word && words.last().is_some_and(|word| line_at(line, word.columns.start) == '"' && !word.text.starts_with('"')));
+    let start = line.len() - partial.len() - quote;
+    let Some((command, before)) = before.split_first() else {
+        return Completion { start, candidates: commands(partial), file: None };
+    };
+    let Some(spec) = find_command(command.text) else { return nothing };
+    let mut candidates = Vec::new();
+    let mut file = None;
+    if partial.starts_with('-') {
+        candidates = fitting(spec.options.iter().copied(), partial);
+    }
+    match next_arg(spec, before).map(|arg| arg.kind) {
+        Some(ArgKind::Name(of) | ArgKind::Words(of)) => {
+            candidates.extend(fitting(names_of(session, of).into_iter(), partial));
+        }
+        Some(ArgKind::Choice(choices)) => candidates.extend(fitting(choices.iter().copied(), partial)),
+        Some(ArgKind::Value) => candidates.extend(values(before.last().map_or("", |word| word.text), partial)),
+        Some(ArgKind::File) => file = Some(partial.to_owned()),
+        Some(ArgKind::Number(_) | ArgKind::Size) | None => {}
+    }
+    Completion { start, candidates, file }
+}
+
+fn line_at(line: &str, column: usize) -> char {
+    line.chars().nth(column).unwrap_or(' ')
+}
+
+/// Command names that begin so; other spellings only where no name does.
+fn commands(partial: &str) -> Vec<String> {
+    let names = fitting(COMMANDS.iter().map(|spec| spec.name), partial);
+    let spellings = || fitting(COMMANDS.iter().flat_map(CommandSpec::all_spellings), partial);
+    if names.is_empty() { spellings() } else { names }
+}
+
+/// The values that the setting of this name may have, where they can be listed.
+fn values(setting: &str, partial: &str) -> Vec<String> {
+    match find_setting(setting).map(|spec| spec.kind) {
+        Some(SettingKind::Switch) => fitting(["on", "off"].into_iter(), partial),
+        Some(SettingKind::Choice(choices)) => fitting(choices.iter().copied(), partial),
+        Some(SettingKind::Size) => fitting(["640x480", "1280x960", "1920x1080"].into_iter(), partial),
+        _ => Vec::new(),
+    }
+}
+
+fn fitting<'a>(words: impl Iterator<Item = &'a str>, partial: &str) -> Vec<String> {
+    let partial = partial.to_lowercase();
+    words.filter(|word| word.to_lowercase().starts_with(&partial)).map(str::to_owned).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn session() -> Session {
+        let mut session = Session::default();
+        for line in ["prm ball", "prm Box", "obj man", "ap ball head", "ap ball body", "obj other", "obj man"] {
+            session.run_line(line).unwrap();
+        }
+        session
+    }
+
+    fn found(line: &str) -> (usize, String) {
+        let completion = complete(&session(), line, line.len());
+        (completion.start, completion.candidates.join(" "))
+    }
+
+    #[test]
+    fn each_place_gets_what_fits_there() {
+        assert_eq!(found("setCo"), (0, "setCoeff setColor".into()));
+        assert_eq!(found("  SETCOL"), (2, "setColor".into()));
+        assert_eq!(found("surf"), (0, "surface".into()));
+        assert_eq!(found("ap b"), (3, "ball Box".into()));
+        assert_eq!(found("ap "), (3, "ball Box".into()));
+        assert_eq!(found("ap ball h"), (8, String::new()));
+        assert_eq!(found("ao "), (3, "man other".into()));
+        assert_eq!(found("cur "), (4, "head body".into()));
+        assert_eq!(found("remove he"), (7, "head".into()));
+        assert_eq!(found("help und"), (5, "undo".into()));
+        assert_eq!(found("info ball ma"), (10, "man".into()));
+        assert_eq!(found("set prev"), (4, "preview".into()));
+        assert_eq!(found("set preview k"), (12, "kitty".into()));
+        assert_eq!(found("set wireframe "), (14, "on off".into()));
+        assert_eq!(found("stop r"), (5, "render".into()));
+        assert_eq!(found("save --h"), (5, "--history".into()));
+        assert_eq!(found("nonsense b"), (10, String::new()));
+        assert_eq!(found("xs 1 "), (5, String::new()));
+        assert_eq!(found("ap b # ap b"), (11, String::new()));
+    }
+
+    #[test]
+    fn files_are_left_to_whoever_knows_them() {
+        let file = |line: &str| {
+            let completion = complete(&session(), line, line.len());
+            (completion.start, completion.file)
+        };
+        assert_eq!(file("load sce"), (5, Some("sce".into())));
+        assert_eq!(file("load \"my fi"), (5, Some("my fi".into())));
+        assert_eq!(file("render 640x480 a"), (15, Some("a".into())));
+        assert_eq!(file("save --history "), (15, Some(String::new())));
+        assert_eq!(file("ap sce").1, None);
+    }
+
+    #[test]
+    fn any_cursor_is_survived() {
+        let line = "load \"größe ü # \" ap ball";
+        for at in 0..=line.len() + 2 {
+            let completion = complete(&session(), line, at);
+            assert!(completion.start <= line.len());
+        }
+    }
+}

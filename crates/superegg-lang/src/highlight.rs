@@ -1,0 +1,178 @@
+//! Which parts of a line are what.
+
+use std::ops::Range;
+
+use crate::names::{is_loose, is_name_of, names_of, next_arg};
+use crate::number::parse_number;
+use crate::parser::{Word, words_of_command};
+use crate::session::Session;
+use crate::settings::can_be;
+use crate::spec::{ArgKind, CommandSpec, Of, parse_size, size_form};
+use crate::table::{COMMANDS, find_command};
+
+/// What a part of a line is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Paint {
+    /// A command.
+    Command,
+    /// A name that there is.
+    Name,
+    /// A number within its range, a size, an option, a word of a fixed set.
+    Value,
+    /// What cannot be right.
+    Wrong,
+    /// A comment.
+    Comment,
+}
+
+/// The parts of a line that are something, as ranges of bytes in order. A word that may still become right is not called wrong while it is
+/// the last.
+pub fn highlight(session: &Session, line: &str) -> Vec<(Range<usize>, Paint)> {
+    let words = words_of_command(line);
+    let mut bytes_of_columns: Vec<usize> = line.char_indices().map(|(byte, _)| byte).collect();
+    bytes_of_columns.push(line.len());
+    let bytes = |columns: &Range<usize>| bytes_of_columns[columns.start]..bytes_of_columns[columns.end];
+    let mut parts = Vec::new();
+    if let Some((first, rest)) = words.split_first() {
+        let spec = find_command(first.text);
+        let first_paint = match spec {
+            Some(_) => Some(Paint::Command),
+            None if rest.is_empty() && begins_command(first.text) => None,
+            None => Some(Paint::Wrong),
+        };
+        parts.extend(first_paint.map(|paint| (bytes(&first.columns), paint)));
+        for (i, word) in rest.iter().enumerate().filter(|_| spec.is_some()) {
+            let is_typed = i + 1 == rest.len() && bytes(&word.columns).end == line.len();
+            let paint = spec.and_then(|spec| paint_of(session, spec, &rest[..i], word, is_typed));
+            parts.extend(paint.map(|paint| (bytes(&word.columns), paint)));
+        }
+    }
+    let end_of_words = words.last().map_or(0, |word| bytes(&word.columns).end);
+    if let Some(comment) = line[end_of_words..].find('#') {
+        parts.push((end_of_words + comment..line.len(), Paint::Comment));
+    }
+    parts
+}
+
+/// A word of a command, after those before it.
+fn paint_of(
+    session: &Session,
+    spec: &CommandSpec,
+    before: &[Word<'_>],
+    word: &Word<'_>,
+    is_typed: bool,
+) -> Option<Paint> {
+    let text = word.text;
+    let right_or_wrong = |is_right: bool| Some(if is_right { Paint::Value } else { Paint::Wrong });
+    let unless_typed = |begins: bool| (!(is_typed && begins)).then_some(Paint::Wrong);
+    if is_loose(spec, text) {
+        return right_or_wrong(size_form(text).is_none() || parse_size(text).is_ok());
+    }
+    let Some(arg) = next_arg(spec, before) else { return Some(Paint::Wrong) };
+    match arg.kind {
+        ArgKind::Number(range) => match parse_number(text) {
+            Ok(number) => right_or_wrong(range.contains(number)),
+            Err(_) => unless_typed(matches!(text, "-" | "+" | "." | "-." | "+.") || text.ends_with(['e', 'E', '-'])),
+        },
+        ArgKind::Name(of) | ArgKind::Words(of) => {
+            let is_there = is_name_of(session, of, text)
+                || (matches!(of, Of::Entity) && matches!(arg.kind, ArgKind::Words(_)) && is_word_of_info(text));
+            let may_be_new = match of {
+                Of::New => true,
+                Of::PrimitiveOrNew | Of::ObjectOrNew => session.scene().get(text).is_none(),
+                _ => false,
+            };
+            if is_there {
+                Some(Paint::Name)
+            } else if may_be_new {
+                None
+            } else {
+                unless_typed(names_of(session, of).iter().any(|name| begins(name, text)))
+            }
+        }
+        ArgKind::Choice(choices) => {
+            if choices.iter().any(|choice| choice.eq_ignore_ascii_case(text)) {
+                Some(Paint::Value)
+            } else {
+                unless_typed(choices.iter().any(|choice| begins(choice, text)))
+            }
+        }
+        ArgKind::Value => match before.last().map(|setting| can_be(setting.text, text)) {
+            Some(true) => Some(Paint::Value),
+            _ => unless_typed(true),
+        },
+        ArgKind::File | ArgKind::Size => None,
+    }
+}
+
+fn is_word_of_info(word: &str) -> bool {
+    ["all", "selected"].iter().any(|known| known.eq_ignore_ascii_case(word))
+}
+
+fn begins(name: &str, start: &str) -> bool {
+    name.get(..start.len()).is_some_and(|head| head.eq_ignore_ascii_case(start))
+}
+
+fn begins_command(start: &str) -> bool {
+    COMMANDS.iter().flat_map(CommandSpec::all_spellings).any(|spelling| begins(spelling, start))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(line: &str) -> String {
+        let mut session = Session::default();
+        for line in ["prm ball", "obj man", "ap ball head"] {
+            session.run_line(line).unwrap();
+        }
+        let letter = |paint| match paint {
+            Paint::Command => 'c',
+            Paint::Name => 'n',
+            Paint::Value => 'v',
+            Paint::Wrong => 'w',
+            Paint::Comment => '#',
+        };
+        let mut marks = vec![b'.'; line.len()];
+        for (range, paint) in highlight(&session, line) {
+            marks[range].fill(letter(paint) as u8);
+        }
+        String::from_utf8(marks).unwrap()
+    }
+
+    #[test]
+    fn each_word_is_what_it_is() {
+        for (line, expected) in [
+            ("setColor 1 2 .5", "cccccccc.v.w.vv"),
+            ("xs 1 tw 3", "cc.v.ww.v"),
+            ("xs -", "cc.."),
+            ("xs - 2", "cc.w.v"),
+            ("setCol", "......"),
+            ("setColr 1", "wwwwwww.."),
+            ("ap ball arm", "cc.nnnn...."),
+            ("ap ba", "cc..."),
+            ("ap ba x", "cc.ww.."),
+            ("prm new # c", "ccc.....###"),
+            ("prm man", "ccc.www"),
+            ("info ball selected", "cccc.nnnn.nnnnnnnn"),
+            ("render a.png 64x48 9", "cccccc.......vvvvv.w"),
+            ("set size 64x48", "ccc.nnnn.vvvvv"),
+            ("coeff 1 1 1 1", "ccccc.v.v.v.w"),
+            ("zzz", "www"),
+        ] {
+            assert_eq!(shown(line), expected, "{line}");
+        }
+    }
+
+    #[test]
+    fn parts_are_in_order_and_within_any_line() {
+        let session = Session::default();
+        for line in ["größe # ß", "load \"a # b\" # c", "\"", "#", " \u{3000}xs\u{a0}1", "save \"ü"] {
+            let mut last = 0;
+            for (range, _) in highlight(&session, line) {
+                assert!(range.start >= last && line.get(range.clone()).is_some(), "{line}");
+                last = range.end;
+            }
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! What the command that is being typed still takes.
+
+use superegg_scene::Entity;
+
+use crate::names::{is_loose, next_arg};
+use crate::parser::words_of_command;
+use crate::session::Session;
+use crate::settings::find_setting;
+use crate::spec::{Arg, ArgKind, CommandSpec, Needs};
+use crate::table::{COMMANDS, find_command};
+
+/// What to show behind the end of a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hint {
+    /// The rest of the command's name, which may be taken over; empty where the name is complete.
+    pub rest_of_name: String,
+    /// The arguments still to come, with their ranges, and what is missing.
+    pub arguments: String,
+}
+
+/// The hint for a line with the cursor at its end.
+pub fn hint(session: &Session, line: &str) -> Option<Hint> {
+    if line.contains('#') {
+        return None;
+    }
+    let words = words_of_command(line);
+    let (first, rest) = words.split_first()?;
+    let is_at_word = !line.ends_with(char::is_whitespace);
+    let (spec, rest_of_name) = match find_command(first.text) {
+        Some(spec) => (spec, String::new()),
+        None if rest.is_empty() && is_at_word => only_command(first.text)?,
+        None => return None,
+    };
+    let mut arguments = arguments_after(spec, rest.iter().filter(|word| !is_loose(spec, word.text)).count());
+    if let Some(setting) = rest.first().and_then(|word| find_setting(word.text)) {
+        if next_arg(spec, rest).is_some_and(|arg| arg.kind == ArgKind::Value) {
+            arguments = format!("VALUE({})", setting.kind.describe());
+        }
+    }
+    if is_at_word && !arguments.is_empty() {
+        arguments.insert(0, ' ');
+    }
+    if !is_selected(session, spec.needs) {
+        arguments.push_str(match spec.needs {
+            Needs::Primitive => "   needs a selected primitive",
+            _ => "   needs a selected object",
+        });
+    }
+    (!arguments.is_empty() || !rest_of_name.is_empty()).then_some(Hint { rest_of_name, arguments })
+}
+
+/// The one command whose name begins so, and the rest of that name.
+fn only_command(word: &str) -> Option<(&'static CommandSpec, String)> {
+    let begins = |name: &str| name.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
+    let mut fitting = COMMANDS.iter().filter(|spec| begins(spec.name));
+    let spec = fitting.next()?;
+    fitting.next().is_none().then(|| (spec, spec.name[word.len()..].to_owned()))
+}
+
+/// The arguments from this place on, those that may be left out in brackets.
+fn arguments_after(spec: &CommandSpec, place: usize) -> String {
+    let mut words = Vec::new();
+    let mut at = 0;
+    for (part, args) in spec.args.iter().enumerate() {
+        let (open, close) = if part == 0 { ("", "") } else { ("[", "]") };
+        let shown: Vec<String> = args
+            .iter()
+            .filter(|arg| {
+                at += 1;
+                at > place || matches!(arg.kind, ArgKind::Words(_))
+            })
+            .map(brief)
+            .collect();
+        if !shown.is_empty() {
+            words.push(format!("{open}{}{close}", shown.join(" ")));
+        }
+    }
+    words.join(" ")
+}
+
+fn brief(arg: &Arg) -> String {
+    match arg.kind {
+        ArgKind::Number(range) if !range.brief().is_empty() => format!("{}({})", arg.name, range.brief()),
+        ArgKind::Choice(choices) => choices.join("|"),
+        ArgKind::Words(_) => format!("{} ...", arg.name),
+        _ => arg.name.to_owned(),
+    }
+}
+
+fn is_selected(session: &Session, needs: Needs) -> bool {
+    let selected = session.selected().and_then(|name| session.scene().get(name));
+    match needs {
+        Needs::Nothing => true,
+        Needs::Primitive => matches!(selected, Some(Entity::Primitive(_))),
+        Needs::Object => matches!(selected, Some(Entity::Object(_))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(line: &str) -> Option<String> {
+        let mut session = Session::default();
+        session.run_line("prm ball").unwrap();
+        hint(&session, line).map(|hint| format!("{}|{}", hint.rest_of_name, hint.arguments))
+    }
+
+    #[test]
+    fn what_is_still_to_come_is_shown_with_its_range() {
+        for (line, expected) in [
+            ("setColor", "| r(0..1) g(0..1) b(0..1)"),
+            ("setColor ", "|r(0..1) g(0..1) b(0..1)"),
+            ("setColor 1 ", "|g(0..1) b(0..1)"),
+            ("color 1 0.5", "| b(0..1)"),
+            ("setExpo", "nent| e(>0) n(>0)"),
+            ("camera 1 2 3 4 5 6 ", "|[fov_deg(0..180)]"),
+            ("info ball", "| [NAME ...]"),
+            ("xs ", "|x y z   needs a selected object"),
+            ("render 64x48 ", "|[FILE] [WxH]"),
+            ("set wireframe ", "|VALUE(on or off)"),
+            ("stop", "| [render]"),
+        ] {
+            assert_eq!(shown(line).as_deref(), Some(expected), "{line}");
+        }
+        for line in ["", "   ", "set", "setC", "setColor 1 1 1", "nonsense", "coeff # 1", "ß"] {
+            let hint = shown(line);
+            assert!(hint.is_none() || line == "set", "{line}: {hint:?}");
+        }
+    }
+}

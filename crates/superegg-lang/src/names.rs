@@ -1,0 +1,57 @@
+//! The names that an argument may have, and the argument that a place in a line is.
+
+use superegg_scene::Entity;
+
+use crate::parser::Word;
+use crate::session::Session;
+use crate::settings::SETTINGS;
+use crate::spec::{Arg, ArgKind, CommandSpec, Of, size_form};
+use crate::table::COMMANDS;
+
+/// Every name of this kind that there is now, in the order of the scene or table.
+pub(crate) fn names_of(session: &Session, of: Of) -> Vec<&str> {
+    let scene = session.scene();
+    match of {
+        Of::New => Vec::new(),
+        Of::Primitive | Of::PrimitiveOrNew => scene.primitives().map(|(name, _)| name).collect(),
+        Of::Object | Of::ObjectOrNew => scene.objects().map(|(name, _)| name).collect(),
+        Of::Entity => scene.entities().map(|(name, _)| name).collect(),
+        Of::Child => {
+            let selected = session.selected().and_then(|name| scene.object(name).ok());
+            selected.into_iter().flat_map(|object| object.children()).map(|(alias, _)| alias).collect()
+        }
+        Of::Light => scene.named_lights().map(|(name, _)| name).collect(),
+        Of::Command => COMMANDS.iter().map(|spec| spec.name).collect(),
+        Of::Setting => SETTINGS.iter().map(|spec| spec.name).collect(),
+    }
+}
+
+/// Whether a name of this kind is there; cheaper than listing them.
+pub(crate) fn is_name_of(session: &Session, of: Of, name: &str) -> bool {
+    let scene = session.scene();
+    match of {
+        Of::New => false,
+        Of::Primitive | Of::PrimitiveOrNew => matches!(scene.get(name), Some(Entity::Primitive(_))),
+        Of::Object | Of::ObjectOrNew => matches!(scene.get(name), Some(Entity::Object(_))),
+        Of::Entity => scene.get(name).is_some(),
+        Of::Child => session
+            .selected()
+            .and_then(|name| scene.object(name).ok())
+            .is_some_and(|object| object.child(name).is_some()),
+        Of::Command => crate::table::find_command(name).is_some(),
+        Of::Light | Of::Setting => names_of(session, of).iter().any(|known| known.eq_ignore_ascii_case(name)),
+    }
+}
+
+/// Whether a word is an option of the command, or the size that it takes: those have no place of their own.
+pub(crate) fn is_loose(spec: &CommandSpec, word: &str) -> bool {
+    spec.options.iter().any(|option| option.eq_ignore_ascii_case(word))
+        || (size_form(word).is_some() && spec.all_args().any(|arg| arg.kind == ArgKind::Size))
+}
+
+/// The argument that follows these words of a command (its own word not among them), if there may be one more.
+pub(crate) fn next_arg<'s>(spec: &'s CommandSpec, before: &[Word<'_>]) -> Option<&'s Arg> {
+    let place = before.iter().filter(|word| !is_loose(spec, word.text)).count();
+    let last_repeated = spec.all_args().last().filter(|_| spec.is_variadic());
+    spec.all_args().filter(|arg| arg.kind != ArgKind::Size).nth(place).or(last_repeated)
+}

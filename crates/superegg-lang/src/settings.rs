@@ -1,0 +1,323 @@
+//! Settings: what `set` changes and `get` tells. Those of the picture belong to the scene, the others to the session.
+
+use superegg_scene::{Encoding, Picture, Shading, ViewSettings};
+
+use crate::diagnostic::Fault;
+use crate::number::{format_number, parse_number};
+use crate::parser::shorten;
+use crate::session::did_you_mean;
+use crate::spec::{Range, parse_size};
+
+/// How `preview` draws in the terminal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PreviewStyle {
+    /// As the terminal says it can.
+    #[default]
+    Auto,
+    /// Half blocks in true colour.
+    Blocks,
+    /// The kitty picture protocol.
+    Kitty,
+    /// Sixel graphics.
+    Sixel,
+    /// Characters without colour.
+    Plain,
+}
+
+/// The settings that belong to the session: a load does not change them, and a scene does not save them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// The switches of the viewer, and the grid of the inside-outside test.
+    pub view: ViewSettings,
+    /// Threads to render with; 0 for one a core.
+    pub threads: u32,
+    /// How `preview` draws.
+    pub preview: PreviewStyle,
+}
+
+/// What a setting may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SettingKind {
+    /// On or off.
+    Switch,
+    /// A number.
+    Number(Range),
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// The size of a picture.
+    Size,
+}
+
+impl SettingKind {
+    /// What it may be, in words.
+    pub fn describe(self) -> String {
+        match self {
+            Self::Switch => "on or off".to_owned(),
+            Self::Number(range) => range.describe(),
+            Self::Choice(choices) => choices.join(", "),
+            Self::Size => "WIDTHxHEIGHT in pixels".to_owned(),
+        }
+    }
+}
+
+/// A value of a setting.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Value {
+    Switch(bool),
+    Number(f64),
+    /// A place among the choices.
+    Choice(usize),
+    Size(u32, u32),
+}
+
+/// One setting.
+#[derive(Debug)]
+pub struct SettingSpec {
+    /// Its name.
+    pub name: &'static str,
+    /// What it may be.
+    pub kind: SettingKind,
+    /// What it does, in one line.
+    pub summary: &'static str,
+    /// Whether it belongs to the scene, and is saved with it.
+    pub is_of_scene: bool,
+    get: fn(&Picture, &Settings) -> Value,
+    set: fn(&mut Picture, &mut Settings, Value),
+}
+
+/// A setting of the viewer that is on or off.
+macro_rules! switch {
+    ($name:literal, $field:ident, $summary:literal) => {
+        SettingSpec {
+            name: $name,
+            kind: SettingKind::Switch,
+            summary: $summary,
+            is_of_scene: false,
+            get: |_, settings| Value::Switch(settings.view.$field),
+            set: |_, settings, value| {
+                if let Value::Switch(on) = value {
+                    settings.view.$field = on;
+                }
+            },
+        }
+    };
+}
+
+/// A setting of the viewer that is a number.
+macro_rules! view_number {
+    ($name:literal, $field:ident, $range:expr, $summary:literal) => {
+        SettingSpec {
+            name: $name,
+            kind: SettingKind::Number($range),
+            summary: $summary,
+            is_of_scene: false,
+            get: |_, settings| Value::Number(settings.view.$field),
+            set: |_, settings, value| {
+                if let Value::Number(number) = value {
+                    settings.view.$field = number;
+                }
+            },
+        }
+    };
+}
+
+/// A setting that is one of a few values, each with its word: `$place` is where it is kept in a `Picture` or a `Settings`.
+macro_rules! choice {
+    ($name:literal, $is_of_scene:literal, |$picture:ident, $settings:ident| $place:expr, $summary:literal,
+     $($word:literal => $value:path),+) => {
+        SettingSpec {
+            name: $name,
+            kind: SettingKind::Choice(&[$($word),+]),
+            summary: $summary,
+            is_of_scene: $is_of_scene,
+            get: |$picture, $settings| {
+                Value::Choice([$($value),+].iter().position(|value| *value == $place).unwrap_or(0))
+            },
+            set: |$picture, $settings, value| {
+                if let Value::Choice(at) = value {
+                    $place = [$($value),+][at];
+                }
+            },
+        }
+    };
+}
+
+/// Every setting.
+pub const SETTINGS: &[SettingSpec] = &[
+    SettingSpec {
+        name: "size",
+        kind: SettingKind::Size,
+        summary: "width and height of the picture; saved with the scene",
+        is_of_scene: true,
+        get: |picture, _| Value::Size(picture.width, picture.height),
+        set: |picture, _, value| {
+            if let Value::Size(width, height) = value {
+                (picture.width, picture.height) = (width, height);
+            }
+        },
+    },
+    SettingSpec {
+        name: "samples",
+        kind: SettingKind::Number(Range::Whole(1, Picture::MOST_SAMPLES)),
+        summary: "samples a pixel; saved with the scene",
+        is_of_scene: true,
+        get: |picture, _| Value::Number(f64::from(picture.samples)),
+        set: |picture, _, value| {
+            if let Value::Number(samples) = value {
+                picture.samples = samples as u32;
+            }
+        },
+    },
+    choice!("encoding", true, |picture, _settings| picture.encoding, "how linear values become bytes; saved with the scene",
+        "srgb" => Encoding::Srgb, "linear" => Encoding::Linear),
+    SettingSpec {
+        name: "threads",
+        kind: SettingKind::Number(Range::Whole(0, 1024)),
+        summary: "threads to render with; 0 is one for each core",
+        is_of_scene: false,
+        get: |_, settings| Value::Number(f64::from(settings.threads)),
+        set: |_, settings, value| {
+            if let Value::Number(threads) = value {
+                settings.threads = threads as u32;
+            }
+        },
+    },
+    choice!("preview", false, |_picture, settings| settings.preview, "how 'preview' draws in the terminal",
+        "auto" => PreviewStyle::Auto, "blocks" => PreviewStyle::Blocks, "kitty" => PreviewStyle::Kitty,
+        "sixel" => PreviewStyle::Sixel, "plain" => PreviewStyle::Plain),
+    switch!("lightsTurn", lights_turn, "in the viewer, the lights turn with the arcball (key b)"),
+    choice!("shading", false, |_picture, settings| settings.view.shading, "in the viewer, light at each pixel or vertex (key m)",
+        "phong" => Shading::Phong, "gouraud" => Shading::Gouraud),
+    switch!("wireframe", wireframe, "in the viewer, edges instead of surfaces (key t)"),
+    switch!("normals", normals, "in the viewer, normals at the vertices (key n)"),
+    switch!("axes", axes, "in the viewer, the axes and the places of the lights"),
+    switch!("ioTest", io_test, "in the viewer, the inside-outside test (key o)"),
+    view_number!("ioStep", io_step, Range::Positive, "the spacing of the grid of the inside-outside test"),
+    view_number!("ioHalf", io_half, Range::NonNegative, "how far that grid goes from the origin along each axis"),
+    view_number!("ioJitter", io_jitter, Range::NonNegative, "in the viewer, how far its points are moved along each axis"),
+    view_number!("ioRadius", io_radius, Range::Positive, "in the viewer, the radius of its marks"),
+    switch!("intersectTest", intersect_test, "in the viewer, the intersection test (key i)"),
+];
+
+/// The setting of this name, in any case.
+pub(crate) fn find_setting(name: &str) -> Option<&'static SettingSpec> {
+    SETTINGS.iter().find(|spec| spec.name.eq_ignore_ascii_case(name))
+}
+
+/// Whether the setting of this name may have this value.
+pub(crate) fn can_be(name: &str, word: &str) -> bool {
+    find_setting(name).is_some_and(|spec| read(spec.kind, word).is_some())
+}
+
+/// Changes a setting, and says which.
+///
+/// # Errors
+/// No setting has this name (word 1 of the command), or it cannot have this value (word 2).
+pub(crate) fn set(
+    picture: &mut Picture,
+    settings: &mut Settings,
+    name: &str,
+    word: &str,
+) -> Result<&'static SettingSpec, (usize, Fault)> {
+    let spec = find_setting(name).ok_or_else(|| (1, unknown_setting(name)))?;
+    let value = read(spec.kind, word).ok_or_else(|| {
+        let message = format!("{} must be {}, not {}", spec.name, spec.kind.describe(), shorten(word));
+        let help = format!("for example: set {} {}", spec.name, told((spec.get)(picture, settings), spec.kind));
+        (2, Fault::new("out-of-range", message).help(help))
+    })?;
+    (spec.set)(picture, settings, value);
+    Ok(spec)
+}
+
+/// Settings as lines of text; all where none is named.
+///
+/// # Errors
+/// A name that no setting has, with its place in `names`.
+pub(crate) fn tell(picture: &Picture, settings: &Settings, names: &[String]) -> Result<String, (usize, Fault)> {
+    let found: Result<Vec<&SettingSpec>, _> = names
+        .iter()
+        .enumerate()
+        .map(|(i, name)| find_setting(name).ok_or_else(|| (i, unknown_setting(name))))
+        .collect();
+    let mut specs = found?;
+    if names.is_empty() {
+        specs = SETTINGS.iter().collect();
+    }
+    let line = |spec: &&SettingSpec| {
+        let value = told((spec.get)(picture, settings), spec.kind);
+        format!("{:<14} {value:<10} {} ({})", spec.name, spec.summary, spec.kind.describe())
+    };
+    Ok(specs.iter().map(line).collect::<Vec<_>>().join("\n"))
+}
+
+/// The commands that set what of the scene's settings is not as in a new scene.
+pub(crate) fn lines_of_scene(picture: &Picture) -> impl Iterator<Item = String> {
+    let settings = Settings::default();
+    SETTINGS.iter().filter(|spec| spec.is_of_scene).filter_map(move |spec| {
+        let value = (spec.get)(picture, &settings);
+        let is_default = value == (spec.get)(&Picture::default(), &settings);
+        (!is_default).then(|| format!("set {} {}", spec.name, told(value, spec.kind)))
+    })
+}
+
+fn unknown_setting(name: &str) -> Fault {
+    let names = SETTINGS.iter().map(|spec| spec.name);
+    Fault::new("unknown-setting", format!("there is no setting '{}'", shorten(name)))
+        .help(did_you_mean(name, names, "'get' lists the settings"))
+}
+
+fn read(kind: SettingKind, word: &str) -> Option<Value> {
+    let word_is = |words: &[&str]| words.iter().any(|known| known.eq_ignore_ascii_case(word));
+    match kind {
+        SettingKind::Switch if word_is(&["on", "yes", "true", "1"]) => Some(Value::Switch(true)),
+        SettingKind::Switch if word_is(&["off", "no", "false", "0"]) => Some(Value::Switch(false)),
+        SettingKind::Switch => None,
+        SettingKind::Number(range) => {
+            parse_number(word).ok().filter(|number| range.contains(*number)).map(Value::Number)
+        }
+        SettingKind::Choice(choices) => {
+            choices.iter().position(|choice| choice.eq_ignore_ascii_case(word)).map(Value::Choice)
+        }
+        SettingKind::Size => parse_size(word).ok().map(|(width, height)| Value::Size(width, height)),
+    }
+}
+
+fn told(value: Value, kind: SettingKind) -> String {
+    match (value, kind) {
+        (Value::Switch(on), _) => if on { "on" } else { "off" }.to_owned(),
+        (Value::Number(number), _) => format_number(number),
+        (Value::Choice(at), SettingKind::Choice(choices)) => choices[at].to_owned(),
+        (Value::Choice(at), _) => at.to_string(),
+        (Value::Size(width, height), _) => format!("{width}x{height}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_setting_tells_what_it_was_set_to_and_refuses_the_rest() {
+        for spec in SETTINGS {
+            let (mut picture, mut settings) = (Picture::default(), Settings::default());
+            let words: Vec<&str> = match spec.kind {
+                SettingKind::Switch => vec!["off", "on"],
+                SettingKind::Number(_) => vec!["3", "2"],
+                SettingKind::Choice(choices) => choices.to_vec(),
+                SettingKind::Size => vec!["7x9", "640x480"],
+            };
+            for word in words {
+                set(&mut picture, &mut settings, &spec.name.to_uppercase(), word).unwrap();
+                assert_eq!(told((spec.get)(&picture, &settings), spec.kind), word, "{}", spec.name);
+            }
+            let before = (picture, settings);
+            for bad in ["", "maybe", "-1", "nan", "0x0", "1e999"] {
+                let (word, fault) = set(&mut picture, &mut settings, spec.name, bad).unwrap_err();
+                assert!(word == 2 && fault.message.contains(spec.name) && fault.help.is_some());
+            }
+            assert_eq!((picture, settings), before);
+        }
+        let (mut picture, mut settings) = (Picture::default(), Settings::default());
+        assert_eq!(set(&mut picture, &mut settings, "sizes", "1x1").unwrap_err().0, 1);
+    }
+}

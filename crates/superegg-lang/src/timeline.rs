@@ -1,0 +1,310 @@
+//! A session with its past: undo, redo, and the lines that made it.
+
+use superegg_scene::Scene;
+
+use crate::command::{Command, Request};
+use crate::diagnostic::Fault;
+use crate::parser::{Parsed, parse_line, shorten};
+use crate::session::{Effect, Session};
+
+/// The last so many steps keep what was before them, so that undoing them takes no time.
+const DENSE: usize = 1000;
+/// Of older ones each so manyth keeps it; the others are found by doing again what lies between.
+const SPARSE: usize = 64;
+
+/// A session, the changes that led to it, and those that were undone. Any number of changes can be undone and made again, loads
+/// included; memory grows by the text of a change, and by a few kilobytes for each of the last thousand.
+#[derive(Clone, Debug, Default)]
+pub struct Timeline {
+    now: Session,
+    past: Vec<Step>,
+    /// What was undone, the next to be made again last.
+    future: Vec<Undone>,
+    /// How many steps there have ever been.
+    step_count: u64,
+    /// The number of the last step that was on disk, 0 for none.
+    saved: u64,
+}
+
+/// What undo and redo bring back. Settings of the session are no part of it.
+#[derive(Clone, Debug)]
+struct Moment {
+    scene: Scene,
+    selected: Option<String>,
+}
+
+impl Moment {
+    fn of(session: &Session) -> Self {
+        Self { scene: session.scene.clone(), selected: session.selected.clone() }
+    }
+
+    fn bring_back(self, session: &mut Session) {
+        session.scene = self.scene;
+        session.selected = self.selected;
+    }
+}
+
+/// One change.
+#[derive(Clone, Debug)]
+struct Step {
+    /// Counted from 1.
+    number: u64,
+    /// What was typed.
+    label: String,
+    /// The lines that do it again.
+    lines: String,
+    /// Whether it begins with an empty scene.
+    starts_anew: bool,
+    /// Whether it changed nothing but the selection or a cursor.
+    is_selection: bool,
+    before: Option<Moment>,
+}
+
+#[derive(Clone, Debug)]
+struct Undone {
+    step: Step,
+    after: Moment,
+}
+
+impl Timeline {
+    /// The session as it is now.
+    pub fn session(&self) -> &Session {
+        &self.now
+    }
+
+    /// How many changes can be undone.
+    pub fn undo_count(&self) -> usize {
+        self.past.len()
+    }
+
+    /// How many undone changes can be made again.
+    pub fn redo_count(&self) -> usize {
+        self.future.len()
+    }
+
+    /// Reads and carries out one line, as [`Session::run_line`] does, and remembers what it changed. `undo` and `redo` are carried out here.
+    ///
+    /// # Errors
+    /// The line cannot be read or carried out; then nothing has changed.
+    pub fn run_line(&mut self, line: &str) -> Result<Effect, Fault> {
+        let Some(parsed) = parse_line(line)? else { return Ok(Effect::Done) };
+        match parsed.command {
+            Command::Ask(Request::Undo(count)) => self.undo(count, &parsed),
+            Command::Ask(Request::Redo(count)) => self.redo(count, &parsed),
+            _ => self.execute(&parsed, line),
+        }
+    }
+
+    fn execute(&mut self, parsed: &Parsed, line: &str) -> Result<Effect, Fault> {
+        let before = Moment::of(&self.now);
+        let entity_count = before.scene.entities().len();
+        let effect = self.now.execute(parsed)?;
+        if matches!(effect, Effect::Changed(_)) {
+            let is_same = self.now.scene.entities().len() == entity_count;
+            let selects = matches!(
+                parsed.command,
+                Command::Deselect | Command::Primitive(_) | Command::Object(_) | Command::SetCursor(_)
+            );
+            let line = line.trim();
+            let starts_anew = parsed.command == Command::Clear;
+            let lines = if starts_anew { "" } else { line };
+            self.push(before, line, lines, starts_anew, is_same && selects);
+        }
+        Ok(effect)
+    }
+
+    /// Goes on with another session, such as one that was loaded, as one change. `lines` are those that make it from an empty scene.
+    pub fn replace(&mut self, session: Session, label: &str, lines: &str) {
+        let before = Moment::of(&self.now);
+        self.now = session;
+        self.push(before, label, lines, true, false);
+    }
+
+    fn push(&mut self, before: Moment, label: &str, lines: &str, starts_anew: bool, is_selection: bool) {
+        self.future.clear();
+        self.step_count += 1;
+        self.past.push(Step {
+            number: self.step_count,
+            label: shorten(label),
+            lines: lines.to_owned(),
+            starts_anew,
+            is_selection,
+            before: Some(before),
+        });
+        if let Some(old) = self.past.len().checked_sub(DENSE + 1) {
+            // What follows a load stays: doing that again would take its whole time.
+            if old % SPARSE != 0 && !self.past[old - 1].starts_anew {
+                self.past[old].before = None;
+            }
+        }
+    }
+
+    fn undo(&mut self, count: u32, parsed: &Parsed) -> Result<Effect, Fault> {
+        if self.past.is_empty() {
+            return Err(nothing("undo", "every change of this session has been undone", parsed));
+        }
+        let count = self.past.len().min(count as usize);
+        for _ in 0..count {
+            let last = self.past.len() - 1;
+            self.fill(last);
+            let Some(mut step) = self.past.pop() else { break };
+            let Some(before) = step.before.take() else { break };
+            self.future.push(Undone { step, after: Moment::of(&self.now) });
+            before.bring_back(&mut self.now);
+        }
+        let label = self.future.last().map_or("", |undone| &undone.step.label);
+        Ok(Effect::Changed(Some(told("undone", count, label))))
+    }
+
+    fn redo(&mut self, count: u32, parsed: &Parsed) -> Result<Effect, Fault> {
+        if self.future.is_empty() {
+            return Err(nothing("redo", "nothing has been undone since the last change", parsed));
+        }
+        let count = self.future.len().min(count as usize);
+        for _ in 0..count {
+            let Some(Undone { mut step, after }) = self.future.pop() else { break };
+            step.before = Some(Moment::of(&self.now));
+            self.past.push(step);
+            after.bring_back(&mut self.now);
+        }
+        let label = self.past.last().map_or("", |step| &step.label);
+        Ok(Effect::Changed(Some(told("made again", count, label))))
+    }
+
+    /// Finds what was before a step that no longer keeps it, and before those since the nearest that does.
+    fn fill(&mut self, at: usize) {
+        let kept = (0..=at).rev().find(|&i| self.past[i].before.is_some()).unwrap_or(0);
+        let mut session = Session { settings: self.now.settings, ..Session::default() };
+        if let Some(before) = &self.past[kept].before {
+            before.clone().bring_back(&mut session);
+        }
+        for i in kept..at {
+            let step = &self.past[i];
+            if step.starts_anew {
+                session.clear();
+            }
+            for line in step.lines.lines() {
+                // It went well the first time, from the same state.
+                let done = session.run_line(line);
+                debug_assert!(done.is_ok(), "{line}: {done:?}");
+            }
+            self.past[i + 1].before = Some(Moment::of(&session));
+        }
+    }
+
+    /// The lines that made the scene, as they were typed or stood in the files loaded; what was undone is left out.
+    pub fn typed_lines(&self) -> String {
+        let first = self.past.iter().rposition(|step| step.starts_anew).unwrap_or(0);
+        let mut text = String::from("# superegg history\n");
+        for step in &self.past[first..] {
+            text.push_str(&step.lines);
+            if !step.lines.is_empty() && !step.lines.ends_with('\n') {
+                text.push('\n');
+            }
+        }
+        text
+    }
+
+    /// Remembers that the scene as it is now is on disk.
+    pub fn mark_saved(&mut self) {
+        self.saved = self.last_change();
+    }
+
+    /// Whether the scene has changes that are not on disk. A selection is no change; an empty scene has nothing to lose.
+    pub fn has_unsaved_changes(&self) -> bool {
+        self.last_change() != self.saved && self.now.scene != Scene::default()
+    }
+
+    fn last_change(&self) -> u64 {
+        self.past.iter().rev().find(|step| !step.is_selection).map_or(0, |step| step.number)
+    }
+}
+
+fn told(verb: &str, count: usize, label: &str) -> String {
+    if count == 1 { format!("{verb}: {label}") } else { format!("{verb}: {count} changes, the last of them: {label}") }
+}
+
+fn nothing(verb: &str, why: &str, parsed: &Parsed) -> Fault {
+    Fault::new("nothing-left", format!("there is nothing to {verb}"))
+        .help(why)
+        .at(parsed.columns[0].clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load_text;
+
+    fn run(timeline: &mut Timeline, line: &str) -> Effect {
+        timeline.run_line(line).unwrap_or_else(|fault| panic!("{line}: {fault:?}"))
+    }
+
+    #[test]
+    fn undo_and_redo_go_back_and_forth_over_a_load() {
+        let mut timeline = Timeline::default();
+        let mut moments = vec![timeline.session().clone()];
+        for line in ["prm a", "coeff 2 2 2", "obj o", "ap a"] {
+            run(&mut timeline, line);
+            moments.push(timeline.session().clone());
+        }
+        let lines = "prm z\nobj y\nap z\n";
+        timeline.replace(load_text("z.scn", lines).0, "load z.scn", lines);
+        moments.push(timeline.session().clone());
+        run(&mut timeline, "xs 1 2 3");
+        moments.push(timeline.session().clone());
+        assert_eq!(timeline.typed_lines(), format!("# superegg history\n{lines}xs 1 2 3\n"));
+        for expected in moments.iter().rev().skip(1) {
+            run(&mut timeline, "undo");
+            assert_eq!(timeline.session(), expected);
+        }
+        assert_eq!(timeline.run_line("undo").unwrap_err().code, "nothing-left");
+        for expected in moments.iter().skip(1) {
+            run(&mut timeline, "redo");
+            assert_eq!(timeline.session(), expected);
+        }
+        run(&mut timeline, "undo 1000");
+        assert_eq!(timeline.session(), &Session::default());
+        run(&mut timeline, "redo 3");
+        run(&mut timeline, "deselect");
+        assert_eq!((timeline.redo_count(), timeline.session().scene().entities().len()), (0, 2));
+    }
+
+    #[test]
+    fn old_steps_are_found_again_by_doing() {
+        let mut timeline = Timeline::default();
+        run(&mut timeline, "prm a");
+        run(&mut timeline, "obj o");
+        run(&mut timeline, "ap a");
+        for i in 0..3 * DENSE {
+            run(&mut timeline, &format!("xs {i} 0 0"));
+        }
+        let kept = timeline.past.iter().filter(|step| step.before.is_some()).count();
+        assert!(kept < DENSE + 2 * DENSE / SPARSE + 2, "{kept} moments are kept");
+        let steps = |timeline: &Timeline| timeline.session().scene().object("o").unwrap().cursor().unwrap().1.steps().len();
+        for left in (0..3 * DENSE).rev() {
+            run(&mut timeline, "undo");
+            assert_eq!(steps(&timeline), left);
+        }
+        run(&mut timeline, "redo 2500");
+        assert_eq!(steps(&timeline), 2500);
+    }
+
+    #[test]
+    fn what_is_saved_is_known_through_undo_and_redo() {
+        let mut timeline = Timeline::default();
+        run(&mut timeline, "set wireframe on");
+        assert!(!timeline.has_unsaved_changes());
+        run(&mut timeline, "prm a");
+        assert!(timeline.has_unsaved_changes());
+        timeline.mark_saved();
+        run(&mut timeline, "deselect");
+        assert!(!timeline.has_unsaved_changes());
+        run(&mut timeline, "prm b");
+        assert!(timeline.has_unsaved_changes());
+        run(&mut timeline, "undo");
+        assert!(!timeline.has_unsaved_changes());
+        run(&mut timeline, "undo 2");
+        run(&mut timeline, "redo 2");
+        assert!(!timeline.has_unsaved_changes());
+    }
+}
