@@ -32,7 +32,12 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
         Some((last, before)) if is_at_word => (before, last.text),
         _ => (&words[..], ""),
     };
-    let quote = usize::from(is_at_word && words.last().is_some_and(|word| line_at(line, word.columns.start) == '"' && !word.text.starts_with('"')));
+    let quote = usize::from(
+        is_at_word
+            && words
+                .last()
+                .is_some_and(|word| line_at(line, word.columns.start) == '"' && !word.text.starts_with('"')),
+    );
     let start = line.len() - partial.len() - quote;
     let Some((command, before)) = before.split_first() else {
         return Completion { start, candidates: commands(partial), file: None };
@@ -48,7 +53,9 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
             candidates.extend(fitting(names_of(session, of).into_iter(), partial));
         }
         Some(ArgKind::Choice(choices)) => candidates.extend(fitting(choices.iter().copied(), partial)),
-        Some(ArgKind::Value) => candidates.extend(values(before.last().map_or("", |word| word.text), partial)),
+        Some(ArgKind::Value) => {
+            candidates.extend(values(before.last().map_or("", |word| word.text), partial))
+        }
         Some(ArgKind::File) => file = Some(partial.to_owned()),
         Some(ArgKind::Number(_) | ArgKind::Size) | None => {}
     }
@@ -87,7 +94,8 @@ mod tests {
 
     fn session() -> Session {
         let mut session = Session::default();
-        for line in ["prm ball", "prm Box", "obj man", "ap ball head", "ap ball body", "obj other", "obj man"] {
+        for line in ["prm ball", "prm Box", "obj man", "ap ball head", "ap ball body", "obj other", "obj man"]
+        {
             session.run_line(line).unwrap();
         }
         session

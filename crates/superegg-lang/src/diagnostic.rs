@@ -62,7 +62,7 @@ pub struct Diagnostic {
     pub severity: Severity,
     /// A short fixed word for the kind.
     pub code: &'static str,
-    /// The file, as the user named it.
+    /// The file, as the user named it; empty for a line that was typed and is still to be seen.
     pub file: String,
     /// The line, from 1; `None` where the file as a whole is meant.
     pub line: Option<usize>,
@@ -124,18 +124,21 @@ impl Diagnostic {
     }
 }
 
-/// `file:line:column: error[code]: message`, the line with the place marked, and the help.
+/// `file:line:column: error[code]: message` (without the place where there is no file), the line with the place marked, and the help.
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let severity = match self.severity {
             Severity::Error => "error",
             Severity::Warning => "warning",
         };
-        write!(f, "{}:", self.file)?;
-        if let Some(line) = self.line {
-            write!(f, "{line}:{}:", self.column)?;
+        if !self.file.is_empty() {
+            write!(f, "{}:", self.file)?;
+            if let Some(line) = self.line {
+                write!(f, "{line}:{}:", self.column)?;
+            }
+            f.write_str(" ")?;
         }
-        write!(f, " {severity}[{}]: {}", self.code, self.message)?;
+        write!(f, "{severity}[{}]: {}", self.code, self.message)?;
         if !self.excerpt.is_empty() {
             let indent = " ".repeat(self.column - 1);
             write!(f, "\n    | {}\n    | {indent}{}", self.excerpt, "^".repeat(self.width))?;

@@ -6,7 +6,6 @@ use crate::session::did_you_mean;
 use crate::spec::{ArgKind, CommandSpec, Group, Needs};
 use crate::table::{COMMANDS, find_command};
 
-
 /// The list of commands by groups, or the text of each of those named.
 ///
 /// # Errors

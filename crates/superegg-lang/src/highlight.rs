@@ -72,11 +72,15 @@ fn paint_of(
     match arg.kind {
         ArgKind::Number(range) => match parse_number(text) {
             Ok(number) => right_or_wrong(range.contains(number)),
-            Err(_) => unless_typed(matches!(text, "-" | "+" | "." | "-." | "+.") || text.ends_with(['e', 'E', '-'])),
+            Err(_) => {
+                unless_typed(matches!(text, "-" | "+" | "." | "-." | "+.") || text.ends_with(['e', 'E', '-']))
+            }
         },
         ArgKind::Name(of) | ArgKind::Words(of) => {
             let is_there = is_name_of(session, of, text)
-                || (matches!(of, Of::Entity) && matches!(arg.kind, ArgKind::Words(_)) && is_word_of_info(text));
+                || (matches!(of, Of::Entity)
+                    && matches!(arg.kind, ArgKind::Words(_))
+                    && is_word_of_info(text));
             let may_be_new = match of {
                 Of::New => true,
                 Of::PrimitiveOrNew | Of::ObjectOrNew => session.scene().get(text).is_none(),

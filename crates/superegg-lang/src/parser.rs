@@ -5,9 +5,9 @@ use std::ops::Range;
 use crate::command::Command;
 use crate::diagnostic::Fault;
 use crate::number::parse_number;
-use crate::suggest::nearest;
 use crate::session::did_you_mean;
 use crate::spec::{ArgKind, Args, CommandSpec, Range as NumberRange, parse_size, size_form};
+use crate::suggest::nearest;
 use crate::table::{COMMANDS, find_command};
 
 /// A parsed line: the command, its row of the table, and where its words stand.
@@ -121,7 +121,8 @@ pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
         }
     }
     let command = (spec.build)(&args);
-    let columns = std::iter::once(first).chain(rest.iter().copied()).map(|word| word.columns.clone()).collect();
+    let columns =
+        std::iter::once(first).chain(rest.iter().copied()).map(|word| word.columns.clone()).collect();
     Ok(Some(Parsed { command, spec, columns }))
 }
 

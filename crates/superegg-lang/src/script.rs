@@ -13,8 +13,10 @@ pub enum Flow {
     Stop,
 }
 
-/// What carries out the effects of a script's lines. It may run another script into the same diagnostics. A fault becomes the line's.
-pub type Perform<'a> = dyn FnMut(&mut Session, Effect, &mut Vec<Diagnostic>) -> Result<Flow, Fault> + 'a;
+/// What carries out the effects of a script's lines, and is told each line that went well. It may run another script into the same
+/// diagnostics. A fault becomes the line's.
+pub type Perform<'a> =
+    dyn FnMut(&mut Session, &str, Effect, &mut Vec<Diagnostic>) -> Result<Flow, Fault> + 'a;
 
 /// Runs the lines of a file. Every fault is reported and changes nothing; the good lines count. A byte order mark, CRLF and a missing
 /// last newline are nothing.
@@ -32,7 +34,7 @@ pub fn run_script(
             Ok(line) => session.run_line(line),
             Err(error) => Err(not_text(line, error.valid_up_to())),
         };
-        match outcome.and_then(|effect| perform(session, effect, diagnostics)) {
+        match outcome.and_then(|effect| perform(session, &text, effect, diagnostics)) {
             Ok(Flow::Continue) => {}
             Ok(Flow::Stop) => return Flow::Stop,
             Err(fault) => diagnostics.push(Diagnostic::of_line(file, index + 1, &text, fault)),
@@ -41,7 +43,8 @@ pub fn run_script(
     Flow::Continue
 }
 
-fn not_text(line: &[u8], valid_up_to: usize) -> Fault {
+/// What is wrong with a line of bytes that is UTF-8 only so far.
+pub fn not_text(line: &[u8], valid_up_to: usize) -> Fault {
     let column = String::from_utf8_lossy(&line[..valid_up_to]).chars().count();
     Fault::new("not-text", "this is not UTF-8 text")
         .help("scene files are plain text; save it as UTF-8")
@@ -52,7 +55,7 @@ fn not_text(line: &[u8], valid_up_to: usize) -> Fault {
 pub fn load_text(file: &str, text: &str) -> (Session, Vec<Diagnostic>) {
     let mut session = Session::default();
     let mut diagnostics = Vec::new();
-    run_script(&mut session, file, text.as_bytes(), &mut diagnostics, &mut |_, effect, _| {
+    run_script(&mut session, file, text.as_bytes(), &mut diagnostics, &mut |_, _, effect, _| {
         Ok(if effect == Effect::Ask(Request::Stop) { Flow::Stop } else { Flow::Continue })
     });
     (session, diagnostics)

@@ -193,8 +193,18 @@ pub const SETTINGS: &[SettingSpec] = &[
     switch!("axes", axes, "in the viewer, the axes and the places of the lights"),
     switch!("ioTest", io_test, "in the viewer, the inside-outside test (key o)"),
     view_number!("ioStep", io_step, Range::Positive, "the spacing of the grid of the inside-outside test"),
-    view_number!("ioHalf", io_half, Range::NonNegative, "how far that grid goes from the origin along each axis"),
-    view_number!("ioJitter", io_jitter, Range::NonNegative, "in the viewer, how far its points are moved along each axis"),
+    view_number!(
+        "ioHalf",
+        io_half,
+        Range::NonNegative,
+        "how far that grid goes from the origin along each axis"
+    ),
+    view_number!(
+        "ioJitter",
+        io_jitter,
+        Range::NonNegative,
+        "in the viewer, how far its points are moved along each axis"
+    ),
     view_number!("ioRadius", io_radius, Range::Positive, "in the viewer, the radius of its marks"),
     switch!("intersectTest", intersect_test, "in the viewer, the intersection test (key i)"),
 ];
@@ -222,7 +232,8 @@ pub(crate) fn set(
     let spec = find_setting(name).ok_or_else(|| (1, unknown_setting(name)))?;
     let value = read(spec.kind, word).ok_or_else(|| {
         let message = format!("{} must be {}, not {}", spec.name, spec.kind.describe(), shorten(word));
-        let help = format!("for example: set {} {}", spec.name, told((spec.get)(picture, settings), spec.kind));
+        let help =
+            format!("for example: set {} {}", spec.name, told((spec.get)(picture, settings), spec.kind));
         (2, Fault::new("out-of-range", message).help(help))
     })?;
     (spec.set)(picture, settings, value);
@@ -233,7 +244,11 @@ pub(crate) fn set(
 ///
 /// # Errors
 /// A name that no setting has, with its place in `names`.
-pub(crate) fn tell(picture: &Picture, settings: &Settings, names: &[String]) -> Result<String, (usize, Fault)> {
+pub(crate) fn tell(
+    picture: &Picture,
+    settings: &Settings,
+    names: &[String],
+) -> Result<String, (usize, Fault)> {
     let found: Result<Vec<&SettingSpec>, _> = names
         .iter()
         .enumerate()
@@ -262,8 +277,11 @@ pub(crate) fn lines_of_scene(picture: &Picture) -> impl Iterator<Item = String> 
 
 fn unknown_setting(name: &str) -> Fault {
     let names = SETTINGS.iter().map(|spec| spec.name);
-    Fault::new("unknown-setting", format!("there is no setting '{}'", shorten(name)))
-        .help(did_you_mean(name, names, "'get' lists the settings"))
+    Fault::new("unknown-setting", format!("there is no setting '{}'", shorten(name))).help(did_you_mean(
+        name,
+        names,
+        "'get' lists the settings",
+    ))
 }
 
 fn read(kind: SettingKind, word: &str) -> Option<Value> {

@@ -224,6 +224,7 @@ impl CommandSpec {
             total += part.iter().filter(|arg| arg.kind != ArgKind::Size).count();
             counts.push(total);
         }
+        counts.dedup();
         counts
     }
 

@@ -138,7 +138,9 @@ pub const COMMANDS: &[CommandSpec] = &[
         summary: "clears the scene, then runs a file; a file with errors changes nothing, but load! takes what is good in it",
         default: "the quicksave",
         example: "source robot.scn",
-        build: |args| Command::Ask(Request::Source { file: args.optional_text(0), is_forced: args.is_forced() }),
+        build: |args| {
+            Command::Ask(Request::Source { file: args.optional_text(0), is_forced: args.is_forced() })
+        },
     },
     CommandSpec {
         name: "save",
@@ -540,7 +542,12 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[
-            &[name("NAME", Of::New), number("x", Range::Any), number("y", Range::Any), number("z", Range::Any)],
+            &[
+                name("NAME", Of::New),
+                number("x", Range::Any),
+                number("y", Range::Any),
+                number("z", Range::Any),
+            ],
             RADIANCE,
             &[number("k", Range::NonNegative)],
         ],

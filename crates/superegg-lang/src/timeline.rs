@@ -6,6 +6,7 @@ use crate::command::{Command, Request};
 use crate::diagnostic::Fault;
 use crate::parser::{Parsed, parse_line, shorten};
 use crate::session::{Effect, Session};
+use crate::settings::Settings;
 
 /// The last so many steps keep what was before them, so that undoing them takes no time.
 const DENSE: usize = 1000;
@@ -70,6 +71,11 @@ impl Timeline {
     /// The session as it is now.
     pub fn session(&self) -> &Session {
         &self.now
+    }
+
+    /// Changes the settings that do not belong to the scene.
+    pub fn set_settings(&mut self, settings: Settings) {
+        self.now.settings = settings;
     }
 
     /// How many changes can be undone.
@@ -221,13 +227,15 @@ impl Timeline {
 }
 
 fn told(verb: &str, count: usize, label: &str) -> String {
-    if count == 1 { format!("{verb}: {label}") } else { format!("{verb}: {count} changes, the last of them: {label}") }
+    if count == 1 {
+        format!("{verb}: {label}")
+    } else {
+        format!("{verb}: {count} changes, the last of them: {label}")
+    }
 }
 
 fn nothing(verb: &str, why: &str, parsed: &Parsed) -> Fault {
-    Fault::new("nothing-left", format!("there is nothing to {verb}"))
-        .help(why)
-        .at(parsed.columns[0].clone())
+    Fault::new("nothing-left", format!("there is nothing to {verb}")).help(why).at(parsed.columns[0].clone())
 }
 
 #[cfg(test)]
@@ -280,7 +288,9 @@ mod tests {
         }
         let kept = timeline.past.iter().filter(|step| step.before.is_some()).count();
         assert!(kept < DENSE + 2 * DENSE / SPARSE + 2, "{kept} moments are kept");
-        let steps = |timeline: &Timeline| timeline.session().scene().object("o").unwrap().cursor().unwrap().1.steps().len();
+        let steps = |timeline: &Timeline| {
+            timeline.session().scene().object("o").unwrap().cursor().unwrap().1.steps().len()
+        };
         for left in (0..3 * DENSE).rev() {
             run(&mut timeline, "undo");
             assert_eq!(steps(&timeline), left);

@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use superegg_lang::{
-    Arg, ArgKind, COMMANDS, CommandSpec, Effect, Needs, Of, Range, SETTINGS, Session, Settings, Timeline, complete,
-    format_number, highlight, hint, load_text, parse_line, write_session,
+    Arg, ArgKind, COMMANDS, CommandSpec, Effect, Needs, Of, Range, SETTINGS, Session, Settings, Timeline,
+    complete, format_number, highlight, hint, load_text, parse_line, write_session,
 };
 
 fn config(cases: u32) -> ProptestConfig {

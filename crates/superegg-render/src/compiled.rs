@@ -66,6 +66,18 @@ impl CompiledScene {
         &self.instance_count
     }
 
+    /// A box around everything, along the axes; `None` where there is nothing.
+    pub fn bounds(&self) -> Option<Aabb> {
+        let bounds = match self.root? {
+            Target::Primitive(at) => {
+                let radii = self.primitives[at as usize].shape.radii();
+                Aabb::around(superegg_geom::glam::DVec3::ZERO, radii)
+            }
+            Target::Group(at) => self.groups[at as usize].bvh.bounds(),
+        };
+        (!bounds.is_empty()).then_some(bounds)
+    }
+
     /// The name of an instance: the root's name and the aliases down to the primitive, joined by `/`.
     pub fn path_name(&self, path: &InstancePath) -> String {
         let mut name = self.root_name.clone();

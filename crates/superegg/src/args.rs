@@ -4,18 +4,22 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use superegg_lang::{ArgKind, Range, find_command, parse_number};
+use superegg_lang::{ArgKind, Range, find_command, parse_number, parse_size};
 use superegg_scene::{Encoding, Picture};
 
 /// A modeller and exact ray tracer for superquadrics.
 #[derive(Debug, Parser)]
 #[command(
     version,
+    args_conflicts_with_subcommands = true,
+    before_help = "Without a command: the modeller, a prompt to build scenes at; lines from standard input where that is no terminal.",
     after_help = "Exit codes: 0 fine; 1 errors in the input; 2 wrong usage, or a file that cannot be read or written."
 )]
 pub(crate) struct Args {
+    /// A scene to open the modeller with
+    pub(crate) scene: Option<PathBuf>,
     #[command(subcommand)]
-    pub(crate) command: Command,
+    pub(crate) command: Option<Command>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -30,7 +34,7 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Read a scene and report its errors and warnings
     Check(CheckArgs),
-    /// Run a file of commands as a session: help, info, source and save do what they say
+    /// Run a file of commands as a session, with all that they say and without asking questions
     Run(RunArgs),
 }
 
@@ -41,12 +45,12 @@ pub(crate) struct RenderArgs {
     /// The picture; the scene's name with .png in the current folder unless given, - for standard output
     #[arg(short, long, value_name = "OUT.png")]
     pub(crate) output: Option<PathBuf>,
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x960")]
-    pub(crate) size: Size,
-    /// Samples a pixel
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub(crate) samples: u32,
+    /// Width and height in pixels; what the scene sets, or 1280x960, unless given
+    #[arg(long, value_name = "WxH")]
+    pub(crate) size: Option<Size>,
+    /// Samples a pixel; what the scene sets, or 4, unless given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
+    pub(crate) samples: Option<u32>,
     #[command(flatten)]
     pub(crate) root: RootArgs,
     /// How deep objects are opened, 0 to 64, instead of what the scene says
@@ -55,9 +59,9 @@ pub(crate) struct RenderArgs {
     /// Threads to use; one for each core unless given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// How linear values become bytes
-    #[arg(long, value_enum, default_value_t = EncodingArg::Srgb)]
-    pub(crate) encoding: EncodingArg,
+    /// How linear values become bytes; what the scene sets, or srgb, unless given
+    #[arg(long, value_enum)]
+    pub(crate) encoding: Option<EncodingArg>,
     /// Write counts, seconds and memory as JSON to this file
     #[arg(long, value_name = "FILE.json")]
     pub(crate) stats: Option<PathBuf>,
@@ -131,7 +135,7 @@ pub(crate) struct CheckArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RunArgs {
-    /// The file of commands
+    /// The file of commands, - for standard input
     pub(crate) file: PathBuf,
 }
 
@@ -164,15 +168,7 @@ impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-        let (width, height): (u32, u32) = sides.ok_or("a size is WIDTHxHEIGHT, such as 1280x960")?;
-        if !Picture::is_size(width, height) {
-            return Err(format!(
-                "width and height must be 1 to {}, and {} pixels at most",
-                Picture::LONGEST_SIDE,
-                Picture::MOST_PIXELS
-            ));
-        }
+        let (width, height) = parse_size(text)?;
         Ok(Self { width, height })
     }
 }

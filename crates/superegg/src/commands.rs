@@ -4,6 +4,7 @@ pub(crate) mod check;
 pub(crate) mod info;
 pub(crate) mod intersect;
 pub(crate) mod iotest;
+pub(crate) mod model;
 pub(crate) mod render;
 pub(crate) mod run;
 
@@ -15,7 +16,7 @@ use superegg_render::CompiledScene;
 
 use crate::args::RootArgs;
 use crate::files;
-use crate::load::{Loaded, Mode, load};
+use crate::load::{Loaded, load};
 
 /// How a command ended, when it ended by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +36,7 @@ impl Outcome {
 /// A scene as the commands that only ask it take it, with its diagnostics told; the place of the answers is looked at first.
 fn load_compiled(scene: &Path, root: &RootArgs, output: Option<&Path>) -> Result<(Loaded, CompiledScene)> {
     files::check_writable_place(output, scene)?;
-    let loaded = load(scene, Mode::Scene)?;
+    let loaded = load(scene)?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(root.object.as_deref())?;
     let described = loaded.session.scene();
@@ -67,8 +68,13 @@ fn io_error(error: csv::Error) -> io::Error {
     }
 }
 
+/// Threads to render with where nobody says.
+pub(crate) fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// "1 error", "2 errors".
-fn counted(count: impl std::fmt::Display, noun: &str) -> String {
+pub(crate) fn counted(count: impl std::fmt::Display, noun: &str) -> String {
     let count = count.to_string();
     let plural = if count == "1" { "" } else { "s" };
     format!("{count} {noun}{plural}")

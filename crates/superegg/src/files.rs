@@ -22,11 +22,49 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
 }
 
 fn read_file(path: &Path) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    if file.metadata()?.is_dir() {
+    let mut file = File::open(path)?;
+    let before = file.metadata()?;
+    if before.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
     }
-    read_limited(file)
+    let bytes = read_limited(&mut file)?;
+    // A file of no length may be one that the system makes as it is read.
+    let is_changed = before.is_file()
+        && before.len() > 0
+        && (bytes.len() as u64 != before.len() || file.metadata()?.modified().ok() != before.modified().ok());
+    if is_changed {
+        return Err(io::Error::other("it changed while it was read; try again"));
+    }
+    Ok(bytes)
+}
+
+/// Whether a file can be read and begins with these bytes.
+pub(crate) fn begins_with(path: &Path, mark: &[u8]) -> bool {
+    let mut first = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(mark.len() as u64).read_to_end(&mut first));
+    read.is_ok() && first == mark
+}
+
+/// Refuses what would make a session wait, or read for ever: it takes plain files only.
+pub(crate) fn check_plain(path: &Path) -> Result<()> {
+    let metadata = path.metadata().with_context(|| format!("cannot read '{}'", path.display()))?;
+    if !metadata.is_file() && !metadata.is_dir() {
+        bail!("cannot read '{}': it is a device or a pipe, not a file", path.display());
+    }
+    Ok(())
+}
+
+/// Refuses what would make a session wait for a reader.
+pub(crate) fn check_no_pipe(path: &Path) -> Result<()> {
+    #[cfg(unix)]
+    if let Ok(metadata) = path.metadata() {
+        use std::os::unix::fs::FileTypeExt;
+        let kind = metadata.file_type();
+        if kind.is_fifo() || kind.is_socket() || kind.is_block_device() {
+            bail!("cannot write '{}': it is a pipe, a socket or a disk", path.display());
+        }
+    }
+    Ok(())
 }
 
 fn read_limited(source: impl Read) -> io::Result<Vec<u8>> {

@@ -1,41 +1,38 @@
 //! Scene files, and the files that they source.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Result, bail};
-use superegg_lang::{Diagnostic, Effect, Fault, Flow, Session, Severity, nearest, run_script, write_session};
+use superegg_lang::{
+    Diagnostic, Effect, Fault, Flow, Request, Session, Settings, Severity, nearest, run_script,
+};
 
 use crate::files;
+use crate::folders::Folders;
 use crate::say;
 
-/// Where `source` and `save` go without a file.
-const QUICKSAVE: &str = "data/quicksave.scn";
 /// Files may source files so deep.
 const MOST_NESTED: usize = 16;
 /// One file may have so many files sourced in all.
 const MOST_SOURCED: usize = 1000;
 
-/// What the commands of a file may do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Mode {
-    /// Describe a scene, sourcing other files; nothing is written or printed.
-    Scene,
-    /// All that they say.
-    Session,
-}
-
 /// A scene as read, with what was found wrong.
 pub(crate) struct Loaded {
     pub(crate) session: Session,
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// How many of them a session has told while it ran.
-    told: usize,
+    /// The lines that made the scene, those of sourced files in their places.
+    pub(crate) lines: String,
+    /// What the lines of the file asked to be shown.
+    pub(crate) prints: Vec<String>,
+    /// Whether it was broken off.
+    pub(crate) is_interrupted: bool,
 }
 
 impl Loaded {
-    /// Prints what was found and not yet told, to standard error.
+    /// Prints what was found, to standard error.
     pub(crate) fn print_diagnostics(&self) {
-        self.diagnostics[self.told..].iter().for_each(say::complain);
+        self.diagnostics.iter().for_each(say::complain);
     }
 
     pub(crate) fn error_count(&self) -> usize {
@@ -70,14 +67,32 @@ impl Loaded {
     }
 }
 
-/// Reads a file of commands. Errors in it are in the answer; a file that cannot be read is an error.
-pub(crate) fn load(path: &Path, mode: Mode) -> Result<Loaded> {
+/// Reads a scene file. Errors in it are in the answer; a file that cannot be read is an error.
+pub(crate) fn load(path: &Path) -> Result<Loaded> {
+    load_into(path, Settings::default(), &AtomicBool::new(false))
+}
+
+/// The same into a session with these settings, broken off when `interrupt` turns true.
+pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool) -> Result<Loaded> {
     let bytes = files::read(path)?;
-    let mut loaded = Loaded { session: Session::default(), diagnostics: Vec::new(), told: 0 };
-    let mut loader = Loader { mode, open: vec![identity(path)], sourced: 0, told: 0 };
-    loader.run(&mut loaded.session, path, &bytes, &mut loaded.diagnostics);
-    loaded.told = loader.told;
-    Ok(loaded)
+    if let Some(at) = bytes.iter().position(|&byte| byte == 0) {
+        let line = 1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count();
+        bail!("'{}' is not a scene: line {line} has a zero byte, which no text has", path.display());
+    }
+    let mut session = Session::default();
+    session.settings = settings;
+    let mut loader = Loader {
+        open: vec![identity(path)],
+        sourced: 0,
+        lines: String::new(),
+        prints: Vec::new(),
+        interrupt,
+        is_interrupted: false,
+    };
+    let mut diagnostics = Vec::new();
+    loader.run(&mut session, path, &bytes, &mut diagnostics);
+    let Loader { lines, prints, is_interrupted, .. } = loader;
+    Ok(Loaded { session, diagnostics, lines, prints, is_interrupted })
 }
 
 /// The same for every way of writing a file's name.
@@ -85,17 +100,18 @@ fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
-struct Loader {
-    mode: Mode,
+struct Loader<'a> {
     /// The files that are being read, outermost first.
     open: Vec<PathBuf>,
     /// How many files have been sourced.
     sourced: usize,
-    /// How many diagnostics have been told.
-    told: usize,
+    lines: String,
+    prints: Vec<String>,
+    interrupt: &'a AtomicBool,
+    is_interrupted: bool,
 }
 
-impl Loader {
+impl Loader<'_> {
     fn run(
         &mut self,
         session: &mut Session,
@@ -105,46 +121,43 @@ impl Loader {
     ) -> Flow {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let name = path.display().to_string();
-        run_script(session, &name, bytes, diagnostics, &mut |session, effect, diagnostics| {
-            self.perform(session, effect, &folder, diagnostics)
+        run_script(session, &name, bytes, diagnostics, &mut |session, line, effect, diagnostics| {
+            if self.interrupt.load(Ordering::Relaxed) {
+                self.is_interrupted = true;
+                return Ok(Flow::Stop);
+            }
+            self.perform(session, line.trim(), effect, &folder, diagnostics)
         })
     }
 
     fn perform(
         &mut self,
         session: &mut Session,
+        line: &str,
         effect: Effect,
         folder: &Path,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Result<Flow, Fault> {
         match effect {
             Effect::Done => Ok(Flow::Continue),
-            Effect::Stop => Ok(Flow::Stop),
-            Effect::Source(file) => {
-                self.source(session, file.as_deref().unwrap_or(QUICKSAVE), folder, diagnostics)
+            Effect::Changed(_) => {
+                self.lines.push_str(line);
+                self.lines.push('\n');
+                Ok(Flow::Continue)
             }
             Effect::Print(text) => {
-                if self.mode == Mode::Session {
-                    // What was wrong before comes before.
-                    diagnostics[self.told..].iter().for_each(say::complain);
-                    self.told = diagnostics.len();
-                    say::out(text).map_err(|error| Fault::new("unwritable", format!("{error:#}")))?;
-                }
+                self.prints.push(text);
                 Ok(Flow::Continue)
             }
-            Effect::Save(file) if self.mode == Mode::Session => {
-                save(session, Path::new(file.as_deref().unwrap_or(QUICKSAVE)))?;
-                Ok(Flow::Continue)
+            Effect::Ask(Request::Stop) => Ok(Flow::Stop),
+            Effect::Ask(Request::Source { file, .. }) => {
+                self.source(session, file.as_deref(), folder, diagnostics)
             }
-            Effect::Save(_) => {
-                Err(Fault::new("not-here", "save is not carried out when a scene is only read")
-                    .help("'superegg run FILE' runs a file with all that it says")
-                    .warning())
-            }
-            Effect::Interact => {
-                Err(Fault::new("not-here", "there is no viewer here to hand the keyboard to")
-                    .help("leave the line out")
-                    .warning())
+            Effect::Ask(_) => {
+                let command = line.split_whitespace().next().unwrap_or_default();
+                let message = format!("{command} is not carried out when a scene is only read");
+                let fault = Fault::new("not-here", message);
+                Err(fault.help("'superegg run FILE' runs a file with all that it says").warning())
             }
         }
     }
@@ -153,17 +166,19 @@ impl Loader {
     fn source(
         &mut self,
         session: &mut Session,
-        file: &str,
+        file: Option<&str>,
         folder: &Path,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Result<Flow, Fault> {
+        let folders = Folders::of_user();
+        let typed = file.map_or_else(|| folders.quicksave_to_load(), |file| folders.expand(file));
         // Not the bare name: '-' is a file here, not standard input.
-        let candidates = [Path::new(".").join(file), folder.join(file)];
+        let candidates = [Path::new(".").join(&typed), folder.join(&typed)];
         let path = candidates.iter().find(|path| path.exists()).unwrap_or(&candidates[0]);
         self.sourced += 1;
         let is_too_much = self.open.len() >= MOST_NESTED || self.sourced > MOST_SOURCED;
         if self.open.contains(&identity(path)) || is_too_much {
-            let message = format!("'{file}' would be read within itself, too deep or too often");
+            let message = format!("'{}' would be read within itself, too deep or too often", typed.display());
             let fault = Fault::new("source-circle", message);
             return Err(fault.help("a file cannot source itself, directly or through others"));
         }
@@ -172,20 +187,10 @@ impl Loader {
                 .help("the name is looked for in the working folder, then beside this file")
         })?;
         session.clear();
+        self.lines.clear();
         self.open.push(identity(path));
         let flow = self.run(session, path, &bytes, diagnostics);
         self.open.pop();
         Ok(flow)
     }
-}
-
-fn save(session: &Session, path: &Path) -> Result<(), Fault> {
-    let is_quicksave = path == Path::new(QUICKSAVE);
-    let made = if is_quicksave { std::fs::create_dir_all("data").map_err(Into::into) } else { Ok(()) };
-    made.and_then(|()| files::write(path, write_session(session).as_bytes())).map_err(
-        |error: anyhow::Error| {
-            Fault::new("unwritable", format!("{error:#}"))
-                .help("name a file in a folder that can be written to")
-        },
-    )
 }

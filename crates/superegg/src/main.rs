@@ -4,8 +4,11 @@ mod args;
 mod commands;
 mod csv_input;
 mod files;
+mod folders;
 mod load;
 mod memory;
+mod modeller;
+mod prompt;
 mod say;
 
 use std::process::ExitCode;
@@ -19,14 +22,19 @@ use crate::commands::Outcome;
 const EXIT_USAGE: u8 = 2;
 
 fn main() -> ExitCode {
-    let outcome = match Args::parse().command {
+    let args = Args::parse();
+    let Some(command) = args.command else { return finish(commands::model::run(args.scene.as_deref())) };
+    finish(match command {
         Command::Render(args) => commands::render::run(&args),
         Command::Intersect(args) => commands::intersect::run(&args),
         Command::Iotest(args) => commands::iotest::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Check(args) => commands::check::run(&args),
         Command::Run(args) => commands::run::run(&args),
-    };
+    })
+}
+
+fn finish(outcome: anyhow::Result<Outcome>) -> ExitCode {
     match outcome {
         Ok(Outcome::Fine) => ExitCode::SUCCESS,
         Ok(Outcome::ErrorsInInput) => ExitCode::from(1),

@@ -6,11 +6,11 @@ use superegg_render::CompiledScene;
 
 use crate::args::CheckArgs;
 use crate::commands::{Outcome, counted};
-use crate::load::{Mode, load};
+use crate::load::load;
 use crate::say;
 
 pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
-    let mut loaded = load(&args.scene, Mode::Scene)?;
+    let mut loaded = load(&args.scene)?;
     loaded.diagnostics.extend(lint(&loaded.session, &args.scene.display().to_string()));
     loaded.print_diagnostics();
 

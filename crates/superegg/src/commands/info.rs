@@ -4,11 +4,11 @@ use anyhow::{Result, bail};
 
 use crate::args::InfoArgs;
 use crate::commands::Outcome;
-use crate::load::{Mode, load};
+use crate::load::load;
 use crate::say;
 
 pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
-    let loaded = load(&args.scene, Mode::Scene)?;
+    let loaded = load(&args.scene)?;
     loaded.print_diagnostics();
     match loaded.session.describe(&args.names) {
         Ok(text) => say::out(text)?,

@@ -5,11 +5,11 @@ use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_lang::format_number;
 use superegg_render::{CompiledScene, Hit, View};
+use superegg_scene::Camera;
 
 use crate::args::IntersectArgs;
 use crate::commands::{Outcome, load_compiled, write_csv};
 use crate::csv_input::{RowFault, fields, read_rows};
-use crate::load::Loaded;
 use crate::say;
 
 const RAY_COLUMNS: [&str; 6] = ["ox", "oy", "oz", "dx", "dy", "dz"];
@@ -18,7 +18,7 @@ const ANSWER_COLUMNS: [&str; 10] = ["hit", "t", "px", "py", "pz", "nx", "ny", "n
 pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
     let (loaded, compiled) = load_compiled(&args.scene, &args.root, args.output.as_deref())?;
     let Some(path) = &args.rays else {
-        say::out(tell_camera_ray(&compiled, &loaded, args.fast))?;
+        say::out(tell_camera_ray(&compiled, &loaded.session.scene().camera, args.fast))?;
         return Ok(Outcome::of(&loaded));
     };
     match read_rows(path, RAY_COLUMNS, ray_of_row)? {
@@ -64,19 +64,17 @@ fn answer(scene: &CompiledScene, ray: &Ray, fast: bool) -> Vec<String> {
     columns
 }
 
-/// The ray of the course's intersection test: from the camera along the direction it looks in, with a unit direction.
-fn tell_camera_ray(scene: &CompiledScene, loaded: &Loaded, fast: bool) -> String {
-    let middle = View::new(&loaded.session.scene().camera, 2, 2).ray(DVec2::ONE);
+/// The ray of the course's intersection test, in words: from the camera along the direction it looks in, with a unit direction.
+pub(crate) fn tell_camera_ray(scene: &CompiledScene, camera: &Camera, fast: bool) -> String {
+    let middle = View::new(camera, 2, 2).ray(DVec2::ONE);
     let ray = Ray::new(middle.origin, middle.direction.normalize());
-    let told = |v: DVec3| fields(&v.to_array()).collect::<Vec<_>>().join(" ");
     let from = format!("the ray from the camera at {} along {}", told(ray.origin), told(ray.direction));
-    match intersect(scene, &ray, fast) {
-        None => format!("{from}\nmeets nothing"),
-        Some(hit) => format!("{from}\n{}", tell_hit(scene, &hit, &told)),
-    }
+    format!("{from}\n{}", tell_hit(scene, intersect(scene, &ray, fast).as_ref()))
 }
 
-fn tell_hit(scene: &CompiledScene, hit: &Hit, told: &dyn Fn(DVec3) -> String) -> String {
+/// Where a ray first meets a surface, in words.
+pub(crate) fn tell_hit(scene: &CompiledScene, hit: Option<&Hit>) -> String {
+    let Some(hit) = hit else { return "meets nothing".to_owned() };
     let surface = scene.interaction(hit);
     let verb = if hit.leaving { "leaves" } else { "meets" };
     format!(
@@ -86,4 +84,8 @@ fn tell_hit(scene: &CompiledScene, hit: &Hit, told: &dyn Fn(DVec3) -> String) ->
         told(surface.position),
         told(surface.normal)
     )
+}
+
+fn told(v: DVec3) -> String {
+    fields(&v.to_array()).collect::<Vec<_>>().join(" ")
 }

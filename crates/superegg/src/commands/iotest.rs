@@ -49,24 +49,24 @@ fn answer(scene: &CompiledScene, point: DVec3) -> Vec<String> {
 
 /// The grid of the course text: (S i, S j, S k) with |i|, |j|, |k| <= H / S.
 #[derive(Clone, Copy, Debug)]
-struct Grid {
+pub(crate) struct Grid {
     step: f64,
     most: i32,
 }
 
 impl Grid {
-    fn new(step: f64, half: f64) -> Result<Self> {
+    pub(crate) fn new(step: f64, half: f64) -> Result<Self> {
         // A quotient that falls short of a whole number by rounding counts as that number: 0.3 / 0.1.
         let most = (half / step * (1.0 + 4.0 * f64::EPSILON)).floor();
         if 2.0 * most + 1.0 > MOST_ALONG_AXIS || !most.is_finite() {
             bail!(
-                "a grid with --step {step} and --half {half} has more than {MOST_ALONG_AXIS} points along each axis; take a larger step"
+                "a grid with step {step} as far as {half} has more than {MOST_ALONG_AXIS} points along each axis; take a larger step"
             );
         }
         Ok(Self { step, most: most as i32 })
     }
 
-    fn points(self) -> impl Iterator<Item = DVec3> {
+    pub(crate) fn points(self) -> impl Iterator<Item = DVec3> {
         let range = move || (-self.most..=self.most).map(move |i| self.step * f64::from(i));
         range().flat_map(move |x| range().flat_map(move |y| range().map(move |z| DVec3::new(x, y, z))))
     }

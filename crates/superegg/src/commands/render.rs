@@ -8,12 +8,12 @@ use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use superegg_render::{CompiledScene, RayCounts, RenderBudget, RenderSettings, Rendered, render};
-use superegg_scene::Scene;
+use superegg_scene::{Picture, Scene};
 
 use crate::args::RenderArgs;
-use crate::commands::{Outcome, counted};
+use crate::commands::{Outcome, available_threads, counted};
 use crate::files;
-use crate::load::{Mode, load};
+use crate::load::load;
 use crate::memory::peak_rss_bytes;
 use crate::say;
 
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         files::check_writable_place(place, &args.scene)?;
     }
     let mut clock = Clock::start();
-    let loaded = load(&args.scene, Mode::Scene)?;
+    let loaded = load(&args.scene)?;
     let parse = clock.lap();
     loaded.print_diagnostics();
 
@@ -38,9 +38,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     }
 
     let threads = args.threads.map_or_else(available_threads, usize::from);
-    let rendered = draw(scene, &compiled, args, threads)?;
+    let picture = picture_of(args, scene.picture);
+    let rendered = draw(scene, &compiled, picture, args.quiet, threads)?;
     let render = clock.lap();
-    files::write(&output, &rendered.film.to_png(args.encoding.into())?)?;
+    files::write(&output, &rendered.film.to_png(picture.encoding)?)?;
     let write = clock.lap();
 
     let stats = Stats {
@@ -48,9 +49,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         objects: scene.objects().count(),
         groups: compiled.group_count(),
         instances: compiled.instance_count().to_string(),
-        width: args.size.width,
-        height: args.size.height,
-        samples: args.samples,
+        width: picture.width,
+        height: picture.height,
+        samples: picture.samples,
         threads,
         rays: rendered.rays.into(),
         seconds: Seconds { parse, compile, render, write },
@@ -73,6 +74,17 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     Ok(Outcome::of(&loaded))
 }
 
+/// The picture as the scene has it, but for what the arguments say.
+fn picture_of(args: &RenderArgs, scene: Picture) -> Picture {
+    let (width, height) = args.size.map_or((scene.width, scene.height), |size| (size.width, size.height));
+    Picture {
+        width,
+        height,
+        samples: args.samples.unwrap_or(scene.samples),
+        encoding: args.encoding.map_or(scene.encoding, Into::into),
+    }
+}
+
 /// The scene's name with .png, in the current folder.
 fn default_output(scene: &Path) -> PathBuf {
     let stem = scene.file_stem().filter(|_| !files::is_standard_stream(scene));
@@ -81,20 +93,22 @@ fn default_output(scene: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-fn available_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-fn draw(scene: &Scene, compiled: &CompiledScene, args: &RenderArgs, threads: usize) -> Result<Rendered> {
+fn draw(
+    scene: &Scene,
+    compiled: &CompiledScene,
+    picture: Picture,
+    quiet: bool,
+    threads: usize,
+) -> Result<Rendered> {
     let settings = RenderSettings {
-        width: args.size.width,
-        height: args.size.height,
-        samples: args.samples,
+        width: picture.width,
+        height: picture.height,
+        samples: picture.samples,
         camera: scene.camera,
         lights: scene.lights(),
         background: scene.background,
     };
-    let bar = progress_bar(u64::from(settings.width) * u64::from(settings.height), args.quiet);
+    let bar = progress_bar(u64::from(settings.width) * u64::from(settings.height), quiet);
     let budget = RenderBudget {
         threads,
         cancel: &AtomicBool::new(false),

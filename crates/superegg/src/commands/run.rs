@@ -1,13 +1,23 @@
 //! `superegg run`: a file of commands as a session.
 
-use anyhow::Result;
+use std::io::{BufRead, BufReader};
+
+use anyhow::{Context, Result, bail};
 
 use crate::args::RunArgs;
 use crate::commands::Outcome;
-use crate::load::{Mode, load};
+use crate::commands::model::run_lines;
+use crate::files;
 
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome> {
-    let loaded = load(&args.file, Mode::Session)?;
-    loaded.print_diagnostics();
-    Ok(Outcome::of(&loaded))
+    if files::is_standard_stream(&args.file) {
+        return run_lines(&mut std::io::stdin().lock(), "-", None, false);
+    }
+    let cannot = || format!("cannot read '{}'", args.file.display());
+    if args.file.is_dir() {
+        bail!("{}: it is a folder", cannot());
+    }
+    let file = std::fs::File::open(&args.file).with_context(cannot)?;
+    let lines: &mut dyn BufRead = &mut BufReader::new(file);
+    run_lines(lines, &args.file.display().to_string(), None, false)
 }

@@ -1,0 +1,82 @@
+//! `superegg` and `superegg SCENE`: the modeller at a prompt, or on the lines of a pipe.
+
+use std::io::{self, BufRead, IsTerminal, Read};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::{Context, Result};
+use superegg_lang::Fault;
+
+use crate::commands::Outcome;
+use crate::modeller::{Announcement, Input, LONGEST_LINE, Modeller, Reply};
+use crate::{prompt, say};
+
+pub(crate) fn run(scene: Option<&Path>) -> Result<Outcome> {
+    let scene =
+        scene.map(|scene| scene.to_str().context("the name of the scene is not UTF-8")).transpose()?;
+    if io::stdin().is_terminal() && io::stdout().is_terminal() {
+        return prompt::run(scene);
+    }
+    run_lines(&mut io::stdin().lock(), "<stdin>", scene, true)
+}
+
+/// Takes lines until there are no more.
+pub(crate) fn run_lines(
+    input: &mut dyn BufRead,
+    name: &str,
+    scene: Option<&str>,
+    is_journaled: bool,
+) -> Result<Outcome> {
+    let announce = Arc::new(|announcement| match announcement {
+        Announcement::Progress(_) => {}
+        Announcement::Done(line) => {
+            // A reader that went away is noticed at the next line of the session.
+            let _ = say::out(line);
+        }
+        Announcement::Failed(line) => say::complain(format_args!("superegg: {line}")),
+    });
+    let interrupt = Arc::new(AtomicBool::new(false));
+    let mut modeller = Modeller::new(Input::Lines(name.to_owned()), is_journaled, announce, interrupt);
+    let mut reply = scene.map_or(Reply::Continue, |scene| modeller.open(scene));
+    let mut is_first = true;
+    while reply == Reply::Continue {
+        let Some(line) = read_line(input).with_context(|| format!("cannot read '{name}'"))? else { break };
+        reply = take(&mut modeller, &line, is_first);
+        is_first = false;
+    }
+    Ok(if modeller.leave()? { Outcome::ErrorsInInput } else { Outcome::Fine })
+}
+
+/// A line of bytes, which may be no line at all.
+fn take(modeller: &mut Modeller, line: &[u8], is_first: bool) -> Reply {
+    let line = if is_first { line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line) } else { line };
+    if line.len() > LONGEST_LINE {
+        let fault = Fault::new("too-long", format!("a line has {LONGEST_LINE} bytes at most"));
+        modeller.refuse("", fault.help("is it a text at all?").at(0..1));
+        return Reply::Continue;
+    }
+    match std::str::from_utf8(line) {
+        Ok(line) => modeller.enter(line),
+        Err(error) => {
+            let fault = superegg_lang::not_text(line, error.valid_up_to());
+            modeller.refuse(&String::from_utf8_lossy(line), fault);
+            Reply::Continue
+        }
+    }
+}
+
+/// The next line without its end. Of one that is too long only the beginning is kept.
+fn read_line(input: &mut dyn BufRead) -> io::Result<Option<Vec<u8>>> {
+    let mut line = Vec::new();
+    let most = LONGEST_LINE as u64 + 1;
+    if (&mut *input).take(most).read_until(b'\n', &mut line)? == 0 {
+        return Ok(None);
+    }
+    if line.last() == Some(&b'\n') {
+        line.pop();
+    } else if line.len() as u64 == most {
+        input.skip_until(b'\n')?;
+    }
+    Ok(Some(line))
+}

@@ -1,0 +1,285 @@
+//! The modeller: a session with the world around it. It takes lines, from a prompt, a pipe or a file, and does all that they say.
+
+mod journal;
+mod known_files;
+mod preview;
+mod renders;
+mod requests;
+mod tree;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Result;
+use superegg_lang::{Diagnostic, Effect, Fault, Request, Session, Severity, Timeline, parse_line};
+
+use crate::folders::Folders;
+use crate::modeller::journal::{Journal, LeftBehind, Record, left_behind};
+use crate::modeller::known_files::KnownFiles;
+use crate::modeller::renders::Renders;
+pub(crate) use crate::modeller::renders::{Announce, Announcement};
+use crate::say;
+
+/// No line is longer, in bytes.
+pub(crate) const LONGEST_LINE: usize = 1 << 20;
+
+/// Where the lines come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Input {
+    /// A person at a terminal, who sees what was typed and can be asked.
+    Person,
+    /// A pipe or file of this name, which cannot.
+    Lines(String),
+}
+
+/// Whether to go on after a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Reply {
+    /// With the next line.
+    Continue,
+    /// With the answer to this question, yes or no.
+    Ask(String),
+    /// No further.
+    Leave,
+}
+
+/// A session with its past, its files, its pictures and its journal.
+pub(crate) struct Modeller {
+    timeline: Timeline,
+    input: Input,
+    folders: Folders,
+    /// The lines entered, those that failed too.
+    typed: Vec<String>,
+    /// The scene file last loaded or saved.
+    scene_file: Option<PathBuf>,
+    known: KnownFiles,
+    journal: Journal,
+    renders: Renders,
+    /// Turns true when the person breaks off what runs.
+    interrupt: Arc<AtomicBool>,
+    /// What waits for the answer to a question.
+    pending: Option<(Request, String)>,
+    has_errors: bool,
+    /// Standard output can no longer be written.
+    broken: Option<anyhow::Error>,
+}
+
+impl Modeller {
+    /// An empty scene. A journal is kept where `is_journaled`.
+    pub(crate) fn new(
+        input: Input,
+        is_journaled: bool,
+        announce: Announce,
+        interrupt: Arc<AtomicBool>,
+    ) -> Self {
+        let folders = Folders::of_user();
+        let journals = folders.state.as_ref().filter(|_| is_journaled).map(|state| state.join("journals"));
+        Self {
+            timeline: Timeline::default(),
+            input,
+            typed: Vec::new(),
+            scene_file: None,
+            known: KnownFiles::default(),
+            journal: Journal::new(journals),
+            renders: Renders::new(announce),
+            folders,
+            interrupt,
+            pending: None,
+            has_errors: false,
+            broken: None,
+        }
+    }
+
+    pub(crate) fn session(&self) -> &Session {
+        self.timeline.session()
+    }
+
+    pub(crate) fn folders(&self) -> &Folders {
+        &self.folders
+    }
+
+    pub(crate) fn has_person(&self) -> bool {
+        self.input == Input::Person
+    }
+
+    /// The name of what is selected and the alias at its cursor, for a prompt.
+    pub(crate) fn place(&self) -> (Option<&str>, Option<&str>) {
+        let session = self.session();
+        let selected = session.selected();
+        let object = selected.and_then(|name| session.scene().object(name).ok());
+        (selected, object.and_then(|object| object.cursor()).map(|(alias, _)| alias))
+    }
+
+    /// Opens a scene as if its name had been loaded.
+    pub(crate) fn open(&mut self, file: &str) -> Reply {
+        let request = Request::Source { file: Some(file.to_owned()), is_forced: false };
+        if let Err(fault) = self.carry_out(&request, &format!("load {file}")) {
+            self.complain(&Diagnostic::of_line("", 1, "", fault));
+        }
+        self.reply()
+    }
+
+    /// Takes one line, and tells all that is to be told about it.
+    pub(crate) fn enter(&mut self, line: &str) -> Reply {
+        self.typed.push(line.to_owned());
+        self.interrupt.store(false, Ordering::Relaxed);
+        if let Err(fault) = self.try_enter(line) {
+            self.tell_fault(line, fault);
+        }
+        self.reply()
+    }
+
+    /// A line that is none: too long, or no text.
+    pub(crate) fn refuse(&mut self, line: &str, fault: Fault) {
+        self.typed.push(line.to_owned());
+        self.tell_fault(line, fault);
+    }
+
+    /// Takes the answer to the question that was asked.
+    pub(crate) fn answer(&mut self, yes: bool) -> Reply {
+        if let Some((request, line)) = self.pending.take().filter(|_| yes) {
+            if let Err(fault) = self.carry_out(&request, &line) {
+                self.tell_fault(&line, fault);
+            }
+        }
+        self.reply()
+    }
+
+    fn reply(&mut self) -> Reply {
+        match &self.pending {
+            _ if self.broken.is_some() => Reply::Leave,
+            Some((Request::Stop, _)) => Reply::Leave,
+            Some(_) => Reply::Ask("the scene has changes that are not saved; replace it even so?".to_owned()),
+            None => Reply::Continue,
+        }
+    }
+
+    fn try_enter(&mut self, line: &str) -> Result<(), Fault> {
+        match self.timeline.run_line(line)? {
+            Effect::Done => {}
+            Effect::Changed(told) => {
+                self.write_down(Record::Line(line));
+                if let Some(told) = told {
+                    self.print(&told);
+                }
+            }
+            Effect::Print(text) => self.print(&text),
+            Effect::Ask(request) => {
+                let is_asked = self.has_person()
+                    && matches!(request, Request::Source { is_forced: false, .. } | Request::Recover(_))
+                    && !matches!(request, Request::Recover(what) if what != superegg_lang::Recovery::Restore)
+                    && self.timeline.has_unsaved_changes();
+                if is_asked || request == Request::Stop {
+                    self.pending = Some((request, line.to_owned()));
+                } else {
+                    self.carry_out(&request, line).map_err(|fault| place_at_argument(fault, line))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn write_down(&mut self, record: Record<'_>) {
+        if let Some(trouble) = self.journal.append(record) {
+            say::complain(format_args!("superegg: {trouble}"));
+        }
+    }
+
+    /// Shows text, with what could steer a terminal made visible.
+    fn print(&mut self, text: &str) {
+        self.print_raw(&visible(text));
+    }
+
+    fn print_raw(&mut self, text: &str) {
+        if let Err(error) = say::out(text) {
+            self.broken.get_or_insert(error);
+        }
+    }
+
+    fn tell_fault(&mut self, line: &str, fault: Fault) {
+        let file = match &self.input {
+            Input::Person => "",
+            Input::Lines(name) => name,
+        };
+        self.complain(&Diagnostic::of_line(file, self.typed.len(), line, fault));
+    }
+
+    fn complain(&mut self, diagnostic: &Diagnostic) {
+        self.has_errors |= diagnostic.severity == Severity::Error;
+        say::complain(visible(&diagnostic.to_string()));
+    }
+
+    /// Stops what runs behind the prompt, if anything does.
+    pub(crate) fn stop_renders(&self) -> bool {
+        self.renders.stop() > 0
+    }
+
+    /// The sessions that ended without being saved.
+    fn left_behind(&self) -> Vec<LeftBehind> {
+        let journals = self.folders.state.as_ref().map(|state| state.join("journals"));
+        journals.map_or_else(Vec::new, |journals| left_behind(&journals))
+    }
+
+    /// Tells a person of sessions that ended without being saved.
+    pub(crate) fn offer_recovery(&mut self) {
+        let left = self.left_behind();
+        if let Some(last) = left.first() {
+            let told = requests::tell_left_behind(last);
+            let more = if left.len() > 1 {
+                format!(" ('recover list' tells of {})", left.len())
+            } else {
+                String::new()
+            };
+            self.print(&format!("A session was not saved: {told}. 'recover' brings it back, 'recover discard' forgets it{more}."));
+        }
+    }
+
+    /// Ends the session: waits for pictures, and leaves the journal where a person has changes that are not saved. Returns whether there
+    /// were errors.
+    ///
+    /// # Errors
+    /// Standard output could not be written.
+    pub(crate) fn leave(mut self) -> Result<bool> {
+        self.interrupt.store(false, Ordering::Relaxed);
+        if self.renders.is_busy() && self.has_person() {
+            self.print("waiting for the picture (ctrl-c stops it)");
+        }
+        self.renders.wait(&self.interrupt);
+        if self.has_person() && self.timeline.has_unsaved_changes() {
+            self.print("The scene was not saved; the next start offers it again.");
+            self.journal.keep();
+        } else {
+            self.journal.discard();
+        }
+        match self.broken {
+            Some(error) => Err(error),
+            None => Ok(self.has_errors || self.renders.has_failed()),
+        }
+    }
+}
+
+/// A fault of a request without a place stands at the first argument, or at the command where there is none.
+fn place_at_argument(fault: Fault, line: &str) -> Fault {
+    if fault.columns.is_some() {
+        return fault;
+    }
+    let columns = parse_line(line).ok().flatten().map(|parsed| parsed.columns).unwrap_or_default();
+    match columns.get(1).or(columns.first()) {
+        Some(columns) => fault.at(columns.clone()),
+        None => fault,
+    }
+}
+
+/// Text with its control characters, but for line breaks and tabs, as escapes.
+pub(crate) fn visible(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() && c != '\n' && c != '\t' {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}

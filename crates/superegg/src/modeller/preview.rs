@@ -1,0 +1,184 @@
+//! A picture drawn in the terminal itself, so that it can be seen over ssh.
+
+use std::io::IsTerminal;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD as BASE64;
+use superegg_lang::PreviewStyle;
+use superegg_render::Film;
+use superegg_scene::Encoding;
+
+/// How the picture is drawn, once it is known what the terminal can do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Canvas {
+    /// Two pixels a character, in true colour.
+    Blocks,
+    /// Two rows of pixels a character, by brightness, without escape sequences.
+    Plain,
+    /// The kitty picture protocol.
+    Kitty,
+    /// Sixel graphics.
+    Sixel,
+}
+
+impl Canvas {
+    /// The style asked for, or what the environment says of the terminal.
+    pub(crate) fn choose(style: PreviewStyle) -> Self {
+        let is = |name: &str, values: &[&str]| {
+            std::env::var(name).is_ok_and(|value| values.iter().any(|known| value.contains(known)))
+        };
+        match style {
+            PreviewStyle::Blocks => Self::Blocks,
+            PreviewStyle::Kitty => Self::Kitty,
+            PreviewStyle::Sixel => Self::Sixel,
+            PreviewStyle::Plain => Self::Plain,
+            PreviewStyle::Auto if !std::io::stdout().is_terminal() || is("TERM", &["dumb"]) => Self::Plain,
+            // A multiplexer does not pass pictures on.
+            PreviewStyle::Auto if is("TERM", &["screen", "tmux"]) => Self::Blocks,
+            PreviewStyle::Auto
+                if is("TERM", &["kitty", "ghostty"]) || is("TERM_PROGRAM", &["WezTerm", "ghostty"]) =>
+            {
+                Self::Kitty
+            }
+            PreviewStyle::Auto if is("TERM", &["foot", "mlterm", "sixel", "contour"]) => Self::Sixel,
+            PreviewStyle::Auto => Self::Blocks,
+        }
+    }
+
+    /// The size in pixels of a picture of this shape on a terminal of so many columns and rows.
+    pub(crate) fn size_px(self, (width, height): (u32, u32), columns: u32, rows: u32) -> (u32, u32) {
+        // A character is twice as high as wide; pictures of pixels take it as 8 by 16.
+        let (across, down) = match self {
+            Self::Blocks | Self::Plain => (columns, 2 * rows),
+            Self::Kitty | Self::Sixel => (8 * columns.min(100), 16 * rows.min(40)),
+        };
+        let scale = f64::min(f64::from(across) / f64::from(width), f64::from(down) / f64::from(height));
+        let side =
+            |length: u32, most: u32| ((f64::from(length) * scale).round() as u32).clamp(1, most.max(1));
+        (side(width, across), side(height, down))
+    }
+
+    /// The text that draws the picture, without a line break at its end.
+    pub(crate) fn draw(self, film: &Film) -> anyhow::Result<String> {
+        Ok(match self {
+            Self::Blocks => blocks(film),
+            Self::Plain => plain(film),
+            Self::Kitty => kitty(&film.to_png(Encoding::Srgb)?),
+            Self::Sixel => {
+                let rgba = film
+                    .to_bytes(Encoding::Srgb)
+                    .chunks_exact(3)
+                    .flat_map(|p| [p[0], p[1], p[2], 255])
+                    .collect();
+                icy_sixel::SixelImage::from_rgba(rgba, film.width() as usize, film.height() as usize)
+                    .encode()?
+            }
+        })
+    }
+}
+
+/// The colour of each pixel, as rows; a row that is missing below the last is `None`.
+fn pixel(film: &Film, bytes: &[u8], x: u32, y: u32) -> Option<[u8; 3]> {
+    let at = 3 * (y as usize * film.width() as usize + x as usize);
+    (y < film.height()).then(|| [bytes[at], bytes[at + 1], bytes[at + 2]])
+}
+
+/// The upper half block: its foreground is the upper pixel, its background the lower one.
+fn blocks(film: &Film) -> String {
+    let bytes = film.to_bytes(Encoding::Srgb);
+    let mut text = String::new();
+    for y in (0..film.height()).step_by(2) {
+        let mut last = None;
+        for x in 0..film.width() {
+            let colors = (pixel(film, &bytes, x, y), pixel(film, &bytes, x, y + 1));
+            if last != Some(colors) {
+                let code = |layer: u8, color: Option<[u8; 3]>| match color {
+                    Some([r, g, b]) => format!("\x1b[{layer};2;{r};{g};{b}m"),
+                    None => format!("\x1b[{}m", layer + 1),
+                };
+                text.push_str(&code(38, colors.0));
+                text.push_str(&code(48, colors.1));
+                last = Some(colors);
+            }
+            text.push('▀');
+        }
+        text.push_str("\x1b[0m");
+        if y + 2 < film.height() {
+            text.push('\n');
+        }
+    }
+    text
+}
+
+fn plain(film: &Film) -> String {
+    const DARK_TO_BRIGHT: &[u8] = b" .:-=+*#%@";
+    let bytes = film.to_bytes(Encoding::Srgb);
+    let mut lines = Vec::new();
+    for y in (0..film.height()).step_by(2) {
+        let mut line = String::new();
+        for x in 0..film.width() {
+            let both = [pixel(film, &bytes, x, y), pixel(film, &bytes, x, y + 1)];
+            let seen: Vec<f64> = both.into_iter().flatten().map(brightness).collect();
+            let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
+            let level = (mean * (DARK_TO_BRIGHT.len() - 1) as f64).round() as usize;
+            line.push(char::from(DARK_TO_BRIGHT[level.min(DARK_TO_BRIGHT.len() - 1)]));
+        }
+        lines.push(line.trim_end().to_owned());
+    }
+    lines.join("\n")
+}
+
+/// 0 for black to 1 for white, by the weights of Rec. 709.
+fn brightness([r, g, b]: [u8; 3]) -> f64 {
+    (0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)) / 255.0
+}
+
+/// A PNG by the kitty protocol, in the pieces of 4096 characters that it asks for.
+fn kitty(png: &[u8]) -> String {
+    let data = BASE64.encode(png);
+    let pieces: Vec<&str> =
+        (0..data.len()).step_by(4096).map(|i| &data[i..data.len().min(i + 4096)]).collect();
+    let mut text = String::new();
+    for (i, piece) in pieces.iter().enumerate() {
+        let head = if i == 0 { "f=100,a=T,q=2," } else { "" };
+        let more = u8::from(i + 1 < pieces.len());
+        text.push_str(&format!("\x1b_G{head}m={more};{piece}\x1b\\"));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_keeps_its_shape_and_fits() {
+        for canvas in [Canvas::Blocks, Canvas::Plain, Canvas::Kitty, Canvas::Sixel] {
+            for (size, columns, rows) in
+                [((1280, 960), 80, 22), ((100, 1000), 80, 22), ((32_768, 1), 1, 1), ((1, 9), 300, 2)]
+            {
+                let (width, height) = canvas.size_px(size, columns, rows);
+                assert!(width >= 1 && height >= 1 && width <= 8 * columns && height <= 16 * rows);
+                let text = canvas.draw(&Film::new(width, height)).unwrap();
+                assert!(!text.ends_with('\n'));
+            }
+        }
+        assert_eq!(Canvas::Blocks.size_px((1280, 960), 80, 22), (59, 44));
+    }
+
+    #[test]
+    fn blocks_and_plain_have_a_line_for_two_rows() {
+        let film = Film::new(5, 3);
+        assert_eq!(blocks(&film).lines().count(), 2);
+        assert_eq!(blocks(&film).matches('▀').count(), 10);
+        assert_eq!(plain(&film), "\n");
+        assert!(blocks(&film).contains("\x1b[49m"), "below the last row is the terminal's own ground");
+    }
+
+    #[test]
+    fn kitty_gets_pieces_and_knows_the_last() {
+        let text = kitty(&[7; 10_000]);
+        assert_eq!((text.matches("m=1;").count(), text.matches("m=0;").count()), (3, 1));
+        assert!(text.starts_with("\x1b_Gf=100,a=T,q=2,m=1;") && text.ends_with("\x1b\\"));
+    }
+}

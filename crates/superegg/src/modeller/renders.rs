@@ -1,0 +1,207 @@
+//! Pictures rendered behind the prompt: one after another, each of the scene as it was when it was asked for.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use superegg_render::{CompiledScene, RenderBudget, RenderSettings, render};
+use superegg_scene::Scene;
+
+use crate::commands::{available_threads, counted};
+use crate::files;
+
+/// A picture to be made.
+pub(crate) struct Job {
+    pub(crate) scene: Scene,
+    /// The primitive or object to draw.
+    pub(crate) root: String,
+    /// The file as it was named, and where it is wherever the working folder goes.
+    pub(crate) name: String,
+    pub(crate) path: PathBuf,
+    /// Width and height in pixels.
+    pub(crate) size: (u32, u32),
+    /// Threads to use; 0 for one a core.
+    pub(crate) threads: usize,
+}
+
+/// What the work behind the prompt has to say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Announcement {
+    /// A line about work that goes on, which the next one may take the place of.
+    Progress(String),
+    /// A line to stay: the work is done.
+    Done(String),
+    /// A line to stay: the work went wrong.
+    Failed(String),
+}
+
+/// Who is told.
+pub(crate) type Announce = Arc<dyn Fn(Announcement) + Send + Sync>;
+
+/// The queue of pictures and the thread that makes them.
+pub(crate) struct Renders {
+    announce: Announce,
+    queue: Option<Sender<(Job, Arc<AtomicBool>)>>,
+    shared: Arc<Shared>,
+}
+
+#[derive(Default)]
+struct Shared {
+    /// What stops each job that is not done yet.
+    cancels: Mutex<Vec<Arc<AtomicBool>>>,
+    is_changed: Condvar,
+    has_failed: AtomicBool,
+}
+
+impl Shared {
+    fn cancels(&self) -> MutexGuard<'_, Vec<Arc<AtomicBool>>> {
+        self.cancels.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Renders {
+    pub(crate) fn new(announce: Announce) -> Self {
+        Self { announce, queue: None, shared: Arc::default() }
+    }
+
+    /// Puts a job at the end of the queue. Returns how many are before it.
+    pub(crate) fn push(&mut self, job: Job) -> usize {
+        let cancel = Arc::new(AtomicBool::new(false));
+        let mut cancels = self.shared.cancels();
+        cancels.push(Arc::clone(&cancel));
+        let before = cancels.len() - 1;
+        drop(cancels);
+        let queue = self.queue.get_or_insert_with(|| {
+            let (queue, jobs) = channel::<(Job, Arc<AtomicBool>)>();
+            let (announce, shared) = (Arc::clone(&self.announce), Arc::clone(&self.shared));
+            std::thread::spawn(move || {
+                for (job, cancel) in jobs {
+                    let said = make(&job, &cancel, &announce);
+                    if matches!(said, Announcement::Failed(_)) {
+                        shared.has_failed.store(true, Ordering::Relaxed);
+                    }
+                    announce(said);
+                    shared.cancels().retain(|other| !Arc::ptr_eq(other, &cancel));
+                    shared.is_changed.notify_all();
+                }
+            });
+            queue
+        });
+        // The thread ends only when the queue is dropped.
+        let _ = queue.send((job, cancel));
+        before
+    }
+
+    /// Stops every picture. Returns how many there were.
+    pub(crate) fn stop(&self) -> usize {
+        let cancels = self.shared.cancels();
+        cancels.iter().for_each(|cancel| cancel.store(true, Ordering::Relaxed));
+        cancels.len()
+    }
+
+    pub(crate) fn is_busy(&self) -> bool {
+        !self.shared.cancels().is_empty()
+    }
+
+    /// Whether any picture could not be made.
+    pub(crate) fn has_failed(&self) -> bool {
+        self.shared.has_failed.load(Ordering::Relaxed)
+    }
+
+    /// Waits until every picture is made, or until `interrupt` turns true, which stops them.
+    pub(crate) fn wait(&self, interrupt: &AtomicBool) {
+        const LOOK_AGAIN: Duration = Duration::from_millis(50);
+        let mut cancels = self.shared.cancels();
+        while !cancels.is_empty() {
+            if interrupt.load(Ordering::Relaxed) {
+                cancels.iter().for_each(|cancel| cancel.store(true, Ordering::Relaxed));
+            }
+            let waited = self.shared.is_changed.wait_timeout(cancels, LOOK_AGAIN);
+            cancels = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+}
+
+fn make(job: &Job, cancel: &AtomicBool, announce: &Announce) -> Announcement {
+    let stopped = || Announcement::Done(format!("{}: stopped, nothing is written", job.name));
+    if cancel.load(Ordering::Relaxed) {
+        return stopped();
+    }
+    let start = Instant::now();
+    let compiled = CompiledScene::compile(&job.scene, Some(&job.root), job.scene.depth);
+    let (width, height) = job.size;
+    let settings = RenderSettings {
+        width,
+        height,
+        samples: job.scene.picture.samples,
+        camera: job.scene.camera,
+        lights: job.scene.lights(),
+        background: job.scene.background,
+    };
+    let threads = if job.threads == 0 { available_threads() } else { job.threads };
+    let meter = Meter::new(job, announce);
+    let budget = RenderBudget { threads, cancel, progress: &|pixels| meter.show(pixels) };
+    let rendered = match render(&compiled, &settings, &budget) {
+        Ok(rendered) => rendered,
+        Err(error) => {
+            return Announcement::Failed(format!("{}: the threads cannot be started: {error}", job.name));
+        }
+    };
+    if cancel.load(Ordering::Relaxed) {
+        return stopped();
+    }
+    let written = rendered
+        .film
+        .to_png(job.scene.picture.encoding)
+        .map_err(anyhow::Error::from)
+        .and_then(|png| files::write(&job.path, &png));
+    let seconds = start.elapsed().as_secs_f64();
+    match written {
+        Ok(()) => Announcement::Done(format!(
+            "{}: {width}x{height}, {}, {seconds:.1} s",
+            job.name,
+            counted(compiled.instance_count(), "instance")
+        )),
+        Err(error) => Announcement::Failed(format!("{}: {error:#}", job.name)),
+    }
+}
+
+/// Says now and then how far a picture is.
+struct Meter<'a> {
+    job: &'a Job,
+    announce: &'a Announce,
+    last: Mutex<(Instant, u64)>,
+    start: Instant,
+}
+
+impl<'a> Meter<'a> {
+    const PAUSE: Duration = Duration::from_millis(300);
+
+    fn new(job: &'a Job, announce: &'a Announce) -> Self {
+        let now = Instant::now();
+        Self { job, announce, last: Mutex::new((now, 0)), start: now }
+    }
+
+    fn show(&self, pixels: u64) {
+        // Another thread that is at it will do.
+        let Ok(mut last) = self.last.try_lock() else { return };
+        let total = u64::from(self.job.size.0) * u64::from(self.job.size.1);
+        let percent = 100 * pixels / total.max(1);
+        if last.0.elapsed() < Self::PAUSE || percent <= last.1 {
+            return;
+        }
+        *last = (Instant::now(), percent);
+        let gone = self.start.elapsed().as_secs_f64();
+        let left = gone * (total as f64 / pixels.max(1) as f64 - 1.0);
+        let line = format!("{}: {percent:>3} %, {} to go", self.job.name, told_seconds(left));
+        (self.announce)(Announcement::Progress(line));
+    }
+}
+
+/// "8 s", "3 min 20 s".
+fn told_seconds(seconds: f64) -> String {
+    let whole = seconds.ceil() as u64;
+    if whole < 60 { format!("{whole} s") } else { format!("{} min {} s", whole / 60, whole % 60) }
+}

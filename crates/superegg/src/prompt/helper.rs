@@ -1,0 +1,163 @@
+//! Completion, hints and colours of the line that is being typed, as the language tells them.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use rustyline::completion::{Completer, Pair};
+use rustyline::highlight::{CmdKind, Highlighter};
+use rustyline::hint::{Hint as RustylineHint, Hinter};
+use rustyline::validate::Validator;
+use rustyline::{Context, Helper};
+use superegg_lang::{Paint, Session, complete, highlight, hint};
+
+use crate::folders::Folders;
+
+/// Longer lines are not painted: it would take its time at every key.
+const LONGEST_PAINTED: usize = 20_000;
+
+/// What the editor asks, with the session as it is now.
+pub(super) struct PromptHelper {
+    pub(super) session: Session,
+    folders: Folders,
+}
+
+impl PromptHelper {
+    pub(super) fn new() -> Self {
+        Self { session: Session::default(), folders: Folders::of_user() }
+    }
+
+    /// Files that begin so, folders with a slash.
+    fn files(&self, partial: &str) -> Vec<Pair> {
+        let (folder, start) =
+            partial.rsplit_once('/').map_or(("", partial), |(folder, start)| (folder, start));
+        let place = match (folder, partial.starts_with('/')) {
+            ("", true) => Path::new("/").to_owned(),
+            ("", false) => Path::new(".").to_owned(),
+            _ => self.folders.expand(folder),
+        };
+        let Ok(entries) = std::fs::read_dir(place) else { return Vec::new() };
+        let prefix = &partial[..partial.len() - start.len()];
+        let mut pairs: Vec<Pair> = entries
+            .flatten()
+            .filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path().is_dir())))
+            .filter(|(name, _)| name.starts_with(start) && (start.starts_with('.') || !name.starts_with('.')))
+            .map(|(name, is_folder)| {
+                let display = if is_folder { name + "/" } else { name };
+                let whole = format!("{prefix}{display}");
+                let needs_quotes = whole.contains(|c: char| c.is_whitespace() || c == '#');
+                let replacement = match (needs_quotes, is_folder) {
+                    (true, true) => format!("\"{whole}"),
+                    (true, false) => format!("\"{whole}\""),
+                    (false, _) => whole,
+                };
+                Pair { display, replacement }
+            })
+            .collect();
+        pairs.sort_by(|a, b| a.display.cmp(&b.display));
+        pairs
+    }
+}
+
+impl Completer for PromptHelper {
+    type Candidate = Pair;
+
+    fn complete(&self, line: &str, at: usize, _: &Context<'_>) -> rustyline::Result<(usize, Vec<Pair>)> {
+        // Of pasted lines, the one with the cursor.
+        let begin = line[..at].rfind('\n').map_or(0, |end| end + 1);
+        let completion = complete(&self.session, &line[begin..at], at - begin);
+        let mut pairs: Vec<Pair> = completion
+            .candidates
+            .into_iter()
+            .map(|word| Pair { replacement: word.clone(), display: word })
+            .collect();
+        if let Some(partial) = &completion.file {
+            pairs.extend(self.files(partial));
+        }
+        if let [only] = &mut pairs[..] {
+            // What is complete is followed by the next word.
+            if !only.replacement.ends_with('/') {
+                only.replacement.push(' ');
+            }
+        }
+        Ok((begin + completion.start, pairs))
+    }
+}
+
+/// The hint behind the cursor; only the rest of a command's name can be taken over.
+pub(super) struct LineHint {
+    display: String,
+    name_length: usize,
+}
+
+impl RustylineHint for LineHint {
+    fn display(&self) -> &str {
+        &self.display
+    }
+
+    fn completion(&self) -> Option<&str> {
+        (self.name_length > 0).then(|| &self.display[..self.name_length])
+    }
+}
+
+impl Hinter for PromptHelper {
+    type Hint = LineHint;
+
+    fn hint(&self, line: &str, at: usize, _: &Context<'_>) -> Option<LineHint> {
+        if at < line.len() || line.contains('\n') {
+            return None;
+        }
+        let hint = hint(&self.session, line)?;
+        let name_length = hint.rest_of_name.len();
+        Some(LineHint { display: hint.rest_of_name + &hint.arguments, name_length })
+    }
+}
+
+impl Highlighter for PromptHelper {
+    fn highlight<'l>(&self, line: &'l str, _: usize) -> Cow<'l, str> {
+        if line.len() > LONGEST_PAINTED {
+            return Cow::Borrowed(line);
+        }
+        let mut painted = String::with_capacity(line.len() + 64);
+        for (i, line) in line.split('\n').enumerate() {
+            if i > 0 {
+                painted.push('\n');
+            }
+            let mut end = 0;
+            for (range, paint) in highlight(&self.session, line) {
+                painted.push_str(&line[end..range.start]);
+                painted.push_str(color(paint));
+                painted.push_str(&line[range.clone()]);
+                painted.push_str("\x1b[0m");
+                end = range.end;
+            }
+            painted.push_str(&line[end..]);
+        }
+        Cow::Owned(painted)
+    }
+
+    fn highlight_prompt<'b, 's: 'b, 'p: 'b>(&'s self, prompt: &'p str, _: bool) -> Cow<'b, str> {
+        Cow::Owned(format!("\x1b[1m{prompt}\x1b[0m"))
+    }
+
+    fn highlight_hint<'h>(&self, hint: &'h str) -> Cow<'h, str> {
+        Cow::Owned(format!("\x1b[2m{hint}\x1b[0m"))
+    }
+
+    fn highlight_char(&self, _: &str, _: usize, kind: CmdKind) -> bool {
+        kind != CmdKind::MoveCursor
+    }
+}
+
+fn color(paint: Paint) -> &'static str {
+    match paint {
+        Paint::Command => "\x1b[1;34m",
+        Paint::Name => "\x1b[32m",
+        Paint::Value => "\x1b[36m",
+        Paint::Wrong => "\x1b[4;31m",
+        Paint::Comment => "\x1b[2m",
+    }
+}
+
+impl Validator for PromptHelper {}
+
+impl Helper for PromptHelper {}
