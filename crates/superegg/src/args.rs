@@ -1,10 +1,10 @@
 //! The arguments.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use clap::{Parser, Subcommand, ValueEnum};
-use superegg_lang::{ArgKind, Range, find_command, parse_number, parse_size};
+use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
+use superegg_lang::{ArgKind, Range, find_command, nearest, parse_number, parse_size};
 use superegg_scene::{Encoding, Picture};
 
 /// A modeller and exact ray tracer for superquadrics.
@@ -173,6 +173,20 @@ impl FromStr for Size {
     }
 }
 
+/// What to say of a first word that is neither a command nor a file, nor an option.
+pub(crate) fn no_such_command(word: &str) -> Option<String> {
+    let names: Vec<String> = Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
+    if word.starts_with('-') || names.iter().any(|name| name == word) || [word.to_owned(), format!("{word}.scn")].iter().any(|file| Path::new(file).exists())
+    {
+        return None;
+    }
+    let help = match nearest(word, names.iter().map(String::as_str)) {
+        Some(near) => format!("did you mean 'superegg {near}'?"),
+        None => "'superegg --help' lists the commands".to_owned(),
+    };
+    Some(format!("there is no command and no scene '{word}'; {help}"))
+}
+
 fn depth(text: &str) -> Result<u32, String> {
     // The range of the language's own command.
     let range = find_command("setDepth").and_then(|spec| spec.all_args().next()).map(|arg| arg.kind);
@@ -195,8 +209,6 @@ fn number_in(text: &str, range: Range) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     #[test]

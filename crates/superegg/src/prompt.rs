@@ -1,6 +1,8 @@
 //! The prompt: lines typed by a person at a terminal.
 
 mod helper;
+#[cfg(unix)]
+mod typed_ahead;
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -34,6 +36,8 @@ pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
     let signal = Arc::clone(&interrupt);
     // While a line is edited ctrl-c is a key; at other times it breaks off what runs.
     ctrlc::set_handler(move || signal.store(true, Ordering::Relaxed)).context("cannot take over ctrl-c")?;
+    #[cfg(unix)]
+    let _typed_ahead = typed_ahead::KeepTypedAhead::begin();
     let was_empty = Arc::new(AtomicBool::new(true));
     let mut editor = new_editor(&was_empty)?;
     let progress = Arc::new(Mutex::new(ProgressLine::default()));

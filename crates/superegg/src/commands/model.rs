@@ -5,9 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use superegg_lang::Fault;
 
+use crate::args::no_such_command;
 use crate::commands::Outcome;
 use crate::modeller::{Announcement, Input, LONGEST_LINE, Modeller, Reply};
 use crate::{prompt, say};
@@ -15,6 +16,9 @@ use crate::{prompt, say};
 pub(crate) fn run(scene: Option<&Path>) -> Result<Outcome> {
     let scene =
         scene.map(|scene| scene.to_str().context("the name of the scene is not UTF-8")).transpose()?;
+    if let Some(told) = scene.and_then(no_such_command) {
+        bail!(told);
+    }
     if io::stdin().is_terminal() && io::stdout().is_terminal() {
         return prompt::run(scene);
     }

@@ -9,6 +9,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::SystemTime;
 
 const FIRST_LINE: &str = "# superegg journal 1\n";
@@ -81,6 +82,7 @@ struct Open {
     length: u64,
     /// Wakes the thread that brings the file to the disk.
     sync: Sender<()>,
+    syncing: JoinHandle<()>,
 }
 
 impl Journal {
@@ -150,16 +152,14 @@ impl Journal {
 
     /// Leaves the file for the next start.
     pub(crate) fn keep(self) {
-        if let Some(open) = self.open {
-            // As good as it gets: the process is about to end.
-            let _ = open.file.sync_data();
-        }
+        self.open.map(Open::close);
     }
 
     /// The session ended well: the file goes.
     pub(crate) fn discard(self) {
-        if let Some(open) = self.open {
-            let _ = fs::remove_file(open.path);
+        if let Some(path) = self.open.map(Open::close) {
+            // One that stays is offered at the next start.
+            let _ = fs::remove_file(path);
         }
     }
 }
@@ -178,8 +178,16 @@ impl Open {
         let _ = file.try_lock();
         let (sync, wake) = channel();
         let same = file.try_clone()?;
-        std::thread::spawn(move || sync_when_woken(&same, &wake));
-        Ok(Self { path, file, length: 0, sync })
+        let syncing = std::thread::spawn(move || sync_when_woken(&same, &wake));
+        Ok(Self { path, file, length: 0, sync, syncing })
+    }
+
+    /// Waits until the file is on the disk, and lets go of it. Returns where it is.
+    fn close(self) -> PathBuf {
+        drop(self.sync);
+        // The thread does not panic.
+        let _ = self.syncing.join();
+        self.path
     }
 }
 

@@ -172,7 +172,7 @@ fn make(job: &Job, cancel: &AtomicBool, announce: &Announce) -> Announcement {
 struct Meter<'a> {
     job: &'a Job,
     announce: &'a Announce,
-    last: Mutex<(Instant, u64)>,
+    last: Mutex<Instant>,
     start: Instant,
 }
 
@@ -181,21 +181,21 @@ impl<'a> Meter<'a> {
 
     fn new(job: &'a Job, announce: &'a Announce) -> Self {
         let now = Instant::now();
-        Self { job, announce, last: Mutex::new((now, 0)), start: now }
+        Self { job, announce, last: Mutex::new(now), start: now }
     }
 
     fn show(&self, pixels: u64) {
         // Another thread that is at it will do.
         let Ok(mut last) = self.last.try_lock() else { return };
-        let total = u64::from(self.job.size.0) * u64::from(self.job.size.1);
-        let percent = 100 * pixels / total.max(1);
-        if last.0.elapsed() < Self::PAUSE || percent <= last.1 {
+        if last.elapsed() < Self::PAUSE {
             return;
         }
-        *last = (Instant::now(), percent);
+        *last = Instant::now();
+        let total = f64::from(self.job.size.0) * f64::from(self.job.size.1);
+        let share = pixels.max(1) as f64 / total;
         let gone = self.start.elapsed().as_secs_f64();
-        let left = gone * (total as f64 / pixels.max(1) as f64 - 1.0);
-        let line = format!("{}: {percent:>3} %, {} to go", self.job.name, told_seconds(left));
+        let left = gone * (1.0 / share - 1.0);
+        let line = format!("{}: {:.1} %, {} to go", self.job.name, 100.0 * share, told_seconds(left));
         (self.announce)(Announcement::Progress(line));
     }
 }

@@ -4,6 +4,10 @@
 #![allow(clippy::print_stderr)]
 
 mod gallery;
+#[cfg(unix)]
+mod prompt;
 mod real_scenes;
 mod sessions;
 mod support;
+#[cfg(unix)]
+mod terminal;

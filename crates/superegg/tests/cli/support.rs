@@ -6,12 +6,12 @@ use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
 
-/// A folder that is the working folder of every command run in it, gone at the end.
-pub(crate) struct Place(TempDir);
+/// A folder that is the working folder of every command run in it, and one that is the user's home; both gone at the end.
+pub(crate) struct Place(TempDir, TempDir);
 
 impl Place {
     pub(crate) fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
+        Self(tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap())
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
@@ -42,6 +42,7 @@ impl Place {
         let mut child = Command::new(env!("CARGO_BIN_EXE_superegg"))
             .args(words.split_whitespace())
             .current_dir(self.0.path())
+            .envs(self.user())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -50,6 +51,19 @@ impl Place {
         // A command that does not read its input closes it early.
         let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
         Answer::of(child.wait_with_output().unwrap())
+    }
+
+    /// The environment of a user whose own folders are here, apart from the working folder.
+    pub(crate) fn user(&self) -> Vec<(String, PathBuf)> {
+        let own = self.1.path();
+        [("HOME", ""), ("XDG_STATE_HOME", "state"), ("XDG_DATA_HOME", "data")]
+            .map(|(name, folder)| (name.to_owned(), own.join(folder)))
+            .into()
+    }
+
+    /// A file in the user's own folders.
+    pub(crate) fn own(&self, name: &str) -> PathBuf {
+        self.1.path().join(name)
     }
 
     pub(crate) fn run(&self, words: &str) -> Answer {
