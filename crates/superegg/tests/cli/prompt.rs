@@ -85,10 +85,12 @@ fn ctrl_c_clears_the_line_and_ctrl_d_leaves() {
     terminal.press_and_wait(&format!("prm wrong{CTRL_C}"), "ctrl-c", "superegg> ");
     terminal.line("info", "superegg> ");
     assert!(terminal.contents().contains("primitives (0)"), "{}", terminal.contents());
-    // Keys that come while a line is carried out wait for the next one.
-    terminal.press(&format!("{CTRL_C}{CTRL_D}"));
-    assert_eq!(terminal.left(), 0);
+    terminal.press_and_wait(CTRL_C, "ctrl-c", "superegg> ");
     assert!(terminal.contents().contains("ctrl-d leaves, and so does 'stop'"));
+    // Keys that come while a line is carried out wait for the next one.
+    terminal.press(&format!("prm a\rsave a\r{CTRL_D}"));
+    assert_eq!(terminal.left(), 0);
+    assert_eq!(place.files(), ["a.scn"]);
     let mut terminal = Terminal::modeller(&place);
     terminal.press("quit\r");
     assert_eq!(terminal.left(), 0);
