@@ -176,7 +176,9 @@ impl FromStr for Size {
 /// What to say of a first word that is neither a command nor a file, nor an option.
 pub(crate) fn no_such_command(word: &str) -> Option<String> {
     let names: Vec<String> = Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
-    if word.starts_with('-') || names.iter().any(|name| name == word) || [word.to_owned(), format!("{word}.scn")].iter().any(|file| Path::new(file).exists())
+    if word.starts_with('-')
+        || names.iter().any(|name| name == word)
+        || [word.to_owned(), format!("{word}.scn")].iter().any(|file| Path::new(file).exists())
     {
         return None;
     }

@@ -24,7 +24,11 @@ const EXIT_USAGE: u8 = 2;
 fn main() -> ExitCode {
     let args = Args::try_parse().unwrap_or_else(|error| {
         // A slip in a command's name would be taken for the name of a scene.
-        match std::env::args().nth(1).filter(|_| error.use_stderr()).and_then(|word| args::no_such_command(&word)) {
+        match std::env::args()
+            .nth(1)
+            .filter(|_| error.use_stderr())
+            .and_then(|word| args::no_such_command(&word))
+        {
             Some(told) => {
                 say::complain(format_args!("superegg: {told}"));
                 std::process::exit(EXIT_USAGE.into());

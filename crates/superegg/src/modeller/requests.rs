@@ -366,7 +366,11 @@ impl Modeller {
         let compiled = self.compile()?;
         let Some(point) = point else { return self.count_grid(&compiled) };
         let answer = compiled.query_point(point);
-        let verdict = if answer.inside { "inside" } else { "outside" };
+        let verdict = match answer.least {
+            _ if answer.inside => "inside",
+            Some((0.0, _)) => "on the surface",
+            _ => "outside",
+        };
         let text = match answer.least {
             None => format!("{verdict}: the point is in no shape's box"),
             Some((value, path)) => {

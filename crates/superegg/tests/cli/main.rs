@@ -3,7 +3,9 @@
 // A test that is skipped says so.
 #![allow(clippy::print_stderr)]
 
+mod crashes;
 mod gallery;
+mod modeller;
 #[cfg(unix)]
 mod prompt;
 mod real_scenes;

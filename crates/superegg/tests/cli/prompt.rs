@@ -73,7 +73,9 @@ fn what_is_typed_is_painted_as_it_is_meant() {
     terminal.press("setColor 1 7 ");
     terminal.wait_for("setColor 1 7 b(0..1)");
     let raw = &terminal.raw;
-    for painted in ["\x1b[1;34msetColor\x1b[0m", "\x1b[36m1\x1b[0m", "\x1b[4;31m7\x1b[0m", "\x1b[2mb(0..1)\x1b[0m"] {
+    for painted in
+        ["\x1b[1;34msetColor\x1b[0m", "\x1b[36m1\x1b[0m", "\x1b[4;31m7\x1b[0m", "\x1b[2mb(0..1)\x1b[0m"]
+    {
         assert!(raw.contains(painted), "{painted:?} in {raw:?}");
     }
 }
@@ -201,7 +203,10 @@ fn a_load_asks_only_where_something_would_be_lost() {
     terminal.line("y", "a> ");
     let shown = terminal.contents();
     assert!(shown.contains("bad.scn:2:1: error[unknown-command]"), "{shown}");
-    assert!(shown.contains("'bad.scn' has 1 error; the scene is as it was") && shown.contains("'load! bad'"), "{shown}");
+    assert!(
+        shown.contains("'bad.scn' has 1 error; the scene is as it was") && shown.contains("'load! bad'"),
+        "{shown}"
+    );
     terminal.line("load! bad", "c> ");
     terminal.line("undo", "a> ");
     terminal.line("redo", "c> ");
@@ -217,7 +222,11 @@ fn what_was_not_saved_is_offered_at_the_next_start() {
     terminal.kill();
     // A session that runs at the same time is nobody's to recover.
     let mut other = Terminal::modeller(&place);
-    assert!(other.contents().contains("A session was not saved: 2 changes, just now"), "{}", other.contents());
+    assert!(
+        other.contents().contains("A session was not saved: 2 changes, just now"),
+        "{}",
+        other.contents()
+    );
     let mut another = Terminal::modeller(&place);
     other.line("recover", "kept> ");
     other.line("undo", "kept> ");

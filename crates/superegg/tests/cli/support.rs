@@ -39,6 +39,10 @@ impl Place {
 
     /// Runs `superegg` with these words and this standard input.
     pub(crate) fn run_with(&self, words: &str, input: &str) -> Answer {
+        self.run_bytes(words, input.as_bytes())
+    }
+
+    pub(crate) fn run_bytes(&self, words: &str, input: &[u8]) -> Answer {
         let mut child = Command::new(env!("CARGO_BIN_EXE_superegg"))
             .args(words.split_whitespace())
             .current_dir(self.0.path())
@@ -48,9 +52,12 @@ impl Place {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // A command that does not read its input closes it early.
-        let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
-        Answer::of(child.wait_with_output().unwrap())
+        // Beside the reading of its answer, which may be as long; a command that does not read its input closes it early.
+        let (mut stdin, input) = (child.stdin.take().unwrap(), input.to_vec());
+        let writing = std::thread::spawn(move || stdin.write_all(&input));
+        let answer = Answer::of(child.wait_with_output().unwrap());
+        let _ = writing.join().unwrap();
+        answer
     }
 
     /// The environment of a user whose own folders are here, apart from the working folder.

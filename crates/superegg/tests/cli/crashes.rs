@@ -1,0 +1,180 @@
+//! What is left of a session that is killed, or whose disk is full.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Stdio};
+
+use crate::support::Place;
+
+fn start(place: &Place, program: &[&str]) -> Child {
+    Command::new(program[0])
+        .args(&program[1..])
+        .current_dir(place.path(""))
+        .envs(place.user())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+const SUPEREGG: &str = env!("CARGO_BIN_EXE_superegg");
+
+/// A small generator of numbers for choosing moments (xorshift, Marsaglia 2003).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, most: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0 % most
+    }
+}
+
+/// Lines of all kinds that change a scene, undo and loads among them.
+fn change(i: u64) -> String {
+    match i % 9 {
+        0 => format!("primitive p{i}"),
+        1 => format!("setCoeff {} 1 2", i + 1),
+        2 => format!("object o{i}"),
+        3 => format!("addPrimitive p{}", i - 3),
+        4 => format!("translate {i} 0 0"),
+        5 => "undo 2".to_owned(),
+        6 => "redo".to_owned(),
+        7 if i % 4 == 0 => "load part.scn".to_owned(),
+        _ => format!("light l{i} 1 2 3"),
+    }
+}
+
+/// The scene after so many of those lines.
+fn scene_after(place: &Place, count: u64) -> String {
+    let lines: String = (0..count).map(|i| change(i) + "\n").collect();
+    place.run_with("", &(lines + "save -\n")).out
+}
+
+#[test]
+fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
+    let place = Place::new();
+    place.write("part.scn", "prm part\nobj whole\nap part\n");
+    let mut random = Random(2015);
+    let (mut found_cut, mut found_any) = (0, 0);
+    for round in 0..40 {
+        let mut child = start(&place, &[SUPEREGG]);
+        let mut input = child.stdin.take().unwrap();
+        let mut output = BufReader::new(child.stdout.take().unwrap());
+        let count = random.below(60) + 1;
+        // Each line is followed by one that is answered, so that it is known how many were taken.
+        let writing = std::thread::spawn(move || {
+            for i in 0..count {
+                // The other end may be dead already.
+                if input.write_all(format!("{}\nget samples\n", change(i)).as_bytes()).is_err() {
+                    return;
+                }
+            }
+        });
+        let awaited = random.below(count + 1);
+        let mut answered = 0;
+        let mut line = String::new();
+        while answered < awaited {
+            line.clear();
+            assert_ne!(output.read_line(&mut line).unwrap(), 0);
+            answered += u64::from(line.starts_with("samples"));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        writing.join().unwrap();
+        let mut rest = String::new();
+        output.read_to_string(&mut rest).unwrap();
+        answered += rest.lines().filter(|line| line.starts_with("samples")).count() as u64;
+
+        let recovered = place.run_with("", "recover\nsave -\nrecover discard\n");
+        let scene = recovered.out.split_once('\n').map_or("", |(_, scene)| scene);
+        let after: Vec<u64> =
+            (answered..=count).filter(|&taken| scene_after(&place, taken) == scene).collect();
+        if answered == 0 && recovered.err.contains("nothing to recover") {
+            continue;
+        }
+        found_any += 1;
+        found_cut += u64::from(answered < count);
+        assert!(
+            !after.is_empty(),
+            "round {round}: {answered} of {count} answered, recovered:\n{}\n{}",
+            recovered.out,
+            recovered.err
+        );
+    }
+    assert!(
+        found_any > 20 && found_cut > 5,
+        "{found_any} {found_cut}: the kills came too early or too late to tell"
+    );
+}
+
+#[test]
+fn a_session_that_ends_well_leaves_nothing_behind() {
+    let place = Place::new();
+    place.run_with("", "prm ball\n").fine();
+    assert!(place.run_with("", "recover\n").err.contains("there is nothing to recover"));
+}
+
+/// A shell line that runs the program with its folders on a file system of 64 KiB, if this machine lets us make one.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_and_loses_nothing() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("small")).unwrap();
+    place.write("small.sh", "mount -t tmpfs -o size=64k tmpfs small && export XDG_STATE_HOME=$PWD/small && cd small && exec \"$@\"");
+    let in_own_space = |mount: &[&str]| {
+        let words = [mount, &["sh", "small.sh", SUPEREGG]].concat();
+        let mut child = start(&place, &words);
+        let mut input = child.stdin.take().unwrap();
+        let big: String = (0..400).map(|i| format!("light l{i} 1 2 3 # {}\n", "x".repeat(200))).collect();
+        let session = format!(
+            "prm first\nsave first\n{big}save second\nprm last\nsave first\nrender big 600x600\ninfo\n"
+        );
+        let _ = input.write_all(session.as_bytes());
+        // Room comes back, and what waited is written.
+        let _ = input.write_all(b"save /dev/null\nget samples\n");
+        drop(input);
+        child.wait_with_output().unwrap()
+    };
+    let tries: [&[&str]; 2] = [&["unshare", "--mount"], &["unshare", "--user", "--map-root-user", "--mount"]];
+    for mount in tries {
+        if !Command::new(mount[0])
+            .args(&mount[1..])
+            .arg("true")
+            .output()
+            .is_ok_and(|out| out.status.success())
+        {
+            continue;
+        }
+        let ended = in_own_space(mount);
+        let (out, err) = (String::from_utf8_lossy(&ended.stdout), String::from_utf8_lossy(&ended.stderr));
+        if err.contains("mount:") {
+            continue;
+        }
+        assert_eq!(err.matches("the autosave cannot be written").count(), 1, "{err}");
+        assert!(err.contains("No space left on device"), "{err}");
+        assert!(out.contains("  first\n  last\n") && out.contains("l399"), "{out}");
+        assert!(!err.contains("panicked"), "{err}");
+        return;
+    }
+    eprintln!("skipped: no small file system can be made here");
+}
+
+#[test]
+fn a_save_that_fails_leaves_the_file_that_was_there() {
+    let place = Place::new();
+    place.run_with("", "prm ball\nsave a\n").fine();
+    let before = place.read("a.scn");
+    let mut permissions = std::fs::metadata(place.path("")).unwrap().permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(place.path(""), permissions.clone()).unwrap();
+    let answer = place.run_with("", "load a\nprm more\nsave a\n");
+    // Whoever may write anywhere is not stopped by permissions.
+    let is_stopped = answer.err.contains("error[unwritable]");
+    #[allow(clippy::permissions_set_readonly_false)]
+    permissions.set_readonly(false);
+    std::fs::set_permissions(place.path(""), permissions).unwrap();
+    assert!(is_stopped == (place.read("a.scn") == before), "{answer:?}");
+    assert_eq!(place.files(), ["a.scn"]);
+}
