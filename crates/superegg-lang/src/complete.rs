@@ -54,7 +54,7 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
         }
         Some(ArgKind::Choice(choices)) => candidates.extend(fitting(choices.iter().copied(), partial)),
         Some(ArgKind::Value) => {
-            candidates.extend(values(before.last().map_or("", |word| word.text), partial))
+            candidates.extend(values(before.last().map_or("", |word| word.text), partial));
         }
         Some(ArgKind::File) => file = Some(partial.to_owned()),
         Some(ArgKind::Number(_) | ArgKind::Size) | None => {}

@@ -32,10 +32,10 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
         None => return None,
     };
     let mut arguments = arguments_after(spec, rest.iter().filter(|word| !is_loose(spec, word.text)).count());
-    if let Some(setting) = rest.first().and_then(|word| find_setting(word.text)) {
-        if next_arg(spec, rest).is_some_and(|arg| arg.kind == ArgKind::Value) {
-            arguments = format!("VALUE({})", setting.kind.describe());
-        }
+    if let Some(setting) = rest.first().and_then(|word| find_setting(word.text))
+        && next_arg(spec, rest).is_some_and(|arg| arg.kind == ArgKind::Value)
+    {
+        arguments = format!("VALUE({})", setting.kind.describe());
     }
     if is_at_word && !arguments.is_empty() {
         arguments.insert(0, ' ');

@@ -18,7 +18,7 @@ pub(crate) fn names_of(session: &Session, of: Of) -> Vec<&str> {
         Of::Entity => scene.entities().map(|(name, _)| name).collect(),
         Of::Child => {
             let selected = session.selected().and_then(|name| scene.object(name).ok());
-            selected.into_iter().flat_map(|object| object.children()).map(|(alias, _)| alias).collect()
+            selected.into_iter().flat_map(superegg_scene::Object::children).map(|(alias, _)| alias).collect()
         }
         Of::Light => scene.named_lights().map(|(name, _)| name).collect(),
         Of::Command => COMMANDS.iter().map(|spec| spec.name).collect(),

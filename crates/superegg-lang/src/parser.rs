@@ -47,11 +47,9 @@ pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
     let mut column = 0;
     for (byte, c) in line.char_indices() {
         match start {
-            Some((first, first_column, true)) => {
-                if c == '"' {
-                    words.push(Word { text: &line[first + 1..byte], columns: first_column..column + 1 });
-                    start = None;
-                }
+            Some((first, first_column, true)) if c == '"' => {
+                words.push(Word { text: &line[first + 1..byte], columns: first_column..column + 1 });
+                start = None;
             }
             Some((first, first_column, false)) if c.is_whitespace() || c == '#' => {
                 words.push(Word { text: &line[first..byte], columns: first_column..column });

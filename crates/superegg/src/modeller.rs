@@ -138,10 +138,10 @@ impl Modeller {
 
     /// Takes the answer to the question that was asked.
     pub(crate) fn answer(&mut self, yes: bool) -> Reply {
-        if let Some((request, line)) = self.pending.take().filter(|_| yes) {
-            if let Err(fault) = self.carry_out(&request, &line) {
-                self.tell_fault(&line, fault);
-            }
+        if let Some((request, line)) = self.pending.take().filter(|_| yes)
+            && let Err(fault) = self.carry_out(&request, &line)
+        {
+            self.tell_fault(&line, fault);
         }
         self.reply()
     }
