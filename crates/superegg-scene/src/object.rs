@@ -56,11 +56,28 @@ impl Child {
 }
 
 /// A named group of children with a transform of the whole.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Object {
     children: OrderedMap<Child>,
     overall: StepList,
     cursor: Option<Arc<str>>,
+    /// At least the [`extent`] of each child's own map; what children are gone may still be counted.
+    child_extent: f64,
+}
+
+impl PartialEq for Object {
+    fn eq(&self, other: &Self) -> bool {
+        // The bound tells of history, not of content.
+        self.children == other.children && self.overall == other.overall && self.cursor == other.cursor
+    }
+}
+
+/// The largest number in a map and its inverse.
+fn extent(map: &Transform) -> f64 {
+    let largest = |affine: &superegg_geom::glam::DAffine3| {
+        affine.to_cols_array().into_iter().map(f64::abs).fold(0.0, f64::max)
+    };
+    largest(map.forward()).max(largest(map.inverse()))
 }
 
 impl Object {
@@ -94,6 +111,7 @@ impl Object {
     }
 
     pub(crate) fn push_child(&mut self, alias: &str, child: Child) {
+        self.child_extent = self.child_extent.max(extent(&child.own.composed));
         self.children.insert(alias, child);
         self.cursor = Some(alias.into());
     }
@@ -137,6 +155,7 @@ impl Object {
         let composed = child.own.composed_with(&step)?;
         self.overall.composed.after(&composed)?;
         let alias = alias.to_owned();
+        self.child_extent = self.child_extent.max(extent(&composed));
         if let Some(child) = self.children.get_mut(&alias) {
             child.own.push(step, composed);
         }
@@ -146,7 +165,11 @@ impl Object {
     /// Appends a step to the transform of the whole.
     pub(crate) fn push_overall_step(&mut self, step: TransformStep) -> Result<(), TransformError> {
         let composed = self.overall.composed_with(&step)?;
-        for (_, child) in self.children() {
+        // Where the numbers of both maps and their inverses are within what f64 can add up exactly enough, no product overflows, and no
+        // column of it can cancel to nothing. Only beyond that each child must be asked.
+        const WELL_CONDITIONED: f64 = 1e12;
+        let is_plain = extent(&composed) * self.child_extent < WELL_CONDITIONED;
+        for (_, child) in self.children().filter(|_| !is_plain) {
             composed.after(&child.own.composed)?;
         }
         self.overall.push(step, composed);

@@ -6,6 +6,7 @@ mod preview;
 mod renders;
 mod requests;
 mod tree;
+mod voice;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,8 +19,7 @@ use crate::folders::Folders;
 use crate::modeller::journal::{Journal, LeftBehind, Record, left_behind};
 use crate::modeller::known_files::KnownFiles;
 use crate::modeller::renders::Renders;
-pub(crate) use crate::modeller::renders::{Announce, Announcement};
-use crate::say;
+pub(crate) use crate::modeller::voice::{Said, Voice, visible};
 
 /// No line is longer, in bytes.
 pub(crate) const LONGEST_LINE: usize = 1 << 20;
@@ -56,6 +56,7 @@ pub(crate) struct Modeller {
     known: KnownFiles,
     journal: Journal,
     renders: Renders,
+    voice: Voice,
     /// Turns true when the person breaks off what runs.
     interrupt: Arc<AtomicBool>,
     /// What waits for the answer to a question.
@@ -67,12 +68,7 @@ pub(crate) struct Modeller {
 
 impl Modeller {
     /// An empty scene. A journal is kept where `is_journaled`.
-    pub(crate) fn new(
-        input: Input,
-        is_journaled: bool,
-        announce: Announce,
-        interrupt: Arc<AtomicBool>,
-    ) -> Self {
+    pub(crate) fn new(input: Input, is_journaled: bool, voice: Voice, interrupt: Arc<AtomicBool>) -> Self {
         let folders = Folders::of_user();
         let journals = folders.state.as_ref().filter(|_| is_journaled).map(|state| state.join("journals"));
         Self {
@@ -82,7 +78,8 @@ impl Modeller {
             scene_file: None,
             known: KnownFiles::default(),
             journal: Journal::new(journals),
-            renders: Renders::new(announce),
+            renders: Renders::new(Arc::clone(&voice)),
+            voice,
             folders,
             interrupt,
             pending: None,
@@ -182,7 +179,13 @@ impl Modeller {
 
     fn write_down(&mut self, record: Record<'_>) {
         if let Some(trouble) = self.journal.append(record) {
-            say::complain(format_args!("superegg: {trouble}"));
+            self.say(Said::Complaint(format!("superegg: {trouble}")));
+        }
+    }
+
+    fn say(&mut self, said: Said) {
+        if let Err(error) = (self.voice)(said) {
+            self.broken.get_or_insert(error);
         }
     }
 
@@ -192,9 +195,7 @@ impl Modeller {
     }
 
     fn print_raw(&mut self, text: &str) {
-        if let Err(error) = say::out(text) {
-            self.broken.get_or_insert(error);
-        }
+        self.say(Said::Text(text.to_owned()));
     }
 
     fn tell_fault(&mut self, line: &str, fault: Fault) {
@@ -207,7 +208,7 @@ impl Modeller {
 
     fn complain(&mut self, diagnostic: &Diagnostic) {
         self.has_errors |= diagnostic.severity == Severity::Error;
-        say::complain(visible(&diagnostic.to_string()));
+        self.say(Said::Complaint(visible(&diagnostic.to_string())));
     }
 
     /// Stops what runs behind the prompt, if anything does.
@@ -269,17 +270,4 @@ fn place_at_argument(fault: Fault, line: &str) -> Fault {
         Some(columns) => fault.at(columns.clone()),
         None => fault,
     }
-}
-
-/// Text with its control characters, but for line breaks and tabs, as escapes.
-pub(crate) fn visible(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    for c in text.chars() {
-        if c.is_control() && c != '\n' && c != '\t' {
-            shown.extend(c.escape_default());
-        } else {
-            shown.push(c);
-        }
-    }
-    shown
 }

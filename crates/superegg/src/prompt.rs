@@ -19,7 +19,7 @@ use rustyline::{
 use superegg_lang::Fault;
 
 use crate::commands::Outcome;
-use crate::modeller::{Announce, Announcement, Input, LONGEST_LINE, Modeller, Reply};
+use crate::modeller::{Input, LONGEST_LINE, Modeller, Reply, Said, Voice, visible};
 use crate::prompt::helper::PromptHelper;
 use crate::say;
 
@@ -41,8 +41,8 @@ pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
     let was_empty = Arc::new(AtomicBool::new(true));
     let mut editor = new_editor(&was_empty)?;
     let progress = Arc::new(Mutex::new(ProgressLine::default()));
-    let announce = announcer(&mut editor, &progress)?;
-    let mut modeller = Modeller::new(Input::Person, true, announce, interrupt);
+    let voice = voice_of(&mut editor, &progress)?;
+    let mut modeller = Modeller::new(Input::Person, true, voice, interrupt);
     let history = open_history(&mut editor, &modeller);
 
     say::out(concat!(
@@ -58,7 +58,9 @@ pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
             helper.session = modeller.session().clone();
         }
         ProgressLine::end(&progress);
-        match editor.readline(&prompt_text(&modeller)) {
+        let typed = editor.readline(&prompt_text(&modeller));
+        ProgressLine::end(&progress);
+        match typed {
             Ok(text) => reply = enter(&mut modeller, &mut editor, &text, history.as_deref()),
             Err(ReadlineError::Interrupted) => {
                 if was_empty.load(Ordering::Relaxed) && !modeller.stop_renders() {
@@ -192,22 +194,22 @@ impl ProgressLine {
     }
 }
 
-/// Prints what comes from behind the prompt above the line that is being typed.
-fn announcer(editor: &mut PromptEditor, progress: &Arc<Mutex<ProgressLine>>) -> Result<Announce> {
+/// Says things above the line that is being typed, if one is.
+fn voice_of(editor: &mut PromptEditor, progress: &Arc<Mutex<ProgressLine>>) -> Result<Voice> {
     const OVER_LINE_ABOVE: &str = "\x1b[1A\r\x1b[2K";
     let printer = Mutex::new(editor.create_external_printer().context("cannot set up the prompt")?);
     let progress = Arc::clone(progress);
-    Ok(Arc::new(move |announcement| {
-        let (text, is_progress) = match announcement {
-            Announcement::Progress(text) => (text, true),
-            Announcement::Done(text) => (text, false),
-            Announcement::Failed(text) => (format!("superegg: {text}"), false),
+    Ok(Arc::new(move |said| {
+        let (text, is_progress) = match said {
+            Said::Text(text) | Said::Complaint(text) => (text, false),
+            Said::Done(text) => (visible(&text), false),
+            Said::Progress(text) => (visible(&text), true),
+            Said::Failed(text) => (visible(&format!("superegg: {text}")), false),
         };
         let mut line = progress.lock().unwrap_or_else(PoisonError::into_inner);
         let over = if line.is_above { OVER_LINE_ABOVE } else { "" };
         line.is_above = is_progress;
-        let text = crate::modeller::visible(&text);
-        // A terminal that is gone is noticed where lines are read.
-        let _ = printer.lock().unwrap_or_else(PoisonError::into_inner).print(format!("{over}{text}\n"));
+        let mut printer = printer.lock().unwrap_or_else(PoisonError::into_inner);
+        printer.print(format!("{over}{text}\n")).context("cannot write to the terminal")
     }))
 }

@@ -10,7 +10,7 @@ use superegg_lang::Fault;
 
 use crate::args::no_such_command;
 use crate::commands::Outcome;
-use crate::modeller::{Announcement, Input, LONGEST_LINE, Modeller, Reply};
+use crate::modeller::{Input, LONGEST_LINE, Modeller, Reply, Said};
 use crate::{prompt, say};
 
 pub(crate) fn run(scene: Option<&Path>) -> Result<Outcome> {
@@ -32,16 +32,17 @@ pub(crate) fn run_lines(
     scene: Option<&str>,
     is_journaled: bool,
 ) -> Result<Outcome> {
-    let announce = Arc::new(|announcement| match announcement {
-        Announcement::Progress(_) => {}
-        Announcement::Done(line) => {
-            // A reader that went away is noticed at the next line of the session.
-            let _ = say::out(line);
+    let voice = Arc::new(|said| {
+        match said {
+            Said::Progress(_) => {}
+            Said::Text(line) | Said::Done(line) => say::out(line)?,
+            Said::Complaint(line) => say::complain(line),
+            Said::Failed(line) => say::complain(format_args!("superegg: {line}")),
         }
-        Announcement::Failed(line) => say::complain(format_args!("superegg: {line}")),
+        Ok(())
     });
     let interrupt = Arc::new(AtomicBool::new(false));
-    let mut modeller = Modeller::new(Input::Lines(name.to_owned()), is_journaled, announce, interrupt);
+    let mut modeller = Modeller::new(Input::Lines(name.to_owned()), is_journaled, voice, interrupt);
     let mut reply = scene.map_or(Reply::Continue, |scene| modeller.open(scene));
     let mut is_first = true;
     while reply == Reply::Continue {

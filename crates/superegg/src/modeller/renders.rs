@@ -11,6 +11,7 @@ use superegg_scene::Scene;
 
 use crate::commands::{available_threads, counted};
 use crate::files;
+use crate::modeller::voice::{Said, Voice};
 
 /// A picture to be made.
 pub(crate) struct Job {
@@ -26,23 +27,9 @@ pub(crate) struct Job {
     pub(crate) threads: usize,
 }
 
-/// What the work behind the prompt has to say.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Announcement {
-    /// A line about work that goes on, which the next one may take the place of.
-    Progress(String),
-    /// A line to stay: the work is done.
-    Done(String),
-    /// A line to stay: the work went wrong.
-    Failed(String),
-}
-
-/// Who is told.
-pub(crate) type Announce = Arc<dyn Fn(Announcement) + Send + Sync>;
-
 /// The queue of pictures and the thread that makes them.
 pub(crate) struct Renders {
-    announce: Announce,
+    voice: Voice,
     queue: Option<Sender<(Job, Arc<AtomicBool>)>>,
     shared: Arc<Shared>,
 }
@@ -62,8 +49,8 @@ impl Shared {
 }
 
 impl Renders {
-    pub(crate) fn new(announce: Announce) -> Self {
-        Self { announce, queue: None, shared: Arc::default() }
+    pub(crate) fn new(voice: Voice) -> Self {
+        Self { voice, queue: None, shared: Arc::default() }
     }
 
     /// Puts a job at the end of the queue. Returns how many are before it.
@@ -75,14 +62,15 @@ impl Renders {
         drop(cancels);
         let queue = self.queue.get_or_insert_with(|| {
             let (queue, jobs) = channel::<(Job, Arc<AtomicBool>)>();
-            let (announce, shared) = (Arc::clone(&self.announce), Arc::clone(&self.shared));
+            let (voice, shared) = (Arc::clone(&self.voice), Arc::clone(&self.shared));
             std::thread::spawn(move || {
                 for (job, cancel) in jobs {
-                    let said = make(&job, &cancel, &announce);
-                    if matches!(said, Announcement::Failed(_)) {
+                    let said = make(&job, &cancel, &voice);
+                    if matches!(said, Said::Failed(_)) {
                         shared.has_failed.store(true, Ordering::Relaxed);
                     }
-                    announce(said);
+                    // A reader that went away is noticed at the next line of the session.
+                    let _ = voice(said);
                     shared.cancels().retain(|other| !Arc::ptr_eq(other, &cancel));
                     shared.is_changed.notify_all();
                 }
@@ -124,8 +112,8 @@ impl Renders {
     }
 }
 
-fn make(job: &Job, cancel: &AtomicBool, announce: &Announce) -> Announcement {
-    let stopped = || Announcement::Done(format!("{}: stopped, nothing is written", job.name));
+fn make(job: &Job, cancel: &AtomicBool, voice: &Voice) -> Said {
+    let stopped = || Said::Done(format!("{}: stopped, nothing is written", job.name));
     if cancel.load(Ordering::Relaxed) {
         return stopped();
     }
@@ -141,12 +129,12 @@ fn make(job: &Job, cancel: &AtomicBool, announce: &Announce) -> Announcement {
         background: job.scene.background,
     };
     let threads = if job.threads == 0 { available_threads() } else { job.threads };
-    let meter = Meter::new(job, announce);
+    let meter = Meter::new(job, voice);
     let budget = RenderBudget { threads, cancel, progress: &|pixels| meter.show(pixels) };
     let rendered = match render(&compiled, &settings, &budget) {
         Ok(rendered) => rendered,
         Err(error) => {
-            return Announcement::Failed(format!("{}: the threads cannot be started: {error}", job.name));
+            return Said::Failed(format!("{}: the threads cannot be started: {error}", job.name));
         }
     };
     if cancel.load(Ordering::Relaxed) {
@@ -159,19 +147,19 @@ fn make(job: &Job, cancel: &AtomicBool, announce: &Announce) -> Announcement {
         .and_then(|png| files::write(&job.path, &png));
     let seconds = start.elapsed().as_secs_f64();
     match written {
-        Ok(()) => Announcement::Done(format!(
+        Ok(()) => Said::Done(format!(
             "{}: {width}x{height}, {}, {seconds:.1} s",
             job.name,
             counted(compiled.instance_count(), "instance")
         )),
-        Err(error) => Announcement::Failed(format!("{}: {error:#}", job.name)),
+        Err(error) => Said::Failed(format!("{}: {error:#}", job.name)),
     }
 }
 
 /// Says now and then how far a picture is.
 struct Meter<'a> {
     job: &'a Job,
-    announce: &'a Announce,
+    voice: &'a Voice,
     last: Mutex<Instant>,
     start: Instant,
 }
@@ -179,9 +167,9 @@ struct Meter<'a> {
 impl<'a> Meter<'a> {
     const PAUSE: Duration = Duration::from_millis(300);
 
-    fn new(job: &'a Job, announce: &'a Announce) -> Self {
+    fn new(job: &'a Job, voice: &'a Voice) -> Self {
         let now = Instant::now();
-        Self { job, announce, last: Mutex::new(now), start: now }
+        Self { job, voice, last: Mutex::new(now), start: now }
     }
 
     fn show(&self, pixels: u64) {
@@ -196,7 +184,7 @@ impl<'a> Meter<'a> {
         let gone = self.start.elapsed().as_secs_f64();
         let left = gone * (1.0 / share - 1.0);
         let line = format!("{}: {:.1} %, {} to go", self.job.name, 100.0 * share, told_seconds(left));
-        (self.announce)(Announcement::Progress(line));
+        let _ = (self.voice)(Said::Progress(line));
     }
 }
 

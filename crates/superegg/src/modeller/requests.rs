@@ -17,8 +17,7 @@ use crate::load::{Loaded, load_into};
 use crate::modeller::journal::{LeftBehind, Record, read_records};
 use crate::modeller::preview::Canvas;
 use crate::modeller::renders::Job;
-use crate::modeller::{Modeller, tree};
-use crate::say;
+use crate::modeller::{Modeller, Said, tree};
 
 /// So many errors of one file are told one by one.
 const MOST_TOLD: usize = 1000;
@@ -108,7 +107,7 @@ impl Modeller {
             self.complain(diagnostic);
         }
         if let Some(more) = loaded.diagnostics.len().checked_sub(MOST_TOLD).filter(|more| *more > 0) {
-            say::complain(format_args!("... and {more} more; 'superegg check' tells them all"));
+            self.say(Said::Complaint(format!("... and {more} more; 'superegg check' tells them all")));
         }
         if loaded.is_interrupted {
             return Err(Fault::new("interrupted", "the load was broken off; the scene is as it was"));
@@ -207,7 +206,7 @@ impl Modeller {
                     self.timeline = recovered;
                     self.timeline.set_settings(settings);
                     if let Some(trouble) = self.journal.take_over(whole_records(&last.text)) {
-                        say::complain(format_args!("superegg: {trouble}"));
+                        self.say(Said::Complaint(format!("superegg: {trouble}")));
                     }
                 } else {
                     let lines = recovered.typed_lines();

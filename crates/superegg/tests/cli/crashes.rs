@@ -96,7 +96,9 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
         let scene = saved_scene(&recovered.out);
         let after: Vec<u64> =
             (answered..=count).filter(|&taken| scene_after(&place, taken) == scene).collect();
-        if answered == 0 && recovered.err.contains("nothing to recover") {
+        // Just after a load all is on disk; before the first line there is nothing.
+        let nothing_to_lose = |taken: u64| taken == 0 || change(taken - 1).starts_with("load");
+        if recovered.err.contains("nothing to recover") && (answered..=count).any(nothing_to_lose) {
             continue;
         }
         found_any += 1;
