@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use superegg_lang::{
     Effect, Request, Session, Settings, Timeline, complete, highlight, hint, load_text, write_session,
 };
-use superegg_render::CompiledScene;
 
 /// No more is looked at: it would take its time and find nothing new.
 const MOST_LINES: usize = 200;
@@ -76,7 +75,7 @@ fn carry_out(timeline: &mut Timeline, files: &mut HashMap<String, String>, reque
     }
 }
 
-/// Every child stands for something, the selection and the cursors are there, and the whole compiles.
+/// Every child stands for something, in a place that can be computed, and the selection and the cursors are there.
 fn consistent(session: &Session) {
     let scene = session.scene();
     for (name, object) in scene.objects() {
@@ -87,8 +86,6 @@ fn consistent(session: &Session) {
         assert_eq!(object.cursor().is_none(), object.children().len() == 0, "the cursor of {name:?}");
     }
     assert!(session.selected().is_none_or(|name| scene.get(name).is_some()));
-    let compiled = CompiledScene::compile(scene, session.selected(), scene.depth.min(6));
-    let _ = (compiled.instance_count(), compiled.bounds());
 }
 
 /// Saved either way, the scene loads to itself.
