@@ -119,6 +119,11 @@ impl Modeller {
 
     /// Takes one line, and tells all that is to be told about it.
     pub(crate) fn enter(&mut self, line: &str) -> Reply {
+        if line.len() > LONGEST_LINE {
+            let fault = Fault::new("too-long", format!("a line has {LONGEST_LINE} bytes at most"));
+            self.refuse("", fault.help("is it a text at all?").at(0..1));
+            return self.reply();
+        }
         self.typed.push(line.to_owned());
         self.interrupt.store(false, Ordering::Relaxed);
         if let Err(fault) = self.try_enter(line) {
@@ -127,7 +132,7 @@ impl Modeller {
         self.reply()
     }
 
-    /// A line that is none: too long, or no text.
+    /// A line that is none, such as one that is no text.
     pub(crate) fn refuse(&mut self, line: &str, fault: Fault) {
         self.typed.push(line.to_owned());
         self.tell_fault(line, fault);
@@ -241,7 +246,7 @@ impl Modeller {
     ///
     /// # Errors
     /// Standard output could not be written.
-    pub(crate) fn leave(mut self) -> Result<bool> {
+    pub(crate) fn leave(&mut self) -> Result<bool> {
         self.interrupt.store(false, Ordering::Relaxed);
         if self.renders.is_busy() && self.has_person() {
             self.print("waiting for the picture (ctrl-c stops it)");
@@ -253,7 +258,7 @@ impl Modeller {
         } else {
             self.journal.discard();
         }
-        match self.broken {
+        match self.broken.take() {
             Some(error) => Err(error),
             None => Ok(self.has_errors || self.renders.has_failed()),
         }

@@ -7,7 +7,7 @@ mod typed_ahead;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result};
 use rustyline::error::ReadlineError;
@@ -16,10 +16,9 @@ use rustyline::{
     Cmd, ConditionalEventHandler, Config, Editor, Event, EventContext, EventHandler, ExternalPrinter,
     KeyEvent, RepeatCount,
 };
-use superegg_lang::Fault;
 
 use crate::commands::Outcome;
-use crate::modeller::{Input, LONGEST_LINE, Modeller, Reply, Said, Voice, visible};
+use crate::modeller::{Input, Modeller, Reply, Said, Voice, visible};
 use crate::prompt::helper::PromptHelper;
 use crate::say;
 
@@ -36,80 +35,113 @@ pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
     let signal = Arc::clone(&interrupt);
     // While a line is edited ctrl-c is a key; at other times it breaks off what runs.
     ctrlc::set_handler(move || signal.store(true, Ordering::Relaxed)).context("cannot take over ctrl-c")?;
-    #[cfg(unix)]
-    let _typed_ahead = typed_ahead::KeepTypedAhead::begin();
-    let was_empty = Arc::new(AtomicBool::new(true));
-    let mut editor = new_editor(&was_empty)?;
-    let progress = Arc::new(Mutex::new(ProgressLine::default()));
-    let voice = voice_of(&mut editor, &progress)?;
-    let mut modeller = Modeller::new(Input::Person, true, voice, interrupt);
-    let history = open_history(&mut editor, &modeller);
-
-    say::out(concat!(
-        "Superegg ",
-        env!("CARGO_PKG_VERSION"),
-        ". 'help' lists the commands, tab completes, ctrl-d leaves."
-    ))?;
-    modeller.offer_recovery();
-    let mut reply = scene.map_or(Reply::Continue, |scene| modeller.open(scene));
-    // Nothing is to be lost yet, so nothing is asked.
-    while reply != Reply::Leave {
-        if let Some(helper) = editor.helper_mut() {
-            helper.session = modeller.session().clone();
-        }
-        ProgressLine::end(&progress);
-        let typed = editor.readline(&prompt_text(&modeller));
-        ProgressLine::end(&progress);
-        match typed {
-            Ok(text) => reply = enter(&mut modeller, &mut editor, &text, history.as_deref()),
-            Err(ReadlineError::Interrupted) => {
-                if was_empty.load(Ordering::Relaxed) && !modeller.stop_renders() {
-                    say::out("ctrl-d leaves, and so does 'stop'")?;
-                }
-            }
-            Err(ReadlineError::Eof) => reply = Reply::Leave,
-            Err(error) => {
-                // The terminal is gone: what was not saved stays in the journal.
-                modeller.leave()?;
-                return Err(error).context("cannot read from the terminal");
-            }
-        }
-    }
-    modeller.leave()?;
+    let mut prompt = Prompt::new(interrupt)?;
+    prompt.converse(scene)?;
     Ok(Outcome::Fine)
 }
 
-/// Enters what was typed or pasted, line by line.
-fn enter(
-    modeller: &mut Modeller,
-    editor: &mut PromptEditor,
-    text: &str,
-    history: Option<&std::path::Path>,
-) -> Reply {
-    let mut lines = text.lines();
-    let mut reply = Reply::Continue;
-    let mut is_remembered = false;
-    for line in lines.by_ref() {
-        is_remembered |= !line.trim().is_empty() && editor.add_history_entry(line).unwrap_or(false);
-        if line.len() > LONGEST_LINE {
-            let fault = Fault::new("too-long", format!("a line has {LONGEST_LINE} bytes at most"));
-            modeller.refuse("", fault.help("is it a text at all?").at(0..1));
-            continue;
-        }
-        reply = modeller.enter(line);
-        if let Reply::Ask(question) = &reply {
-            let yes = ask(editor, question);
-            reply = modeller.answer(yes);
-        }
-        if reply != Reply::Continue {
-            break;
-        }
+/// A terminal with a person at it, and the session that they talk to.
+struct Prompt {
+    editor: PromptEditor,
+    /// Shared with whatever else enters lines.
+    modeller: Arc<Mutex<Modeller>>,
+    progress: Arc<Mutex<ProgressLine>>,
+    /// Whether the last ctrl-c met an empty line.
+    was_empty: Arc<AtomicBool>,
+    interrupt: Arc<AtomicBool>,
+    history: Option<PathBuf>,
+    #[cfg(unix)]
+    _typed_ahead: typed_ahead::KeepTypedAhead,
+}
+
+impl Prompt {
+    fn new(interrupt: Arc<AtomicBool>) -> Result<Self> {
+        #[cfg(unix)]
+        let typed_ahead = typed_ahead::KeepTypedAhead::begin();
+        let was_empty = Arc::new(AtomicBool::new(true));
+        let mut editor = new_editor(&was_empty)?;
+        let progress = Arc::new(Mutex::new(ProgressLine::default()));
+        let voice = voice_of(&mut editor, &progress)?;
+        let modeller = Modeller::new(Input::Person, true, voice, Arc::clone(&interrupt));
+        let history = open_history(&mut editor, &modeller);
+        Ok(Self {
+            editor,
+            modeller: Arc::new(Mutex::new(modeller)),
+            progress,
+            was_empty,
+            interrupt,
+            history,
+            #[cfg(unix)]
+            _typed_ahead: typed_ahead,
+        })
     }
-    if let Some(history) = history.filter(|_| is_remembered) {
-        // A history that cannot be kept is no reason to stop.
-        let _ = editor.append_history(history);
+
+    fn modeller(&self) -> MutexGuard<'_, Modeller> {
+        self.modeller.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    reply
+
+    /// Takes lines until the person leaves.
+    fn converse(&mut self, scene: Option<&str>) -> Result<()> {
+        say::out(concat!(
+            "Superegg ",
+            env!("CARGO_PKG_VERSION"),
+            ". 'help' lists the commands, tab completes, ctrl-d leaves."
+        ))?;
+        self.modeller().offer_recovery();
+        // Nothing is to be lost yet, so nothing is asked.
+        let mut reply = scene.map_or(Reply::Continue, |scene| self.modeller().open(scene));
+        while reply != Reply::Leave {
+            let (session, text) = {
+                let modeller = self.modeller();
+                (modeller.session().clone(), prompt_text(&modeller))
+            };
+            if let Some(helper) = self.editor.helper_mut() {
+                helper.session = session;
+            }
+            ProgressLine::end(&self.progress);
+            let typed = self.editor.readline(&text);
+            ProgressLine::end(&self.progress);
+            match typed {
+                Ok(text) => reply = self.enter(&text),
+                Err(ReadlineError::Interrupted) => {
+                    if self.was_empty.load(Ordering::Relaxed) && !self.modeller().stop_renders() {
+                        say::out("ctrl-d leaves, and so does 'stop'")?;
+                    }
+                }
+                Err(ReadlineError::Eof) => reply = Reply::Leave,
+                Err(error) => {
+                    // The terminal is gone: what was not saved stays in the journal.
+                    self.modeller().leave()?;
+                    return Err(error).context("cannot read from the terminal");
+                }
+            }
+        }
+        self.modeller().leave()?;
+        Ok(())
+    }
+
+    /// Enters what was typed or pasted, line by line.
+    fn enter(&mut self, text: &str) -> Reply {
+        let mut is_remembered = false;
+        let mut reply = Reply::Continue;
+        for line in text.lines() {
+            is_remembered |= !line.trim().is_empty() && self.editor.add_history_entry(line).unwrap_or(false);
+            reply = self.modeller().enter(line);
+            if let Reply::Ask(question) = &reply {
+                let yes = ask(&mut self.editor, question);
+                reply = self.modeller().answer(yes);
+            }
+            // Ctrl-c breaks off the rest of what was pasted too.
+            if reply != Reply::Continue || self.interrupt.load(Ordering::Relaxed) {
+                break;
+            }
+        }
+        if let Some(history) = self.history.as_ref().filter(|_| is_remembered) {
+            // A history that cannot be kept is no reason to stop.
+            let _ = self.editor.append_history(history);
+        }
+        reply
+    }
 }
 
 /// Asks a question whose answer is no unless it is yes.

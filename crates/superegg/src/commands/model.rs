@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, bail};
-use superegg_lang::Fault;
 
 use crate::args::no_such_command;
 use crate::commands::Outcome;
@@ -56,13 +55,10 @@ pub(crate) fn run_lines(
 /// A line of bytes, which may be no line at all.
 fn take(modeller: &mut Modeller, line: &[u8], is_first: bool) -> Reply {
     let line = if is_first { line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line) } else { line };
-    if line.len() > LONGEST_LINE {
-        let fault = Fault::new("too-long", format!("a line has {LONGEST_LINE} bytes at most"));
-        modeller.refuse("", fault.help("is it a text at all?").at(0..1));
-        return Reply::Continue;
-    }
     match std::str::from_utf8(line) {
         Ok(line) => modeller.enter(line),
+        // Cut off where it was too long: in the middle of a character, perhaps.
+        Err(_) if line.len() > LONGEST_LINE => modeller.enter(&String::from_utf8_lossy(line)),
         Err(error) => {
             let fault = superegg_lang::not_text(line, error.valid_up_to());
             modeller.refuse(&String::from_utf8_lossy(line), fault);

@@ -151,13 +151,13 @@ impl Journal {
     }
 
     /// Leaves the file for the next start.
-    pub(crate) fn keep(self) {
-        self.open.map(Open::close);
+    pub(crate) fn keep(&mut self) {
+        self.open.take().map(Open::close);
     }
 
     /// The session ended well: the file goes.
-    pub(crate) fn discard(self) {
-        if let Some(path) = self.open.map(Open::close) {
+    pub(crate) fn discard(&mut self) {
+        if let Some(path) = self.open.take().map(Open::close) {
             // One that stays is offered at the next start.
             let _ = fs::remove_file(path);
         }

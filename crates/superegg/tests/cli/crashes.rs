@@ -62,12 +62,14 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
     let place = Place::new();
     place.write("part.scn", "prm part\nobj whole\nap part\n");
     let mut random = Random(2015);
-    let (mut found_cut, mut found_any) = (0, 0);
+    let mut found = 0;
     for round in 0..40 {
         let mut child = start(&place, &[SUPEREGG]);
         let mut input = child.stdin.take().unwrap();
         let mut output = BufReader::new(child.stdout.take().unwrap());
-        let count = random.below(60) + 1;
+        // It is killed as soon as so many lines are answered, with a few more on their way.
+        let awaited = random.below(60);
+        let count = awaited + 1 + random.below(5);
         // Each line is followed by one that is answered, so that it is known how many were taken.
         let writing = std::thread::spawn(move || {
             for i in 0..count {
@@ -77,7 +79,6 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
                 }
             }
         });
-        let awaited = random.below(count + 1);
         let mut answered = 0;
         let mut line = String::new();
         while answered < awaited {
@@ -101,8 +102,7 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
         if recovered.err.contains("nothing to recover") && (answered..=count).any(nothing_to_lose) {
             continue;
         }
-        found_any += 1;
-        found_cut += u64::from(answered < count);
+        found += 1;
         assert!(
             !after.is_empty(),
             "round {round}: {answered} of {count} answered, recovered:\n{}\n{}",
@@ -110,10 +110,7 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
             recovered.err
         );
     }
-    assert!(
-        found_any > 20 && found_cut > 5,
-        "{found_any} {found_cut}: the kills came too early or too late to tell"
-    );
+    assert!(found > 20, "{found}: most rounds should leave something to recover");
 }
 
 #[test]
