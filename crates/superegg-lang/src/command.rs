@@ -159,10 +159,10 @@ pub enum Request {
 /// What to do about sessions that were not saved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recovery {
-    /// Bring the last one back.
-    Restore,
+    /// Bring one back, by its number in the list, from 1 for the last.
+    Restore(u32),
     /// Tell of all.
     List,
-    /// Forget all.
-    Discard,
+    /// Forget one, by its number in the list, or all.
+    Discard(Option<u32>),
 }

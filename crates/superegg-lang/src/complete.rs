@@ -83,9 +83,13 @@ fn values(setting: &str, partial: &str) -> Vec<String> {
     }
 }
 
+/// The words that begin so; only where none does, those that begin so but for case.
 fn fitting<'a>(words: impl Iterator<Item = &'a str>, partial: &str) -> Vec<String> {
-    let partial = partial.to_lowercase();
-    words.filter(|word| word.to_lowercase().starts_with(&partial)).map(str::to_owned).collect()
+    let folded = partial.to_lowercase();
+    let near: Vec<&str> = words.filter(|word| word.to_lowercase().starts_with(&folded)).collect();
+    let exact: Vec<&str> = near.iter().copied().filter(|word| word.starts_with(partial)).collect();
+    let found = if exact.is_empty() { near } else { exact };
+    found.into_iter().map(str::to_owned).collect()
 }
 
 #[cfg(test)]
@@ -111,7 +115,8 @@ mod tests {
         assert_eq!(found("setCo"), (0, "setCoeff setColor".into()));
         assert_eq!(found("  SETCOL"), (2, "setColor".into()));
         assert_eq!(found("surf"), (0, "surface".into()));
-        assert_eq!(found("ap b"), (3, "ball Box".into()));
+        assert_eq!(found("ap b"), (3, "ball".into()));
+        assert_eq!(found("ap bO"), (3, "Box".into()));
         assert_eq!(found("ap "), (3, "ball Box".into()));
         assert_eq!(found("ap ball h"), (8, String::new()));
         assert_eq!(found("ao "), (3, "man other".into()));

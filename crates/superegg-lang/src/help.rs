@@ -3,7 +3,8 @@
 use crate::diagnostic::Fault;
 use crate::parser::shorten;
 use crate::session::did_you_mean;
-use crate::spec::{ArgKind, CommandSpec, Group, Needs};
+use crate::settings::SETTINGS;
+use crate::spec::{ArgKind, CommandSpec, Group, Needs, Of};
 use crate::table::{COMMANDS, find_command};
 
 /// The list of commands by groups, or the text of each of those named.
@@ -20,24 +21,60 @@ pub fn help(names: &[String]) -> Result<String, (usize, Fault)> {
 }
 
 fn explain_named(i: usize, name: &str) -> Result<String, (usize, Fault)> {
-    find_command(name).map(explain).ok_or_else(|| {
-        let spellings = COMMANDS.iter().flat_map(CommandSpec::all_spellings);
+    let group = || Group::ALL.into_iter().find(|group| group.word().eq_ignore_ascii_case(name));
+    find_command(name).map(explain).or_else(|| group().map(list_group)).ok_or_else(|| {
+        let words = COMMANDS.iter().flat_map(CommandSpec::all_spellings).chain(Group::ALL.map(Group::word));
         let fault = Fault::new("unknown-command", format!("there is no command '{}'", shorten(name)));
-        (i, fault.help(did_you_mean(name, spellings, "'help' alone lists the commands")))
+        (i, fault.help(did_you_mean(name, words, "'help' alone lists the commands")))
     })
 }
 
 fn list() -> String {
-    let mut text = String::new();
-    for group in Group::ALL {
-        text.push_str(&format!("{}\n", group.title()));
-        for spec in COMMANDS.iter().filter(|spec| spec.group == group) {
-            let call = format!("{} {}", spec.all_spellings().collect::<Vec<_>>().join(", "), spec.usage());
-            text.push_str(&format!("  {:<46} {}\n", call.trim_end(), spec.summary));
-        }
+    let groups = Group::ALL.map(list_group).join("\n\n");
+    let words = Group::ALL.map(Group::word).join(", ");
+    format!(
+        "{groups}\n\nCase does not matter; # starts a comment. 'help COMMAND' tells more of one.\n\
+         'help GROUP' lists one of\n{words}."
+    )
+}
+
+fn list_group(group: Group) -> String {
+    let mut text = group.title().to_owned();
+    for spec in COMMANDS.iter().filter(|spec| spec.group == group) {
+        let call = format!("{} {}", spec.all_spellings().collect::<Vec<_>>().join(", "), spec.usage());
         text.push('\n');
+        text.push_str(&two_columns(&format!("  {}", call.trim_end()), spec.summary));
     }
-    text.push_str("Case does not matter; # starts a comment. 'help COMMAND' tells more.");
+    text
+}
+
+/// Text is broken so that it fits a terminal of 80 columns.
+const WIDTH: usize = 79;
+/// Where the right one of two columns begins.
+const RIGHT: usize = 32;
+
+/// A word or two at the left, and what there is to say about it at the right, broken into lines; below, where the left is too long.
+pub(crate) fn two_columns(left: &str, right: &str) -> String {
+    let mut text = left.to_owned();
+    let mut at = left.chars().count();
+    if at + 2 > RIGHT {
+        text.push('\n');
+        at = 0;
+    }
+    let mut is_first = true;
+    for word in right.split_whitespace() {
+        let length = word.chars().count();
+        if !is_first && at + 1 + length > WIDTH {
+            text.push('\n');
+            at = 0;
+            is_first = true;
+        }
+        let gap = if is_first { RIGHT.saturating_sub(at) } else { 1 };
+        text.push_str(&" ".repeat(gap));
+        text.push_str(word);
+        at += gap + length;
+        is_first = false;
+    }
     text
 }
 
@@ -57,6 +94,11 @@ fn explain(spec: &CommandSpec) -> String {
         Needs::Primitive => text.push_str("\n  needs: a selected primitive"),
         Needs::Object => text.push_str("\n  needs: a selected object"),
     }
+    if spec.all_args().any(|arg| matches!(arg.kind, ArgKind::Name(Of::Setting) | ArgKind::Words(Of::Setting)))
+    {
+        let names = SETTINGS.iter().map(|setting| setting.name).collect::<Vec<_>>().join(" ");
+        text.push_str(&format!("\n{}", two_columns("  settings:", &names)));
+    }
     if !spec.default.is_empty() {
         text.push_str(&format!("\n  default: {}", spec.default));
     }
@@ -71,9 +113,15 @@ mod tests {
     #[test]
     fn the_list_has_every_command_once() {
         let text = help(&[]).unwrap();
+        let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
         for spec in COMMANDS {
-            assert_eq!(text.matches(spec.summary).count(), 1, "{}", spec.name);
+            assert_eq!(flat.matches(spec.summary).count(), 1, "{}", spec.name);
         }
+        for line in text.lines() {
+            assert!(line.chars().count() < 80, "{line}");
+        }
+        let group = help(&["Editing".into()]).unwrap();
+        assert!(text.contains(&group) && group.contains("undo [N]") && !group.contains("setColor"));
     }
 
     #[test]

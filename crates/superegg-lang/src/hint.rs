@@ -3,7 +3,8 @@
 use superegg_scene::Entity;
 
 use crate::names::{is_loose, next_arg};
-use crate::parser::words_of_command;
+use crate::number::parse_number;
+use crate::parser::{Word, words_of_command};
 use crate::session::Session;
 use crate::settings::find_setting;
 use crate::spec::{Arg, ArgKind, CommandSpec, Needs};
@@ -40,6 +41,9 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
     if is_at_word && !arguments.is_empty() {
         arguments.insert(0, ' ');
     }
+    if let Some(wrong) = wrong_number(spec, rest).filter(|_| is_at_word) {
+        arguments = wrong;
+    }
     if !is_selected(session, spec.needs) {
         arguments.push_str(match spec.needs {
             Needs::Primitive => "   needs a selected primitive",
@@ -47,6 +51,15 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
         });
     }
     (!arguments.is_empty() || !rest_of_name.is_empty()).then_some(Hint { rest_of_name, arguments })
+}
+
+/// What the last word must be, where it is a number that cannot be.
+fn wrong_number(spec: &CommandSpec, rest: &[Word<'_>]) -> Option<String> {
+    let (last, before) = rest.split_last()?;
+    let ArgKind::Number(range) = next_arg(spec, before)?.kind else { return None };
+    let number = parse_number(last.text).ok()?;
+    let name = next_arg(spec, before)?.name;
+    (!range.contains(number)).then(|| format!("   {name} must be {}", range.describe()))
 }
 
 /// The one command whose name begins so, and the rest of that name.
@@ -120,6 +133,7 @@ mod tests {
             ("render 64x48 ", "|[FILE] [WxH]"),
             ("set wireframe ", "|VALUE(on or off)"),
             ("stop", "| [render]"),
+            ("exp 1 -3", "|   n must be above 0"),
         ] {
             assert_eq!(shown(line).as_deref(), Some(expected), "{line}");
         }

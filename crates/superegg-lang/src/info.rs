@@ -26,7 +26,9 @@ pub(crate) fn info(session: &Session, names: &[String]) -> Result<String, (usize
             continue;
         }
         match name.to_ascii_lowercase().as_str() {
-            "all" => texts.extend(scene.entities().map(|(name, entity)| details(name, entity))),
+            "all" => {
+                texts.extend(sorted(scene.entities()).iter().map(|(name, entity)| details(name, entity)))
+            }
             "selected" => {
                 texts.push(match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
                     Some((name, entity)) => details(name, entity),
@@ -47,9 +49,9 @@ fn list(session: &Session) -> String {
     let scene = session.scene();
     let mut lines = Vec::new();
     lines.push(format!("primitives ({})", scene.primitives().count()));
-    lines.extend(scene.primitives().map(|(name, _)| format!("  {name}")));
+    lines.extend(sorted(scene.primitives()).iter().map(|(name, _)| format!("  {name}")));
     lines.push(format!("objects ({})", scene.objects().count()));
-    for (name, object) in scene.objects() {
+    for (name, object) in sorted(scene.objects()) {
         let count = object.children().len();
         let plural = if count == 1 { "" } else { "ren" };
         lines.push(format!("  {name}: {count} child{plural}"));
@@ -76,6 +78,13 @@ fn list(session: &Session) -> String {
     lines.join("\n")
 }
 
+/// By name, as people look for things; the order in which they were made tells nothing.
+fn sorted<'a, T>(entries: impl Iterator<Item = (&'a str, T)>) -> Vec<(&'a str, T)> {
+    let mut entries: Vec<_> = entries.collect();
+    entries.sort_by_cached_key(|(name, _)| (name.to_lowercase(), *name));
+    entries
+}
+
 fn light_words(light: &Light) -> String {
     format!(
         "at {}, colour {}, k {}",
@@ -100,7 +109,8 @@ fn primitive_details(name: &str, primitive: &Primitive) -> String {
     };
     let shininess = match material.shininess {
         Some(exponent) => format_number(exponent),
-        None => format!("{} (from gloss)", format_number(material.highlight_exponent())),
+        // Rounded to six digits: it is computed.
+        None => format!("{} (from gloss)", (material.highlight_exponent() * 1e6).round() / 1e6),
     };
     let exponents = shape.exponents();
     let rows = [

@@ -32,7 +32,7 @@ pub use highlight::{Paint, highlight};
 pub use hint::{Hint, hint};
 pub use lint::lint;
 pub use number::{NumberError, format_number, parse_number};
-pub use parser::{Parsed, parse_line};
+pub use parser::{Parsed, is_unseen, parse_line};
 pub use script::{Flow, Perform, load_text, not_text, run_script};
 pub use session::{Effect, Session};
 pub use settings::{PreviewStyle, SETTINGS, SettingKind, SettingSpec, Settings};

@@ -182,6 +182,10 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
     let wanted: Vec<String> =
         if counts.is_empty() { vec!["no".into()] } else { counts.iter().map(ToString::to_string).collect() };
     let plural = if wanted == ["1"] { "" } else { "s" };
+    if let Some(word) = rest.get(most).filter(|_| spec.all_args().any(|arg| arg.kind == ArgKind::Size)) {
+        let message = format!("'{}' is not the size of a picture, such as 640x480", shorten(word.text));
+        return Err(Fault::new("argument-count", message).help(usage_help(spec)).at(word.columns.clone()));
+    }
     let message = format!("{} takes {} argument{plural}, not {given}", spec.name, one_of(&wanted));
     let columns = if given > most {
         rest[most].columns.start..rest[given - 1].columns.end
@@ -194,7 +198,12 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
 fn read_number(spec: &CommandSpec, arg: &str, range: NumberRange, word: &Word<'_>) -> Result<f64, Fault> {
     let number = parse_number(word.text).map_err(|error| {
         Fault::new("not-a-number", format!("'{}' {error}", shorten(word.text)))
-            .help(format!("{arg} of {} must be {}, such as 2, .5 or 1e-3", spec.name, range.describe()))
+            .help(format!(
+                "{arg} of {} must be {}; for example: {}",
+                spec.name,
+                range.describe(),
+                spec.example
+            ))
             .at(word.columns.clone())
     })?;
     if range.contains(number) {
@@ -205,10 +214,11 @@ fn read_number(spec: &CommandSpec, arg: &str, range: NumberRange, word: &Word<'_
 }
 
 /// "4, 7 or 8".
-fn one_of(words: &[String]) -> String {
-    match words {
+pub(crate) fn one_of<S: AsRef<str>>(words: &[S]) -> String {
+    let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
+    match &words[..] {
         [] => String::new(),
-        [word] => word.clone(),
+        [word] => (*word).to_owned(),
         [first @ .., last] => format!("{} or {last}", first.join(", ")),
     }
 }
@@ -228,9 +238,16 @@ pub(crate) fn shorten(word: &str) -> String {
 }
 
 fn visible(c: char) -> impl Iterator<Item = char> {
-    let escaped = c.is_control().then(|| c.escape_default());
-    let plain = (!c.is_control()).then_some(c);
+    let escaped = is_unseen(c).then(|| c.escape_unicode());
+    let plain = (!is_unseen(c)).then_some(c);
     escaped.into_iter().flatten().chain(plain)
+}
+
+/// Whether a character could steer a terminal, or hide in a text: control characters, and those that turn the direction of writing or take no
+/// room.
+pub fn is_unseen(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
 }
 
 #[cfg(test)]

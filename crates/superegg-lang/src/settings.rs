@@ -3,8 +3,9 @@
 use superegg_scene::{Encoding, Picture, Shading, ViewSettings};
 
 use crate::diagnostic::Fault;
+use crate::help::two_columns;
 use crate::number::{format_number, parse_number};
-use crate::parser::shorten;
+use crate::parser::{one_of, shorten};
 use crate::session::did_you_mean;
 use crate::spec::{Range, parse_size};
 
@@ -54,7 +55,7 @@ impl SettingKind {
         match self {
             Self::Switch => "on or off".to_owned(),
             Self::Number(range) => range.describe(),
-            Self::Choice(choices) => choices.join(", "),
+            Self::Choice(choices) => one_of(choices),
             Self::Size => "WIDTHxHEIGHT in pixels".to_owned(),
         }
     }
@@ -231,7 +232,10 @@ pub(crate) fn set(
 ) -> Result<&'static SettingSpec, (usize, Fault)> {
     let spec = find_setting(name).ok_or_else(|| (1, unknown_setting(name)))?;
     let value = read(spec.kind, word).ok_or_else(|| {
-        let message = format!("{} must be {}, not {}", spec.name, spec.kind.describe(), shorten(word));
+        let message = match (spec.kind, parse_size(word)) {
+            (SettingKind::Size, Err(why)) => format!("{} cannot be {}: {why}", spec.name, shorten(word)),
+            _ => format!("{} must be {}, not {}", spec.name, spec.kind.describe(), shorten(word)),
+        };
         let help =
             format!("for example: set {} {}", spec.name, told((spec.get)(picture, settings), spec.kind));
         (2, Fault::new("out-of-range", message).help(help))
@@ -260,7 +264,10 @@ pub(crate) fn tell(
     }
     let line = |spec: &&SettingSpec| {
         let value = told((spec.get)(picture, settings), spec.kind);
-        format!("{:<14} {value:<10} {} ({})", spec.name, spec.summary, spec.kind.describe())
+        two_columns(
+            &format!("{:<14} {value}", spec.name),
+            &format!("{} ({})", spec.summary, spec.kind.describe()),
+        )
     };
     Ok(specs.iter().map(line).collect::<Vec<_>>().join("\n"))
 }

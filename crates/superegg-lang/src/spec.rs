@@ -37,6 +37,19 @@ impl Group {
         Self::Pictures,
     ];
 
+    /// The one word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Session => "session",
+            Self::Files => "files",
+            Self::Editing => "editing",
+            Self::Primitives => "primitives",
+            Self::Objects => "objects",
+            Self::Scene => "scene",
+            Self::Pictures => "pictures",
+        }
+    }
+
     /// Its heading.
     pub fn title(self) -> &'static str {
         match self {

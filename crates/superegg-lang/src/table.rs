@@ -63,7 +63,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[&[], &[Arg { name: "COMMAND", kind: ArgKind::Words(Of::Command) }]],
-        summary: "lists the commands, or explains those named",
+        summary: "lists the commands, or explains those named; also one group of them",
         default: "",
         example: "help setColor",
         build: |args| Command::Help(args.texts()),
@@ -166,16 +166,21 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Files,
         needs: Needs::Nothing,
         options: &[],
-        args: &[&[], &[Arg { name: "WHAT", kind: ArgKind::Choice(&["list", "discard"]) }]],
-        summary: "brings back the last session that was not saved; 'recover list' tells of all, 'recover discard' forgets them",
+        args: &[
+            &[],
+            &[Arg { name: "WHAT", kind: ArgKind::Choice(&["list", "discard", "restore"]) }],
+            &[COUNT],
+        ],
+        summary: "brings back a session that was not saved: the last one, or 'recover restore N'; 'recover list' tells of all with their numbers, 'recover discard N' forgets one, 'recover discard' all",
         default: "",
         example: "recover",
         build: |args| {
             let what = args.words.first().map(|word| word.to_ascii_lowercase());
+            let number = args.optional_whole(0);
             Command::Ask(Request::Recover(match what.as_deref() {
                 Some("list") => Recovery::List,
-                Some(_) => Recovery::Discard,
-                None => Recovery::Restore,
+                Some("discard") => Recovery::Discard(number),
+                _ => Recovery::Restore(number.unwrap_or(1)),
             }))
         },
     },
@@ -210,7 +215,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[&[], &[FOLDER]],
-        summary: "lists the scenes, pictures and folders in a folder",
+        summary: "lists what is in a folder",
         default: "the working folder",
         example: "dir scenes",
         build: |args| Command::Ask(Request::ListFolder(args.optional_text(0))),
@@ -506,7 +511,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Object,
         options: &[],
         args: &[VECTOR],
-        summary: "moves the child at the cursor, after all that was done to it before",
+        summary: "moves the child at the cursor (which addPrimitive, addObject and setCursor choose), after all that was done to it before",
         default: "",
         example: "translate 0 0 1.5",
         build: |args| Command::TransformChild(TransformStep::Translate(args.vector(0))),
@@ -593,7 +598,7 @@ pub const COMMANDS: &[CommandSpec] = &[
             &[number("fov_deg", Range::Between(0.0, 180.0))],
         ],
         summary: "places the camera and the point it looks at; the field of view is vertical, in degrees",
-        default: "0 0 10 0 0 0 60; fov_deg is 60 unless given",
+        default: "0 0 10 0 0 0 60: it looks along -z, and y is up (see cameraUp); fov_deg is 60 unless given",
         example: "camera 6 -8 5 0 0 1 40",
         build: |args| {
             Command::SetCamera(Camera {

@@ -4,7 +4,7 @@ use superegg_scene::Scene;
 
 use crate::command::{Command, Request};
 use crate::diagnostic::Fault;
-use crate::parser::{Parsed, parse_line, shorten};
+use crate::parser::{Parsed, parse_line};
 use crate::session::{Effect, Session};
 use crate::settings::Settings;
 
@@ -12,6 +12,9 @@ use crate::settings::Settings;
 const DENSE: usize = 1000;
 /// Of older ones each so manyth keeps it; the others are found by doing again what lies between.
 const SPARSE: usize = 64;
+
+/// Of a longer line undo tells only the beginning.
+const LONGEST_LABEL: usize = 200;
 
 /// A session, the changes that led to it, and those that were undone. Any number of changes can be undone and made again, loads
 /// included; memory grows by the text of a change, and by a few kilobytes for each of the last thousand.
@@ -68,6 +71,14 @@ struct Undone {
 }
 
 impl Timeline {
+    /// A session without a past. What `root` names is selected in it, if there is such a thing.
+    pub fn beginning_with(mut session: Session, root: Option<&str>) -> Self {
+        if let Some(root) = root.filter(|root| session.scene.get(root).is_some()) {
+            session.selected = Some(root.to_owned());
+        }
+        Self { now: session, ..Self::default() }
+    }
+
     /// The session as it is now.
     pub fn session(&self) -> &Session {
         &self.now
@@ -111,6 +122,12 @@ impl Timeline {
                 parsed.command,
                 Command::Deselect | Command::Primitive(_) | Command::Object(_) | Command::SetCursor(_)
             );
+            if is_same
+                && selects
+                && place(&self.now.scene, &self.now.selected) == place(&before.scene, &before.selected)
+            {
+                return Ok(Effect::Done);
+            }
             let line = line.trim();
             let starts_anew = parsed.command == Command::Clear;
             let lines = if starts_anew { "" } else { line };
@@ -131,7 +148,7 @@ impl Timeline {
         self.step_count += 1;
         self.past.push(Step {
             number: self.step_count,
-            label: shorten(label),
+            label: label.chars().take(LONGEST_LABEL).collect(),
             lines: lines.to_owned(),
             starts_anew,
             is_selection,
@@ -226,6 +243,13 @@ impl Timeline {
     }
 }
 
+/// What is selected, and the alias at its cursor.
+fn place<'a>(scene: &'a Scene, selected: &'a Option<String>) -> (Option<&'a str>, Option<&'a str>) {
+    let selected = selected.as_deref();
+    let object = selected.and_then(|name| scene.object(name).ok());
+    (selected, object.and_then(|object| object.cursor()).map(|(alias, _)| alias))
+}
+
 fn told(verb: &str, count: usize, label: &str) -> String {
     if count == 1 {
         format!("{verb}: {label}")
@@ -273,6 +297,9 @@ mod tests {
         run(&mut timeline, "undo 1000");
         assert_eq!(timeline.session(), &Session::default());
         run(&mut timeline, "redo 3");
+        // What is selected already is no step.
+        assert_eq!(run(&mut timeline, "obj o"), Effect::Done);
+        assert_eq!(timeline.redo_count(), 3);
         run(&mut timeline, "deselect");
         assert_eq!((timeline.redo_count(), timeline.session().scene().entities().len()), (0, 2));
     }

@@ -1,9 +1,10 @@
 //! A session back to text that loads to the same session.
 
-use std::collections::HashMap;
+use std::collections::HashSet;
 use std::fmt::Write;
 
 use superegg_geom::TransformStep;
+use superegg_geom::glam::DVec3;
 use superegg_scene::{Camera, Entity, Light, Material, Object, Primitive, Scene};
 
 use crate::info::vector;
@@ -11,39 +12,77 @@ use crate::number::format_number;
 use crate::session::Session;
 use crate::settings;
 
-/// The session as commands: the settings, then a block for each primitive and object, then what is selected. What has its default value is
-/// left out; numbers read back to the same bits. Loading the text gives the same session.
+/// The session as commands: the settings, then one block for each primitive and object, then what is selected. What has its default value is left
+/// out; numbers read back to the same bits. Loading the text gives the same session.
+///
+/// A block stands after those of what its object holds, else in the order in which things were made. Where objects hold each other, one of them is
+/// named before its block.
 pub fn write_session(session: &Session) -> String {
     let scene = session.scene();
     let mut text = String::from("# superegg scene\n");
     write_settings(&mut text, scene);
-    let entities: Vec<(&str, &Entity)> = scene.entities().collect();
-    let places: HashMap<&str, usize> =
-        entities.iter().enumerate().map(|(place, (name, _))| (*name, place)).collect();
-    let mut declared = 0;
-    for (place, (name, entity)) in entities.iter().enumerate() {
-        text.push('\n');
-        match entity {
-            Entity::Primitive(primitive) => write_primitive(&mut text, name, primitive),
-            Entity::Object(object) => {
-                // A child must exist before it is added. What is missing is made in the scene's order, so that the order stays.
-                let last = object.children().filter_map(|(_, child)| places.get(child.target())).max();
-                let needed = last.map_or(0, |last| last + 1);
-                for (name, entity) in entities[..needed].iter().skip(declared.max(place)) {
-                    line(&mut text, &select(name, entity));
-                }
-                declared = declared.max(needed);
-                write_object(&mut text, scene, name, object);
-            }
-        }
-        declared = declared.max(place + 1);
+    let mut blocks = Blocks { scene, text, begun: HashSet::new(), named: HashSet::new(), last: None };
+    for (name, _) in scene.entities() {
+        blocks.write(name);
     }
-    text.push('\n');
+    let Blocks { mut text, last, .. } = blocks;
     match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
-        Some((name, entity)) => line(&mut text, &select(name, entity)),
-        None => line(&mut text, "deselect"),
+        Some((name, _)) if last == Some(name) => {}
+        Some((name, entity)) => line(&mut text, &format!("\n{}", select(name, entity))),
+        None if last.is_none() => {}
+        None => line(&mut text, "\ndeselect"),
     }
     text
+}
+
+/// The blocks written so far.
+struct Blocks<'a> {
+    scene: &'a Scene,
+    text: String,
+    /// What is written, or waits for what it holds.
+    begun: HashSet<&'a str>,
+    /// What can be added to objects.
+    named: HashSet<&'a str>,
+    /// What the last block selects.
+    last: Option<&'a str>,
+}
+
+impl<'a> Blocks<'a> {
+    /// Writes the block of this name, and before it those of what it holds. The way down is kept in a list: there may be any number of levels.
+    fn write(&mut self, name: &'a str) {
+        let mut waiting: Vec<(&'a str, bool)> = vec![(name, false)];
+        while let Some((name, is_ready)) = waiting.pop() {
+            if is_ready {
+                self.write_block(name);
+            } else if self.begun.insert(name) {
+                waiting.push((name, true));
+                let held = self.scene.object(name).into_iter().flat_map(Object::children);
+                waiting.extend(held.rev().map(|(_, child)| (child.target(), false)));
+            }
+        }
+    }
+
+    fn write_block(&mut self, name: &'a str) {
+        let Some(entity) = self.scene.get(name) else { return };
+        self.text.push('\n');
+        match entity {
+            Entity::Primitive(primitive) => write_primitive(&mut self.text, name, primitive),
+            Entity::Object(object) => {
+                self.named.insert(name);
+                for (_, child) in object.children() {
+                    // One that holds this one, and whose block is still to come.
+                    if let Some(held) =
+                        self.scene.get(child.target()).filter(|_| self.named.insert(child.target()))
+                    {
+                        line(&mut self.text, &select(child.target(), held));
+                    }
+                }
+                write_object(&mut self.text, self.scene, name, object);
+            }
+        }
+        self.named.insert(name);
+        self.last = Some(name);
+    }
 }
 
 /// The command that selects an entity, and makes it where it is new.
@@ -59,16 +98,22 @@ fn line(text: &mut String, words: &str) {
     text.push('\n');
 }
 
+/// What tells numbers apart that are equal: 0 and -0.
+fn bits(v: DVec3) -> [u64; 3] {
+    v.to_array().map(f64::to_bits)
+}
+
 fn write_settings(text: &mut String, scene: &Scene) {
     let default = Scene::default();
     let Camera { position, target, up, fov_deg } = scene.camera;
-    if (Camera { up: default.camera.up, ..scene.camera }) != default.camera {
+    let numbers = |camera: &Camera| (bits(camera.position), bits(camera.target), camera.fov_deg.to_bits());
+    if numbers(&scene.camera) != numbers(&default.camera) {
         line(text, &format!("camera {} {} {}", vector(position), vector(target), format_number(fov_deg)));
     }
-    if up != default.camera.up {
+    if bits(up) != bits(default.camera.up) {
         line(text, &format!("cameraUp {}", vector(up)));
     }
-    if scene.background != default.background {
+    if bits(scene.background) != bits(default.background) {
         line(text, &format!("background {}", vector(scene.background)));
     }
     if scene.depth != default.depth {
@@ -97,7 +142,7 @@ fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
     if *patches != default.patches {
         line(text, &format!("setPatch {} {}", patches.u, patches.v));
     }
-    if material.color != default.material.color {
+    if bits(material.color) != bits(default.material.color) {
         line(text, &format!("setColor {}", vector(material.color)));
     }
     let plain: Material = default.material;
@@ -111,7 +156,8 @@ fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
         ("setIndex", Some(material.index), Some(plain.index)),
         ("setShininess", material.shininess, plain.shininess),
     ] {
-        if let Some(value) = value.filter(|_| value != default) {
+        // By their bits: -0 is not the default 0.
+        if let Some(value) = value.filter(|value| Some(value.to_bits()) != default.map(f64::to_bits)) {
             line(text, &format!("{word} {}", format_number(value)));
         }
     }

@@ -48,6 +48,13 @@ impl CompiledScene {
     }
 }
 
+impl CompiledScene {
+    /// A ray in the own space of the primitive that it hit. Places on it keep their t.
+    pub fn local_ray(&self, ray: &Ray, hit: &Hit) -> Ray {
+        self.transforms(&hit.path).fold(*ray, |ray, parent_from_child| ray.to_local(parent_from_child))
+    }
+}
+
 impl SurfaceInteraction<'_> {
     /// The normal on the side that the ray came from.
     pub fn facing_normal(&self) -> DVec3 {

@@ -28,6 +28,17 @@ impl<V: PartialEq> PartialEq for OrderedMap<V> {
     }
 }
 
+impl<V: PartialEq> OrderedMap<V> {
+    /// Whether both have the same names with equal values, in whatever order.
+    pub(crate) fn has_same_entries(&self, other: &Self) -> bool {
+        let in_other = |name: &str| Some(&other.entries.get(other.number_of.get(name)?)?.1);
+        self.entries.len() == other.entries.len()
+            && self.entries.values().all(|(name, value)| {
+                in_other(name).is_some_and(|other| Arc::ptr_eq(other, value) || other == value)
+            })
+    }
+}
+
 impl<V: Clone> OrderedMap<V> {
     pub(crate) fn get(&self, name: &str) -> Option<&V> {
         Some(&*self.entries.get(self.number_of.get(name)?)?.1)
@@ -108,6 +119,8 @@ mod tests {
         for (name, value) in [("z", 1), ("b", 20), ("c", 30)] {
             again.insert(name, value);
         }
-        assert!(again == map && before != map);
+        assert!(again == map && before != map && again.has_same_entries(&map));
+        again.rename("z", "y");
+        assert!(!again.has_same_entries(&map));
     }
 }

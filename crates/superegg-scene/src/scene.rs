@@ -78,7 +78,7 @@ pub enum SceneError {
 }
 
 /// Everything that a user described. Cloning it gives a snapshot that later changes do not touch, and takes no time that grows with it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Scene {
     entities: OrderedMap<Entity>,
     lights: OrderedMap<Light>,
@@ -90,6 +90,18 @@ pub struct Scene {
     pub depth: u32,
     /// How the picture is taken.
     pub picture: Picture,
+}
+
+impl PartialEq for Scene {
+    /// The order in which primitives and objects were made is no part of what a scene is.
+    fn eq(&self, other: &Self) -> bool {
+        self.entities.has_same_entries(&other.entities)
+            && self.lights == other.lights
+            && self.camera == other.camera
+            && self.background == other.background
+            && self.depth == other.depth
+            && self.picture == other.picture
+    }
 }
 
 impl Default for Scene {

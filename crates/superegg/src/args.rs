@@ -36,6 +36,8 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Run a file of commands as a session, with all that they say and without asking questions
     Run(RunArgs),
+    /// Open a window onto a scene
+    View(ViewArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -137,6 +139,23 @@ pub(crate) struct CheckArgs {
 pub(crate) struct RunArgs {
     /// The file of commands, - for standard input
     pub(crate) file: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ViewArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Open no window; print the frame times of the preview and of the live ray traced view
+    #[arg(long)]
+    pub(crate) bench: bool,
+    /// Width and height of the frames in pixels
+    #[arg(long, value_name = "WxH", default_value = "1000x1000", requires = "bench")]
+    pub(crate) size: Size,
+    /// How many frames
+    #[arg(long, value_name = "N", default_value_t = 60, requires = "bench", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) frames: u16,
 }
 
 /// How linear values become bytes.

@@ -7,6 +7,7 @@ pub(crate) mod iotest;
 pub(crate) mod model;
 pub(crate) mod render;
 pub(crate) mod run;
+pub(crate) mod view;
 
 use std::io::{self, Write};
 use std::path::Path;

@@ -27,6 +27,9 @@ fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     if before.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
     }
+    if before.is_file() && before.len() > LONGEST_INPUT {
+        return Err(too_long());
+    }
     let bytes = read_limited(&mut file)?;
     // A file of no length may be one that the system makes as it is read.
     let is_changed = before.is_file()
@@ -54,6 +57,21 @@ pub(crate) fn check_plain(path: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Refuses a name that no file can have, and a file or folder that cannot be written, before the work for it is done.
+pub(crate) fn check_can_be_made(path: &Path) -> Result<()> {
+    let cannot = || format!("cannot write '{}'", path.display());
+    match path.metadata() {
+        Ok(_) => File::options().append(true).open(path).map(drop).with_context(cannot),
+        Err(error) if error.kind() == io::ErrorKind::NotFound && !path.is_symlink() => {
+            // The library that writes files begins with one beside it, too.
+            let beside = folder_of(path).join(format!(".superegg-{}", std::process::id()));
+            File::create_new(&beside).and_then(|_| std::fs::remove_file(&beside)).with_context(cannot)
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error).with_context(cannot),
+    }
+}
+
 /// Refuses what would make a session wait for a reader.
 pub(crate) fn check_no_pipe(path: &Path) -> Result<()> {
     #[cfg(unix)]
@@ -71,9 +89,13 @@ fn read_limited(source: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     source.take(LONGEST_INPUT + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > LONGEST_INPUT {
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "it is longer than 256 MiB"));
+        return Err(too_long());
     }
     Ok(bytes)
+}
+
+fn too_long() -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, "it is longer than 256 MiB")
 }
 
 /// Refuses a place where a file cannot be written, or where it would take the place of the `input`, before the work for it is done.

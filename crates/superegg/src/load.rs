@@ -176,11 +176,17 @@ impl Loader<'_> {
         let candidates = [Path::new(".").join(&typed), folder.join(&typed)];
         let path = candidates.iter().find(|path| path.exists()).unwrap_or(&candidates[0]);
         self.sourced += 1;
-        let is_too_much = self.open.len() >= MOST_NESTED || self.sourced > MOST_SOURCED;
-        if self.open.contains(&identity(path)) || is_too_much {
-            let message = format!("'{}' would be read within itself, too deep or too often", typed.display());
+        if self.open.contains(&identity(path)) {
+            let message = format!("'{}' would be read within itself", typed.display());
             let fault = Fault::new("source-circle", message);
             return Err(fault.help("a file cannot source itself, directly or through others"));
+        }
+        if self.open.len() >= MOST_NESTED || self.sourced > MOST_SOURCED {
+            let fault = Fault::new("source-limit", format!("'{}' is one file too many", typed.display()));
+            let help = format!(
+                "files source each other {MOST_NESTED} deep at most, and {MOST_SOURCED} files in all"
+            );
+            return Err(fault.help(help));
         }
         let bytes = files::read(path).map_err(|error| {
             Fault::new("unreadable", format!("{error:#}"))

@@ -6,6 +6,7 @@ mod preview;
 mod renders;
 mod requests;
 mod tree;
+mod viewer_link;
 mod voice;
 
 use std::path::PathBuf;
@@ -16,9 +17,11 @@ use anyhow::Result;
 use superegg_lang::{Diagnostic, Effect, Fault, Request, Session, Severity, Timeline, parse_line};
 
 use crate::folders::Folders;
+use crate::load::Loaded;
 use crate::modeller::journal::{Journal, LeftBehind, Record, left_behind};
 use crate::modeller::known_files::KnownFiles;
 use crate::modeller::renders::Renders;
+use crate::modeller::viewer_link::ViewerLink;
 pub(crate) use crate::modeller::voice::{Said, Voice, visible};
 
 /// No line is longer, in bytes.
@@ -44,6 +47,16 @@ pub(crate) enum Reply {
     Leave,
 }
 
+/// What waits to be done.
+enum Pending {
+    /// Leaving.
+    Leave,
+    /// Taking a file that has been read.
+    Load { loaded: Box<Loaded>, path: PathBuf, label: String },
+    /// Taking a session that was left.
+    Recover(LeftBehind),
+}
+
 /// A session with its past, its files, its pictures and its journal.
 pub(crate) struct Modeller {
     timeline: Timeline,
@@ -60,10 +73,11 @@ pub(crate) struct Modeller {
     /// Turns true when the person breaks off what runs.
     interrupt: Arc<AtomicBool>,
     /// What waits for the answer to a question.
-    pending: Option<(Request, String)>,
+    pending: Option<Pending>,
     has_errors: bool,
     /// Standard output can no longer be written.
     broken: Option<anyhow::Error>,
+    viewer: ViewerLink,
 }
 
 impl Modeller {
@@ -85,7 +99,14 @@ impl Modeller {
             pending: None,
             has_errors: false,
             broken: None,
+            viewer: ViewerLink::default(),
         }
+    }
+
+    /// The same with a scene that was loaded already, and this selected in it.
+    pub(crate) fn with_scene(mut self, session: Session, root: Option<&str>) -> Self {
+        self.timeline = Timeline::beginning_with(session, root);
+        self
     }
 
     pub(crate) fn session(&self) -> &Session {
@@ -140,18 +161,19 @@ impl Modeller {
 
     /// Takes the answer to the question that was asked.
     pub(crate) fn answer(&mut self, yes: bool) -> Reply {
-        if let Some((request, line)) = self.pending.take().filter(|_| yes)
-            && let Err(fault) = self.carry_out(&request, &line)
-        {
-            self.tell_fault(&line, fault);
+        match self.pending.take() {
+            Some(pending) if yes => self.finish(pending),
+            Some(_) => self.print("nothing has changed"),
+            None => {}
         }
         self.reply()
     }
 
     fn reply(&mut self) -> Reply {
+        self.show_in_viewer();
         match &self.pending {
             _ if self.broken.is_some() => Reply::Leave,
-            Some((Request::Stop, _)) => Reply::Leave,
+            Some(Pending::Leave) => Reply::Leave,
             Some(_) => Reply::Ask("the scene has changes that are not saved; replace it even so?".to_owned()),
             None => Reply::Continue,
         }
@@ -167,16 +189,9 @@ impl Modeller {
                 }
             }
             Effect::Print(text) => self.print(&text),
+            Effect::Ask(Request::Stop) => self.pending = Some(Pending::Leave),
             Effect::Ask(request) => {
-                let is_asked = self.has_person()
-                    && matches!(request, Request::Source { is_forced: false, .. } | Request::Recover(_))
-                    && !matches!(request, Request::Recover(what) if what != superegg_lang::Recovery::Restore)
-                    && self.timeline.has_unsaved_changes();
-                if is_asked || request == Request::Stop {
-                    self.pending = Some((request, line.to_owned()));
-                } else {
-                    self.carry_out(&request, line).map_err(|fault| place_at_argument(fault, line))?;
-                }
+                self.carry_out(&request, line).map_err(|fault| place_at_argument(fault, line, 1))?;
             }
         }
         Ok(())
@@ -232,12 +247,11 @@ impl Modeller {
         let left = self.left_behind();
         if let Some(last) = left.first() {
             let told = requests::tell_left_behind(last);
-            let more = if left.len() > 1 {
-                format!(" ('recover list' tells of {})", left.len())
-            } else {
-                String::new()
-            };
-            self.print(&format!("A session was not saved: {told}. 'recover' brings it back, 'recover discard' forgets it{more}."));
+            self.print(&format!("A session was not saved: {told}."));
+            self.print(&match left.len() {
+                1 => "'recover' brings it back, 'recover discard' forgets it.".to_owned(),
+                count => format!("'recover' brings it back, 'recover list' tells of all {count}."),
+            });
         }
     }
 
@@ -265,13 +279,13 @@ impl Modeller {
     }
 }
 
-/// A fault of a request without a place stands at the first argument, or at the command where there is none.
-fn place_at_argument(fault: Fault, line: &str) -> Fault {
+/// A fault of a request without a place stands at this argument, or at the command where there is none.
+fn place_at_argument(fault: Fault, line: &str, argument: usize) -> Fault {
     if fault.columns.is_some() {
         return fault;
     }
     let columns = parse_line(line).ok().flatten().map(|parsed| parsed.columns).unwrap_or_default();
-    match columns.get(1).or(columns.first()) {
+    match columns.get(argument).or(columns.first()) {
         Some(columns) => fault.at(columns.clone()),
         None => fault,
     }

@@ -7,6 +7,7 @@ mod typed_ahead;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result};
@@ -16,6 +17,8 @@ use rustyline::{
     Cmd, ConditionalEventHandler, Config, Editor, Event, EventContext, EventHandler, ExternalPrinter,
     KeyEvent, RepeatCount,
 };
+
+use superegg_viewer::Viewer;
 
 use crate::commands::Outcome;
 use crate::modeller::{Input, Modeller, Reply, Said, Voice, visible};
@@ -36,8 +39,48 @@ pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
     // While a line is edited ctrl-c is a key; at other times it breaks off what runs.
     ctrlc::set_handler(move || signal.store(true, Ordering::Relaxed)).context("cannot take over ctrl-c")?;
     let mut prompt = Prompt::new(interrupt)?;
-    prompt.converse(scene)?;
+    match Viewer::new() {
+        Ok(viewer) => beside_viewer(prompt, viewer, scene.map(str::to_owned))?,
+        Err(why) => {
+            prompt.modeller().do_without_viewer(why.to_string());
+            prompt.converse(scene)?;
+        }
+    }
     Ok(Outcome::Fine)
+}
+
+/// The conversation on a thread of its own: windows want the main one.
+fn beside_viewer(mut prompt: Prompt, viewer: Viewer, scene: Option<String>) -> Result<()> {
+    let handle = viewer.handle();
+    let modeller = Arc::clone(&prompt.modeller);
+    prompt.modeller().attach_viewer(handle.clone());
+    let first = prompt.modeller().shown();
+    let (out, from_viewer) = channel();
+    std::thread::spawn(move || {
+        for said in from_viewer {
+            modeller.lock().unwrap_or_else(PoisonError::into_inner).take_from_viewer(said);
+        }
+    });
+    let (ended, conversation) = channel();
+    std::thread::spawn(move || {
+        let result = prompt.converse(scene.as_deref());
+        // The terminal is put back before anything else can end the process.
+        drop(prompt);
+        let _ = ended.send(result);
+        handle.quit();
+    });
+    let conversation = Arc::new(Mutex::new(conversation));
+    let end = Arc::clone(&conversation);
+    let result_of = |conversation: &Mutex<Receiver<Result<()>>>| {
+        let conversation = conversation.lock().unwrap_or_else(PoisonError::into_inner);
+        // A conversation that panicked has told of it.
+        conversation.recv().unwrap_or(Ok(()))
+    };
+    viewer.run(Some(first), out, move || {
+        let is_fine = result_of(&end).is_ok();
+        std::process::exit(i32::from(!is_fine));
+    });
+    result_of(&conversation)
 }
 
 /// A terminal with a person at it, and the session that they talk to.
@@ -95,6 +138,11 @@ impl Prompt {
                 let modeller = self.modeller();
                 (modeller.session().clone(), prompt_text(&modeller))
             };
+            let from_viewer = self.modeller().drain_viewer_lines();
+            for line in from_viewer {
+                // A line that repeats the one before is left out.
+                let _ = self.editor.add_history_entry(line);
+            }
             if let Some(helper) = self.editor.helper_mut() {
                 helper.session = session;
             }
@@ -144,10 +192,17 @@ impl Prompt {
     }
 }
 
-/// Asks a question whose answer is no unless it is yes.
+/// Asks a question until it is answered. Nothing typed, or ctrl-c, is no.
 fn ask(editor: &mut PromptEditor, question: &str) -> bool {
-    let answer = editor.readline(&format!("{question} [y/N] "));
-    answer.is_ok_and(|answer| ["y", "yes"].contains(&answer.trim().to_lowercase().as_str()))
+    let mut question = format!("{question} [y/N] ");
+    loop {
+        let answer = editor.readline(&question).unwrap_or_default();
+        match answer.trim().to_lowercase().as_str() {
+            "y" | "yes" => return true,
+            "" | "n" | "no" => return false,
+            _ => question = "y or n? ".to_owned(),
+        }
+    }
 }
 
 fn new_editor(was_empty: &Arc<AtomicBool>) -> Result<PromptEditor> {
@@ -158,6 +213,7 @@ fn new_editor(was_empty: &Arc<AtomicBool>) -> Result<PromptEditor> {
         .auto_add_history(false)
         .completion_type(rustyline::CompletionType::List)
         .completion_prompt_limit(200)
+        .completion_show_all_if_ambiguous(true)
         .bracketed_paste(true)
         .color_mode(color_mode())
         .build();

@@ -60,7 +60,9 @@ impl Grid {
         let most = (half / step * (1.0 + 4.0 * f64::EPSILON)).floor();
         if 2.0 * most + 1.0 > MOST_ALONG_AXIS || !most.is_finite() {
             bail!(
-                "a grid with step {step} as far as {half} has more than {MOST_ALONG_AXIS} points along each axis; take a larger step"
+                "a grid with step {} as far as {} has more than {MOST_ALONG_AXIS} points along each axis; take a larger step",
+                format_number(step),
+                format_number(half)
             );
         }
         Ok(Self { step, most: most as i32 })

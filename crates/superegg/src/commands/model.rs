@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::args::no_such_command;
 use crate::commands::Outcome;
-use crate::modeller::{Input, LONGEST_LINE, Modeller, Reply, Said};
+use crate::modeller::{Input, LONGEST_LINE, Modeller, Reply, Said, Voice, visible};
 use crate::{prompt, say};
 
 pub(crate) fn run(scene: Option<&Path>) -> Result<Outcome> {
@@ -31,17 +31,8 @@ pub(crate) fn run_lines(
     scene: Option<&str>,
     is_journaled: bool,
 ) -> Result<Outcome> {
-    let voice = Arc::new(|said| {
-        match said {
-            Said::Progress(_) => {}
-            Said::Text(line) | Said::Done(line) => say::out(line)?,
-            Said::Complaint(line) => say::complain(line),
-            Said::Failed(line) => say::complain(format_args!("superegg: {line}")),
-        }
-        Ok(())
-    });
     let interrupt = Arc::new(AtomicBool::new(false));
-    let mut modeller = Modeller::new(Input::Lines(name.to_owned()), is_journaled, voice, interrupt);
+    let mut modeller = Modeller::new(Input::Lines(name.to_owned()), is_journaled, plain_voice(), interrupt);
     let mut reply = scene.map_or(Reply::Continue, |scene| modeller.open(scene));
     let mut is_first = true;
     while reply == Reply::Continue {
@@ -50,6 +41,20 @@ pub(crate) fn run_lines(
         is_first = false;
     }
     Ok(if modeller.leave()? { Outcome::ErrorsInInput } else { Outcome::Fine })
+}
+
+/// Answers go to standard output, complaints to standard error.
+pub(crate) fn plain_voice() -> Voice {
+    Arc::new(|said| {
+        match said {
+            Said::Progress(_) => {}
+            Said::Text(line) => say::out(line)?,
+            Said::Done(line) => say::out(visible(&line))?,
+            Said::Complaint(line) => say::complain(line),
+            Said::Failed(line) => say::complain(visible(&format!("superegg: {line}"))),
+        }
+        Ok(())
+    })
 }
 
 /// A line of bytes, which may be no line at all.

@@ -217,6 +217,15 @@ impl LeftBehind {
         records.iter().filter(|record| **record != Record::Saved).count()
     }
 
+    /// The last line that changed something, if it was a line.
+    pub(crate) fn last_change(&self) -> Option<&str> {
+        match read_records(&self.text)?.into_iter().rfind(|record| *record != Record::Saved)? {
+            Record::Line(line) => Some(line),
+            Record::Scene { label, .. } => Some(label),
+            Record::Saved => None,
+        }
+    }
+
     pub(crate) fn remove(self) {
         // One that cannot be removed is offered again, which is well.
         let _ = fs::remove_file(self.path);

@@ -5,8 +5,6 @@ use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use superegg_lang::Fault;
-
 use crate::files;
 
 /// What every file that we write begins with.
@@ -36,11 +34,14 @@ impl KnownFiles {
         }
     }
 
-    /// Refuses to overwrite what is not ours, not known, or has changed since.
-    pub(crate) fn check_overwrite(&self, path: &Path) -> Result<(), Fault> {
+    /// Why a file should not be overwritten, if so: it is not ours, not known, has changed since, or is not to be written.
+    pub(crate) fn check_overwrite(&self, path: &Path) -> Result<(), String> {
         let Ok(metadata) = path.metadata() else { return Ok(()) };
         if !metadata.is_file() {
             return Ok(());
+        }
+        if metadata.permissions().readonly() {
+            return Err(format!("'{}' is read-only", path.display()));
         }
         let known = path.canonicalize().ok().and_then(|path| self.0.get(&path));
         let why = match known {
@@ -49,7 +50,6 @@ impl KnownFiles {
             None if metadata.len() == 0 || files::begins_with(path, OUR_MARK) => return Ok(()),
             None => "was neither made by Superegg nor loaded in this session",
         };
-        let message = format!("'{}' {why}", path.display());
-        Err(Fault::new("not-ours", message).help(format!("'save! {}' overwrites it", path.display())))
+        Err(format!("'{}' {why}", path.display()))
     }
 }

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
-use superegg_lang::{Fault, Recovery, Request, Severity, Timeline, format_number, write_session};
+use superegg_lang::{Fault, Recovery, Request, Timeline, format_number, write_session};
 use superegg_render::{CompiledScene, RenderBudget, RenderSettings, render};
 
 use crate::commands::intersect::{tell_camera_ray, tell_hit};
@@ -17,7 +17,7 @@ use crate::load::{Loaded, load_into};
 use crate::modeller::journal::{LeftBehind, Record, read_records};
 use crate::modeller::preview::Canvas;
 use crate::modeller::renders::Job;
-use crate::modeller::{Modeller, Said, tree};
+use crate::modeller::{Modeller, Pending, Said, place_at_argument, tree};
 
 /// So many errors of one file are told one by one.
 const MOST_TOLD: usize = 1000;
@@ -34,7 +34,7 @@ impl Modeller {
                 self.save(file.as_deref(), *is_forced, *as_history)
             }
             Request::Recover(what) => self.recover(*what),
-            Request::Show(names) => self.show(names),
+            Request::Show(names) => self.show(names, line),
             Request::History(count) => {
                 let skipped =
                     self.typed.len().saturating_sub(count.map_or(usize::MAX, |count| count as usize));
@@ -59,9 +59,15 @@ impl Modeller {
             Request::ListFolder(folder) => self.list_folder(folder.as_deref()),
             Request::Render { file, size } => self.render(file.as_deref(), *size),
             Request::Preview => self.preview(),
-            Request::View | Request::Interact => {
-                let fault = Fault::new("no-viewer", "there is no viewer to show the scene in");
-                Err(fault.help("'preview' draws it here, 'render' writes a picture").warning())
+            Request::View => {
+                self.viewer()?.open(self.shown());
+                Ok(())
+            }
+            Request::Interact => {
+                let viewer = self.viewer()?;
+                viewer.open(self.shown());
+                viewer.interact();
+                Ok(())
             }
             Request::InsideOutside(point) => self.inside_outside(*point),
             Request::Intersect(ray) => {
@@ -96,7 +102,7 @@ impl Modeller {
         Ok(CompiledScene::compile(scene, Some(self.root()?), scene.depth))
     }
 
-    /// Loads a file: all of it, or nothing.
+    /// Reads a file, and takes all of it or nothing. What would take the place of unsaved work waits for the person's word.
     fn source(&mut self, file: Option<&str>, is_forced: bool, line: &str) -> Result<(), Fault> {
         let typed = file.map_or_else(|| self.folders.quicksave_to_load(), |file| self.folders.expand(file));
         let path = with_scene_ending_if_there(typed);
@@ -110,36 +116,55 @@ impl Modeller {
             self.say(Said::Complaint(format!("... and {more} more; 'superegg check' tells them all")));
         }
         if loaded.is_interrupted {
-            return Err(Fault::new("interrupted", "the load was broken off; the scene is as it was"));
+            return Err(Fault::new("interrupted", "the load was broken off; the scene is as it was")
+                .help("load it again, and let it end"));
         }
-        let error_count = loaded.diagnostics.iter().filter(|d| d.severity == Severity::Error).count();
-        if error_count > 0 && !is_forced {
-            let message =
-                format!("'{}' has {}; the scene is as it was", path.display(), counted(error_count, "error"));
+        let errors = counted(loaded.error_count(), "error");
+        if loaded.has_errors() && !is_forced {
+            let message = format!("'{}' has {errors}; the scene is as it was", path.display());
             let name = file.map_or_else(String::new, |file| format!(" {}", quoted(file)));
             return Err(
                 Fault::new("not-loaded", message).help(format!("'load!{name}' takes what is good in it"))
             );
         }
-        let Loaded { session, lines, prints, .. } = loaded;
-        prints.iter().for_each(|text| self.print(text));
-        self.timeline.replace(session, line, &lines);
-        self.timeline.mark_saved();
-        self.write_down(Record::Scene { label: line, lines: &lines });
-        self.write_down(Record::Saved);
-        self.known.remember(&path);
-        if self.has_person() {
-            let scene = self.session().scene();
-            let text = format!(
-                "{}: {}, {}",
-                path.display(),
-                counted(scene.primitives().count(), "primitive"),
-                counted(scene.objects().count(), "object")
-            );
-            self.print(&text);
+        if loaded.has_errors() {
+            self.print(&format!("{}: loaded but for {errors}; 'undo' brings back what was", path.display()));
         }
-        self.scene_file = Some(path);
+        let pending = Pending::Load { loaded: Box::new(loaded), path, label: line.trim().to_owned() };
+        if self.has_person() && !is_forced && self.timeline.has_unsaved_changes() {
+            self.pending = Some(pending);
+        } else {
+            self.finish(pending);
+        }
         Ok(())
+    }
+
+    /// Takes what was read, or what was found, in place of the scene.
+    pub(super) fn finish(&mut self, pending: Pending) {
+        match pending {
+            Pending::Leave => {}
+            Pending::Load { loaded, path, label } => {
+                let Loaded { session, lines, prints, .. } = *loaded;
+                prints.iter().for_each(|text| self.print(text));
+                self.timeline.replace(session, &label, &lines);
+                self.timeline.mark_saved();
+                self.write_down(Record::Scene { label: &label, lines: &lines });
+                self.write_down(Record::Saved);
+                self.known.remember(&path);
+                if self.has_person() {
+                    let scene = self.session().scene();
+                    let text = format!(
+                        "{}: {}, {}",
+                        path.display(),
+                        counted(scene.primitives().count(), "primitive"),
+                        counted(scene.objects().count(), "object")
+                    );
+                    self.print(&text);
+                }
+                self.scene_file = Some(path);
+            }
+            Pending::Recover(left) => self.restore(left),
+        }
     }
 
     fn save(&mut self, file: Option<&str>, is_forced: bool, as_history: bool) -> Result<(), Fault> {
@@ -151,7 +176,11 @@ impl Modeller {
         if !is_stream {
             files::check_no_pipe(&path).map_err(|error| unwritable(&error))?;
             if !is_forced {
-                self.known.check_overwrite(&path)?;
+                let option = if as_history { "--history " } else { "" };
+                self.known.check_overwrite(&path).map_err(|why| {
+                    let name = quoted(&path.display().to_string());
+                    Fault::new("not-ours", why).help(format!("'save! {option}{name}' overwrites it"))
+                })?;
             }
         }
         let text = if as_history { self.timeline.typed_lines() } else { write_session(self.session()) };
@@ -185,57 +214,80 @@ impl Modeller {
     fn recover(&mut self, what: Recovery) -> Result<(), Fault> {
         let mut left = self.left_behind();
         if left.is_empty() {
-            return Err(Fault::new("nothing-left", "every session that ended was saved")
-                .help("there is nothing to recover")
+            return Err(Fault::new("nothing-left", "there is no session to recover")
+                .help("every session that ended was saved, or has been recovered")
                 .warning());
+        }
+        let number = match what {
+            Recovery::Restore(number) | Recovery::Discard(Some(number)) => number as usize,
+            Recovery::List | Recovery::Discard(None) => 1,
+        };
+        if number > left.len() {
+            let message = format!("there {} to recover", plural_sessions(left.len()));
+            return Err(
+                Fault::new("out-of-range", message).help("'recover list' tells of each with its number")
+            );
         }
         match what {
             Recovery::List => {
-                let text = left.iter().map(tell_left_behind).collect::<Vec<_>>().join("\n");
+                let told =
+                    |(i, left): (usize, &LeftBehind)| format!("{:>3}  {}", i + 1, tell_left_behind(left));
+                let text = left.iter().enumerate().map(told).collect::<Vec<_>>().join("\n");
                 self.print(&text);
             }
-            Recovery::Discard => {
-                self.print(&format!("forgotten: {}", counted(left.len(), "session")));
-                left.into_iter().for_each(LeftBehind::remove);
+            Recovery::Discard(only) => {
+                let gone = if only.is_some() { vec![left.swap_remove(number - 1)] } else { left };
+                self.print(&format!("forgotten: {}", counted(gone.len(), "session")));
+                gone.into_iter().for_each(LeftBehind::remove);
             }
-            Recovery::Restore => {
-                let last = left.swap_remove(0);
-                let recovered = replay(&last.text);
-                if self.timeline.undo_count() == 0 && self.journal.is_empty() {
-                    let settings = self.session().settings;
-                    self.timeline = recovered;
-                    self.timeline.set_settings(settings);
-                    if let Some(trouble) = self.journal.take_over(whole_records(&last.text)) {
-                        self.say(Said::Complaint(format!("superegg: {trouble}")));
-                    }
+            Recovery::Restore(_) => {
+                let pending = Pending::Recover(left.swap_remove(number - 1));
+                if self.has_person() && self.timeline.has_unsaved_changes() {
+                    self.pending = Some(pending);
                 } else {
-                    let lines = recovered.typed_lines();
-                    let mut session = recovered.session().clone();
-                    session.settings = self.session().settings;
-                    self.timeline.replace(session, "recover", &lines);
-                    self.write_down(Record::Scene { label: "recover", lines: &lines });
+                    self.finish(pending);
                 }
-                let told = tell_left_behind(&last);
-                // It stays until this journal has all of it.
-                if self.journal.is_written() {
-                    last.remove();
-                }
-                self.print(&format!("recovered: {told}"));
             }
         }
         Ok(())
     }
 
-    fn show(&mut self, names: &[String]) -> Result<(), Fault> {
+    fn restore(&mut self, left: LeftBehind) {
+        let recovered = replay(&left.text);
+        if self.timeline.undo_count() == 0 && self.journal.is_empty() {
+            let settings = self.session().settings;
+            self.timeline = recovered;
+            self.timeline.set_settings(settings);
+            if let Some(trouble) = self.journal.take_over(whole_records(&left.text)) {
+                self.say(Said::Complaint(format!("superegg: {trouble}")));
+            }
+        } else {
+            let lines = recovered.typed_lines();
+            let mut session = recovered.session().clone();
+            session.settings = self.session().settings;
+            self.timeline.replace(session, "recover", &lines);
+            self.write_down(Record::Scene { label: "recover", lines: &lines });
+        }
+        let told = tell_left_behind(&left);
+        // It stays until this journal has all of it.
+        if self.journal.is_written() {
+            left.remove();
+        }
+        self.print(&format!("recovered: {told}"));
+    }
+
+    fn show(&mut self, names: &[String], line: &str) -> Result<(), Fault> {
         let selected = [self.root().unwrap_or_default().to_owned()];
         if names.is_empty() && selected[0].is_empty() {
             self.root()?;
         }
         let names = if names.is_empty() { &selected[..] } else { names };
         let mut texts = Vec::new();
-        for name in names {
+        for (i, name) in names.iter().enumerate() {
             let session = self.session();
-            let details = session.describe(std::slice::from_ref(name))?;
+            let details = session
+                .describe(std::slice::from_ref(name))
+                .map_err(|fault| place_at_argument(fault, line, i + 1))?;
             let meant: Vec<&str> = match (session.scene().get(name), name.to_ascii_lowercase().as_str()) {
                 (Some(_), _) => vec![name],
                 (None, "all") => session.scene().entities().map(|(name, _)| name).collect(),
@@ -305,6 +357,8 @@ impl Modeller {
         files::check_no_pipe(&path)
             .and_then(|()| files::check_writable_place(Some(&path), Path::new("")))
             .map_err(|error| unwritable(&error))?;
+        files::check_can_be_made(&path).map_err(|error| unwritable(&error))?;
+        self.warn_of_pointless_picture(&root);
         let session = self.session();
         let scene = session.scene().clone();
         let picture = scene.picture;
@@ -318,16 +372,30 @@ impl Modeller {
         };
         let before = self.renders.push(job);
         if before > 0 {
-            self.print(&format!(
-                "it begins when {} before it {} done",
-                counted(before, "picture"),
-                if before == 1 { "is" } else { "are" }
-            ));
+            self.print(&match before {
+                1 => "it begins when the picture before it is done".to_owned(),
+                _ => format!("it begins when the {before} pictures before it are done"),
+            });
         }
         Ok(())
     }
 
+    /// Tells what makes a picture empty or odd before it is made.
+    fn warn_of_pointless_picture(&mut self, root: &str) {
+        let scene = self.session().scene();
+        let is_empty = scene.object(root).is_ok_and(|object| object.children().len() == 0);
+        let looks_along_up = scene.camera.looks_along_up();
+        if is_empty {
+            self.print(&format!("warning: '{root}' has no children, so there is nothing to see in it"));
+        }
+        if looks_along_up {
+            self.print("warning: the camera looks along its up direction; 'cameraUp x y z' gives another");
+        }
+    }
+
     fn preview(&mut self) -> Result<(), Fault> {
+        let root = self.root()?.to_owned();
+        self.warn_of_pointless_picture(&root);
         let compiled = self.compile()?;
         let session = self.session();
         let (scene, canvas) = (session.scene(), Canvas::choose(session.settings.preview));
@@ -409,7 +477,13 @@ impl Modeller {
     }
 }
 
-/// When a session was left, and how much of it there is.
+/// "is 1 session", "are 2 sessions".
+fn plural_sessions(count: usize) -> String {
+    let verb = if count == 1 { "is" } else { "are" };
+    format!("{verb} {}", counted(count, "session"))
+}
+
+/// When a session was left, how much of it there is, and how it ended.
 pub(super) fn tell_left_behind(left: &LeftBehind) -> String {
     let ago =
         left.modified.and_then(|at| SystemTime::now().duration_since(at).ok()).map_or(0, |ago| ago.as_secs());
@@ -419,7 +493,8 @@ pub(super) fn tell_left_behind(left: &LeftBehind) -> String {
         3600..86_400 => format!("{} h ago", ago / 3600),
         _ => format!("{} days ago", ago / 86_400),
     };
-    format!("{}, {when}", counted(left.change_count(), "change"))
+    let last = left.last_change().map(|line| format!(", the last: {line}")).unwrap_or_default();
+    format!("{}, {when}{last}", counted(left.change_count(), "change"))
 }
 
 /// The session that a journal tells of.
@@ -455,11 +530,16 @@ fn unwritable(error: &anyhow::Error) -> Fault {
 }
 
 fn missing(error: &anyhow::Error, file: Option<&str>) -> Fault {
+    let is_absent = error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
+        .any(|cause| cause.kind() == std::io::ErrorKind::NotFound);
     let fault = Fault::new("unreadable", format!("{error:#}"));
-    match file {
-        Some(_) => fault.help("'dir' lists the working folder, 'pwd' tells which it is"),
-        None => fault.help("there is no quicksave yet: 'save' makes one, 'load FILE' loads a file"),
-    }
+    fault.help(match file {
+        None => "there is no quicksave yet: 'save' makes one, 'load FILE' loads a file",
+        Some(_) if is_absent => "'dir' lists the working folder, 'pwd' tells which it is",
+        Some(_) => "name a scene file, a text of commands, that you may read",
+    })
 }
 
 /// A file name as it can be typed.

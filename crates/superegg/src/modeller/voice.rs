@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::Result;
+use superegg_lang::is_unseen;
 
 /// What it says. Each is a line or more, without the last line break.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,12 +26,12 @@ pub(crate) enum Said {
 /// Nobody can hear it any more.
 pub(crate) type Voice = Arc<dyn Fn(Said) -> Result<()> + Send + Sync>;
 
-/// Text with its control characters, but for line breaks and tabs, as escapes, so that no name can steer a terminal.
+/// Text with characters that are not seen, but for line breaks and tabs, as escapes, so that no name can steer a terminal.
 pub(crate) fn visible(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        if c.is_control() && c != '\n' && c != '\t' {
-            shown.extend(c.escape_default());
+        if is_unseen(c) && c != '\n' && c != '\t' {
+            shown.extend(c.escape_unicode());
         } else {
             shown.push(c);
         }

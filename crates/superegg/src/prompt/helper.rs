@@ -8,12 +8,12 @@ use rustyline::highlight::{CmdKind, Highlighter};
 use rustyline::hint::{Hint as RustylineHint, Hinter};
 use rustyline::validate::Validator;
 use rustyline::{Context, Helper};
-use superegg_lang::{Paint, Session, complete, highlight, hint};
+use superegg_lang::{Paint, Session, complete, find_command, highlight, hint};
 
 use crate::folders::Folders;
 
-/// Longer lines are not painted: it would take its time at every key.
-const LONGEST_PAINTED: usize = 20_000;
+/// Longer lines are not painted, and get no hints: it would take its time at every key.
+const LONGEST_PAINTED: usize = 500;
 
 /// What the editor asks, with the session as it is now.
 pub(super) struct PromptHelper {
@@ -26,8 +26,15 @@ impl PromptHelper {
         Self { session: Session::default(), folders: Folders::of_user() }
     }
 
-    /// Files that begin so, folders with a slash.
-    fn files(&self, partial: &str) -> Vec<Pair> {
+    /// Files that begin so and that the command may want, folders with a slash.
+    fn files(&self, command: &str, partial: &str) -> Vec<Pair> {
+        let endings: &[&str] = match find_command(command).map(|spec| spec.name) {
+            Some("render") => &[".png"],
+            Some("cd" | "dir") => &[],
+            _ => &[".scn"],
+        };
+        let is_wanted =
+            |name: &str, is_folder: bool| is_folder || endings.iter().any(|ending| name.ends_with(ending));
         let (folder, start) =
             partial.rsplit_once('/').map_or(("", partial), |(folder, start)| (folder, start));
         let place = match (folder, partial.starts_with('/')) {
@@ -40,7 +47,10 @@ impl PromptHelper {
         let mut pairs: Vec<Pair> = entries
             .flatten()
             .filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path().is_dir())))
-            .filter(|(name, _)| name.starts_with(start) && (start.starts_with('.') || !name.starts_with('.')))
+            .filter(|(name, is_folder)| {
+                let is_hidden = name.starts_with('.') && !start.starts_with('.');
+                name.starts_with(start) && !is_hidden && is_wanted(name, *is_folder)
+            })
             .map(|(name, is_folder)| {
                 let display = if is_folder { name + "/" } else { name };
                 let whole = format!("{prefix}{display}");
@@ -71,7 +81,8 @@ impl Completer for PromptHelper {
             .map(|word| Pair { replacement: word.clone(), display: word })
             .collect();
         if let Some(partial) = &completion.file {
-            pairs.extend(self.files(partial));
+            let command = line[begin..at].split_whitespace().next().unwrap_or_default();
+            pairs.extend(self.files(command, partial));
         }
         if let [only] = &mut pairs[..] {
             // What is complete is followed by the next word.
@@ -103,7 +114,7 @@ impl Hinter for PromptHelper {
     type Hint = LineHint;
 
     fn hint(&self, line: &str, at: usize, _: &Context<'_>) -> Option<LineHint> {
-        if at < line.len() || line.contains('\n') {
+        if at < line.len() || line.len() > LONGEST_PAINTED || line.contains('\n') {
             return None;
         }
         let hint = hint(&self.session, line)?;
@@ -143,8 +154,8 @@ impl Highlighter for PromptHelper {
         Cow::Owned(format!("\x1b[2m{hint}\x1b[0m"))
     }
 
-    fn highlight_char(&self, _: &str, _: usize, kind: CmdKind) -> bool {
-        kind != CmdKind::MoveCursor
+    fn highlight_char(&self, line: &str, _: usize, kind: CmdKind) -> bool {
+        kind != CmdKind::MoveCursor && line.len() <= LONGEST_PAINTED
     }
 }
 

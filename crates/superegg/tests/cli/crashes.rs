@@ -99,7 +99,7 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
             (answered..=count).filter(|&taken| scene_after(&place, taken) == scene).collect();
         // Just after a load all is on disk; before the first line there is nothing.
         let nothing_to_lose = |taken: u64| taken == 0 || change(taken - 1).starts_with("load");
-        if recovered.err.contains("nothing to recover") && (answered..=count).any(nothing_to_lose) {
+        if recovered.err.contains("no session to recover") && (answered..=count).any(nothing_to_lose) {
             continue;
         }
         found += 1;
@@ -117,7 +117,7 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
 fn a_session_that_ends_well_leaves_nothing_behind() {
     let place = Place::new();
     place.run_with("", "prm ball\n").fine();
-    assert!(place.run_with("", "recover\n").err.contains("there is nothing to recover"));
+    assert!(place.run_with("", "recover\n").err.contains("there is no session to recover"));
 }
 
 /// A shell line that runs the program with its folders on a file system of 64 KiB, if this machine lets us make one.

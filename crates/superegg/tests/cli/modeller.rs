@@ -175,7 +175,7 @@ fn settings_of_the_picture_are_saved_with_the_scene() {
         .fine();
     assert_eq!(
         place.read("s.scn"),
-        "# superegg scene\nset size 8x6\nset samples 2\nset encoding linear\n\nprimitive ball\n\nprimitive ball\n"
+        "# superegg scene\nset size 8x6\nset samples 2\nset encoding linear\n\nprimitive ball\n"
     );
     assert!(place.run("render s.scn").fine().starts_with("s.png: 8x6,"));
     let flags = place.run("render s.scn --size 4x4 --encoding srgb").fine();
@@ -460,4 +460,54 @@ fn run_is_the_same_session_from_a_file() {
     assert!(answer.err.contains("s.txt:8:1: warning[nothing-left]"), "{answer:?}");
     assert_eq!(place.files(), ["a.png", "s.scn", "s.txt"]);
     assert!(!place.own("state").exists(), "a file that is run leaves no journal");
+}
+
+#[test]
+fn a_clean_scene_has_one_block_for_each_thing() {
+    let place = Place::new();
+    let typed = "obj man\nprm ball\nobj man\nap ball\nprm nose\nobj man\nap nose\nobj fractal\nap ball\nao fractal again\nss .5 .5 .5\n\
+        obj a\nobj b\nao a\nobj a\nao b\nprm ball\ncolor 1 0 0\ncameraUp -0 1 0\nbackground -0 0 0\n";
+    let before = place.session(&format!("{typed}save s\ninfo all\ninfo\n")).fine();
+    let text = place.read("s.scn");
+    for line in [
+        "primitive ball",
+        "primitive nose",
+        "object man",
+        "object fractal",
+        "object b",
+        "background -0 0 0",
+        "cameraUp -0 1 0",
+    ] {
+        let expected = if line == "primitive ball" { 2 } else { 1 };
+        assert_eq!(text.lines().filter(|l| *l == line).count(), expected, "{line}: {text}");
+    }
+    assert_eq!(place.session("load s\ninfo all\ninfo\n").fine(), before);
+}
+
+#[test]
+fn sessions_that_were_left_are_told_apart() {
+    let place = Place::new();
+    std::fs::create_dir_all(place.own("state/superegg/journals")).unwrap();
+    for (name, line) in [("1-1", "prm older"), ("2-2", "prm newer")] {
+        let path = place.own(&format!("state/superegg/journals/{name}.journal"));
+        std::fs::write(&path, format!("# superegg journal 1\n> {line}\n")).unwrap();
+        let age = std::time::Duration::from_secs(if name == "1-1" { 7200 } else { 60 });
+        let file = std::fs::File::options().append(true).open(path).unwrap();
+        file.set_modified(std::time::SystemTime::now() - age).unwrap();
+    }
+    let answer = place.session("recover list\nrecover restore 3\nrecover restore 2\ninfo\nrecover list\nrecover discard 1\nrecover\n");
+    assert!(
+        answer.out.contains(
+            "  1  1 change, 1 min ago, the last: prm newer\n  2  1 change, 2 h ago, the last: prm older\n"
+        ),
+        "{answer:?}"
+    );
+    assert!(
+        answer.out.contains("recovered: 1 change, 2 h ago") && answer.out.contains("  older\n"),
+        "{answer:?}"
+    );
+    assert!(
+        answer.out.contains("forgotten: 1 session") && answer.err.contains("there are 2 sessions to recover"),
+        "{answer:?}"
+    );
 }

@@ -41,8 +41,7 @@ fn tab_completes_and_hints_show_what_is_to_come() {
     terminal.press(CTRL_C);
     terminal.line("", "ball> ");
 
-    terminal.press("setC");
-    terminal.press(TAB);
+    terminal.press("setc");
     terminal.press(TAB);
     terminal.wait_for("setCoeff   setColor   setCursor");
     terminal.press(&format!("oe{TAB}"));
@@ -57,9 +56,9 @@ fn tab_completes_and_hints_show_what_is_to_come() {
     terminal.press(&format!("cur {TAB}\r"));
     terminal.wait_for("man[h]> cur h");
 
-    terminal.press(&format!("load! ro{TAB}{TAB}"));
-    terminal.wait_for("robe.png       robot arm.scn  rooms/");
-    terminal.press(&format!("bo{TAB}"));
+    terminal.press(&format!("load! ro{TAB}"));
+    terminal.wait_for("robot arm.scn  rooms/");
+    terminal.press(&format!("b{TAB}"));
     terminal.wait_for("load! \"robot arm.scn\"");
     terminal.press("\r");
     terminal.wait_for("robot arm.scn: 1 primitive, 0 objects");
@@ -153,7 +152,7 @@ fn pictures_are_rendered_behind_the_prompt_and_can_be_stopped() {
     assert_eq!(progress(&terminal.contents()), 1);
     terminal.line(" 2", "ball> ");
     terminal.line("render second 4x3", "ball> ");
-    assert!(terminal.contents().contains("it begins when 1 picture before it is done"));
+    assert!(terminal.contents().contains("it begins when the picture before it is done"));
     terminal.press(CTRL_C);
     terminal.wait_for("big.png: stopped, nothing is written");
     terminal.wait_for("second.png: stopped, nothing is written");
@@ -188,19 +187,29 @@ fn a_long_paste_is_taken_whole() {
 #[test]
 fn a_load_asks_only_where_something_would_be_lost() {
     let place = Place::new();
-    place.write("a.scn", "prm a\n").write("bad.scn", "prm b\nnonsense\nprm c\n");
+    place
+        .write("a.scn", "prm a\n")
+        .write("other.scn", "prm other\n")
+        .write("bad.scn", "prm b\nnonsense\nprm c\n");
     let mut terminal = Terminal::modeller(&place);
     terminal.line("load a", "a> ");
     terminal.line("load a.scn", "a> ");
     terminal.line("coeff 2 2 2", "a> ");
     for (answer, prompt) in [("n", "a> "), (CTRL_C, "a> "), ("", "a> ")] {
-        terminal.press("load bad\r");
+        terminal.press("load other\r");
         terminal.wait_for_last("a question", |line| line.ends_with("replace it even so? [y/N]"));
         terminal.line(answer, prompt);
+        assert!(terminal.contents().trim_end().contains("nothing has changed"));
     }
-    terminal.press("load bad\r");
+    // What cannot be loaded is told without a question.
+    terminal.line("load nowhere", "a> ");
+    terminal.line("load bad", "a> ");
+    terminal.press("load other\r");
     terminal.wait_for_last("a question", |line| line.ends_with("[y/N]"));
-    terminal.line("y", "a> ");
+    terminal.press("perhaps\r");
+    terminal.wait_for_last("the question again", |line| line == "y or n?");
+    terminal.line("y", "other> ");
+    terminal.line("undo", "a> ");
     let shown = terminal.contents();
     assert!(shown.contains("bad.scn:2:1: error[unknown-command]"), "{shown}");
     assert!(
@@ -223,7 +232,7 @@ fn what_was_not_saved_is_offered_at_the_next_start() {
     // A session that runs at the same time is nobody's to recover.
     let mut other = Terminal::modeller(&place);
     assert!(
-        other.contents().contains("A session was not saved: 2 changes, just now"),
+        other.contents().contains("A session was not saved: 2 changes, just now, the last: coeff 1 2 3."),
         "{}",
         other.contents()
     );
@@ -231,7 +240,7 @@ fn what_was_not_saved_is_offered_at_the_next_start() {
     other.line("recover", "kept> ");
     other.line("undo", "kept> ");
     another.line("recover", "superegg> ");
-    assert!(another.contents().contains("there is nothing to recover"));
+    assert!(another.contents().contains("there is no session to recover"));
     other.press(CTRL_D);
     other.wait_for("The scene was not saved; the next start offers it again.");
     other.left();
@@ -267,4 +276,16 @@ fn a_preview_fills_the_terminal_and_no_more() {
     terminal.line("preview", "ball> ");
     terminal.line("get preview", "ball> ");
     assert!(terminal.raw.contains("\x1b_Gf=100,a=T") && terminal.raw.contains("\x1bP"), "both protocols");
+}
+
+#[test]
+fn a_signal_that_ends_it_leaves_the_terminal_as_it_was() {
+    let place = Place::new();
+    let mut terminal = Terminal::modeller(&place);
+    terminal.line("prm kept", "kept> ");
+    terminal.end_by_signal();
+    assert_eq!(terminal.left(), 128 + 15);
+    assert!(terminal.echoes(), "what is typed next is seen");
+    let next = Terminal::modeller(&place);
+    assert!(next.contents().contains("A session was not saved: 1 change"));
 }

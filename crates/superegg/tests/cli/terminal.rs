@@ -21,7 +21,7 @@ pub(crate) struct Terminal {
     screen: vt100::Parser,
     /// Everything that came, escape sequences included.
     pub(crate) raw: String,
-    _master: Box<dyn portable_pty::MasterPty + Send>,
+    master: Box<dyn portable_pty::MasterPty + Send>,
 }
 
 impl Terminal {
@@ -52,7 +52,7 @@ impl Terminal {
         });
         let keys = pair.master.take_writer().unwrap();
         let screen = vt100::Parser::new(ROWS.try_into().unwrap(), COLUMNS.try_into().unwrap(), 10_000);
-        Self { child, keys, output, screen, raw: String::new(), _master: pair.master }
+        Self { child, keys, output, screen, raw: String::new(), master: pair.master }
     }
 
     /// A modeller whose prompt is there.
@@ -133,6 +133,18 @@ impl Terminal {
             assert!(start.elapsed() < HANGING, "it does not leave:\n{}", self.contents());
             std::thread::sleep(Duration::from_millis(20));
         }
+    }
+
+    /// As `kill` does.
+    pub(crate) fn end_by_signal(&self) {
+        let process = nix::unistd::Pid::from_raw(i32::try_from(self.child.process_id().unwrap()).unwrap());
+        nix::sys::signal::kill(process, nix::sys::signal::Signal::SIGTERM).unwrap();
+    }
+
+    /// Whether the terminal itself shows what is typed.
+    pub(crate) fn echoes(&self) -> bool {
+        let flags = self.master.get_termios().unwrap().local_flags;
+        flags.contains(nix::sys::termios::LocalFlags::ECHO | nix::sys::termios::LocalFlags::ICANON)
     }
 
     pub(crate) fn kill(&mut self) {

@@ -1,0 +1,164 @@
+//! Frame times without a window: the preview, and the live ray traced view, while the scene is turned.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use superegg_geom::glam::DVec2;
+use superegg_render::{CompiledScene, RenderSettings};
+use superegg_scene::{Scene, Shading};
+
+use crate::draw::{DrawStats, Drawing, Picture, Style};
+use crate::eye::Eye;
+use crate::gpu::{Gpu, GpuError};
+use crate::preview::{PreviewBudget, SceneIndex};
+use crate::tracer::{Pace, TraceJob, available_threads, trace_pass};
+
+/// Milliseconds of a row of frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameTimes {
+    /// The frame in the middle.
+    pub median_ms: f64,
+    /// One of twenty frames takes longer.
+    pub slow_ms: f64,
+    /// How many frames there were.
+    pub frames: usize,
+}
+
+/// The preview's frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PreviewBench {
+    /// Driver and device.
+    pub device: String,
+    /// To open the scene.
+    pub open_ms: f64,
+    /// Instances opened.
+    pub instances: usize,
+    /// The last frame.
+    pub stats: DrawStats,
+    /// Each frame with the picture read back, which a window does not do.
+    pub times: FrameTimes,
+}
+
+/// The live ray traced view's frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TraceBench {
+    /// Threads that traced.
+    pub threads: usize,
+    /// To compile the scene.
+    pub compile_ms: f64,
+    /// Frames at every pixel, one sample each.
+    pub full: FrameTimes,
+    /// Frames as a window shows them while it is turned: as coarse as 20 a second ask for.
+    pub live: FrameTimes,
+    /// One pixel of the last of these stands for so many of the window, along a side.
+    pub coarseness: u32,
+}
+
+/// The instances that a preview opens in a window are opened here.
+const MOST_INSTANCES: usize = 250_000;
+/// A frame of 20 a second, with a fifth left for everything else.
+const LIVE_SECONDS: f64 = 0.04;
+
+/// The eye at a frame of a row in which the scene is turned once around, tilted.
+fn eye_at(scene: &Scene, frame: usize, frames: usize) -> Eye {
+    let mut eye = Eye::new(&scene.camera);
+    let angle = TAU * frame as f64 / frames.max(1) as f64;
+    eye.press(DVec2::ZERO);
+    eye.drag(0.6 * DVec2::from_angle(angle));
+    eye
+}
+
+fn times(mut milliseconds: Vec<f64>) -> FrameTimes {
+    milliseconds.sort_by(f64::total_cmp);
+    let frames = milliseconds.len();
+    let at = |share: f64| milliseconds.get((share * frames as f64) as usize).copied().unwrap_or_default();
+    FrameTimes { median_ms: at(0.5), slow_ms: at(0.95), frames }
+}
+
+fn ms_since(begin: Instant) -> f64 {
+    1e3 * begin.elapsed().as_secs_f64()
+}
+
+/// Draws a row of frames of the preview.
+///
+/// # Errors
+/// There is no graphics driver.
+pub fn bench_preview(
+    scene: &Scene,
+    root: Option<&str>,
+    size: (u32, u32),
+    frames: usize,
+) -> Result<PreviewBench, GpuError> {
+    let gpu = Gpu::headless()?;
+    let mut drawing = Drawing::for_images(&gpu);
+    let begin = Instant::now();
+    let index = SceneIndex::new(scene);
+    let budget = PreviewBudget { instances: MOST_INSTANCES, height_px: size.1 };
+    let preview = index.open(root, &scene.camera, &budget);
+    let open_ms = ms_since(begin);
+    let lights = scene.lights();
+    let mut milliseconds = Vec::new();
+    let mut last = DrawStats::default();
+    // The first frame makes the meshes.
+    for frame in 0..=frames {
+        let picture = Picture {
+            camera: eye_at(scene, frame, frames).camera(),
+            lights: &lights,
+            background: scene.background,
+            encoding: scene.picture.encoding,
+            preview: &preview,
+            style: Style::Solid(Shading::Phong),
+            selected: None,
+            lines: &[],
+            marks: &[],
+            film: None,
+        };
+        let begin = Instant::now();
+        last = drawing.draw_to_image(&picture, size)?.1;
+        if frame > 0 {
+            milliseconds.push(ms_since(begin));
+        }
+    }
+    let instances = preview.instances.len();
+    Ok(PreviewBench { device: gpu.describe(), open_ms, instances, stats: last, times: times(milliseconds) })
+}
+
+/// Traces a row of frames, as a window does.
+pub fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usize) -> TraceBench {
+    let threads = available_threads();
+    let begin = Instant::now();
+    let compiled = Arc::new(CompiledScene::compile(scene, root, scene.depth));
+    let compile_ms = ms_since(begin);
+    let never = AtomicBool::new(false);
+    let job = |frame: usize| TraceJob {
+        compiled: Arc::clone(&compiled),
+        settings: RenderSettings {
+            width: size.0,
+            height: size.1,
+            samples: 1,
+            camera: eye_at(scene, frame, frames).camera(),
+            lights: scene.lights(),
+            background: scene.background,
+        },
+        number: 0,
+    };
+    let mut pace = Pace::default();
+    let mut coarseness = 1;
+    let mut live = Vec::new();
+    for frame in 0..frames {
+        let begin = Instant::now();
+        coarseness = pace.coarseness(size, LIVE_SECONDS);
+        if let Some(pass) = trace_pass(&job(frame), coarseness, 1, threads, &never) {
+            pace.measure(f64::from(pass.film.width()) * f64::from(pass.film.height()), pass.seconds);
+        }
+        live.push(ms_since(begin));
+    }
+    let full = (0..frames.div_ceil(10)).map(|frame| {
+        let begin = Instant::now();
+        trace_pass(&job(10 * frame), 1, 1, threads, &never);
+        ms_since(begin)
+    });
+    TraceBench { threads, compile_ms, full: times(full.collect()), live: times(live), coarseness }
+}

@@ -1,0 +1,220 @@
+//! The pipelines: which shaders draw what, and what each does with depth.
+
+use super::{DEPTH_FORMAT, InstanceData, SHADERS};
+use crate::tessellate::Vertex;
+
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    pub(super) frame_layout: wgpu::BindGroupLayout,
+    film_layout: wgpu::BindGroupLayout,
+    film_sampler: wgpu::Sampler,
+    pub(super) phong: wgpu::RenderPipeline,
+    pub(super) gouraud: wgpu::RenderPipeline,
+    pub(super) depth: wgpu::RenderPipeline,
+    pub(super) edge: wgpu::RenderPipeline,
+    pub(super) dim_edge: wgpu::RenderPipeline,
+    pub(super) selected_edge: wgpu::RenderPipeline,
+    pub(super) normal: wgpu::RenderPipeline,
+    pub(super) line: wgpu::RenderPipeline,
+    pub(super) opaque_mark: wgpu::RenderPipeline,
+    pub(super) clear_mark: wgpu::RenderPipeline,
+    pub(super) film: wgpu::RenderPipeline,
+}
+
+/// What a pipeline does with depth. It is reversed: nearer is greater.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Depth {
+    /// Tested and written, a little behind where it is, so that edges on the surface win.
+    Behind,
+    /// Tested and written.
+    Solid,
+    /// Tested, not written.
+    Tested,
+    /// Neither.
+    Ignored,
+}
+
+const MESH: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
+    Some(wgpu::VertexBufferLayout {
+        array_stride: size_of::<Vertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
+    }),
+    Some(wgpu::VertexBufferLayout {
+        array_stride: size_of::<InstanceData>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4],
+    }),
+];
+const MARKS: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
+    Some(wgpu::VertexBufferLayout {
+        array_stride: size_of::<Vertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
+    }),
+    Some(wgpu::VertexBufferLayout {
+        array_stride: 32,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32x4],
+    }),
+];
+const LINES: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(wgpu::VertexBufferLayout {
+    array_stride: 28,
+    step_mode: wgpu::VertexStepMode::Vertex,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x4],
+})];
+
+impl Pipelines {
+    pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat, samples: u32) -> Self {
+        let shaders = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("shaders"),
+            source: wgpu::ShaderSource::Wgsl(SHADERS.into()),
+        });
+        let entry =
+            |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+        let uniform = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let frame_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("frame"),
+            entries: &[entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, uniform)],
+        });
+        let texture = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: true },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let film_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("film"),
+            entries: &[
+                entry(0, wgpu::ShaderStages::FRAGMENT, texture),
+                entry(
+                    1,
+                    wgpu::ShaderStages::FRAGMENT,
+                    wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+                ),
+            ],
+        });
+        let layout = |groups: &[Option<&wgpu::BindGroupLayout>]| {
+            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: None,
+                bind_group_layouts: groups,
+                immediate_size: 0,
+            })
+        };
+        let scene_layout = layout(&[Some(&frame_layout)]);
+        let picture_layout = layout(&[Some(&frame_layout), Some(&film_layout)]);
+
+        use wgpu::PrimitiveTopology::{LineList, TriangleList};
+        let make = |layout, vertex, fragment, buffers, topology, depth| {
+            pipeline(
+                device,
+                &shaders,
+                layout,
+                (vertex, fragment),
+                buffers,
+                topology,
+                depth,
+                (format, samples),
+            )
+        };
+        let scene = |vertex, fragment, buffers, topology, depth| {
+            make(&scene_layout, vertex, fragment, buffers, topology, depth)
+        };
+        Self {
+            phong: scene("phong_vertex", "phong_fragment", MESH, TriangleList, Depth::Behind),
+            gouraud: scene("gouraud_vertex", "gouraud_fragment", MESH, TriangleList, Depth::Behind),
+            depth: scene("depth_vertex", "depth_fragment", MESH, TriangleList, Depth::Behind),
+            edge: scene("edge_vertex", "colored_fragment", MESH, LineList, Depth::Tested),
+            dim_edge: scene("dim_edge_vertex", "colored_fragment", MESH, LineList, Depth::Tested),
+            selected_edge: scene("selected_edge_vertex", "colored_fragment", MESH, LineList, Depth::Tested),
+            normal: scene("normal_vertex", "colored_fragment", MESH, LineList, Depth::Tested),
+            line: scene("line_vertex", "colored_fragment", LINES, LineList, Depth::Tested),
+            opaque_mark: scene("mark_vertex", "mark_fragment", MARKS, TriangleList, Depth::Solid),
+            clear_mark: scene("mark_vertex", "mark_fragment", MARKS, TriangleList, Depth::Tested),
+            film: make(&picture_layout, "film_vertex", "film_fragment", &[], TriangleList, Depth::Ignored),
+            film_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("film"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..wgpu::SamplerDescriptor::default()
+            }),
+            frame_layout,
+            film_layout,
+        }
+    }
+
+    pub(super) fn film_group(&self, device: &wgpu::Device, view: &wgpu::TextureView) -> wgpu::BindGroup {
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("film"),
+            layout: &self.film_layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(view) },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::Sampler(&self.film_sampler),
+                },
+            ],
+        })
+    }
+}
+
+// Every part of a pipeline that differs is a parameter.
+#[allow(clippy::too_many_arguments)]
+fn pipeline(
+    device: &wgpu::Device,
+    shaders: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+    (vertex, fragment): (&'static str, &'static str),
+    buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+    topology: wgpu::PrimitiveTopology,
+    depth: Depth,
+    (format, samples): (wgpu::TextureFormat, u32),
+) -> wgpu::RenderPipeline {
+    // Depth alone writes no colour, and what is written whole needs no blending.
+    let (write_mask, blend) = match (fragment, topology) {
+        ("depth_fragment", _) => (wgpu::ColorWrites::empty(), None),
+        (_, wgpu::PrimitiveTopology::LineList) | ("mark_fragment", _) => {
+            (wgpu::ColorWrites::ALL, Some(wgpu::BlendState::ALPHA_BLENDING))
+        }
+        _ => (wgpu::ColorWrites::ALL, None),
+    };
+    let targets = [Some(wgpu::ColorTargetState { format, blend, write_mask })];
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(vertex),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module: shaders,
+            entry_point: Some(vertex),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers,
+        },
+        primitive: wgpu::PrimitiveState { topology, ..wgpu::PrimitiveState::default() },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(matches!(depth, Depth::Behind | Depth::Solid)),
+            depth_compare: Some(if depth == Depth::Ignored {
+                wgpu::CompareFunction::Always
+            } else {
+                wgpu::CompareFunction::GreaterEqual
+            }),
+            stencil: wgpu::StencilState::default(),
+            bias: if depth == Depth::Behind {
+                wgpu::DepthBiasState { constant: -2, slope_scale: -1.0, clamp: 0.0 }
+            } else {
+                wgpu::DepthBiasState::default()
+            },
+        }),
+        multisample: wgpu::MultisampleState { count: samples, ..wgpu::MultisampleState::default() },
+        fragment: Some(wgpu::FragmentState {
+            module: shaders,
+            entry_point: Some(fragment),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &targets,
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,273 @@
+//! The viewer's eye: the scene's camera, turned, moved and brought nearer by the person who looks.
+
+use superegg_geom::Aabb;
+use superegg_geom::glam::{DMat3, DQuat, DVec2, DVec3};
+use superegg_scene::{Camera, Light};
+
+use crate::arcball::Arcball;
+
+/// The eye as a change of the scene's camera: the scene seems to turn about the pivot, and the eye goes nearer or aside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Eye {
+    home: Camera,
+    arcball: Arcball,
+    /// What the scene turns about, in world units.
+    pivot: DVec3,
+    /// From the eye to the plane of the pivot, in world units.
+    distance: f64,
+    /// How far the pivot has been moved right and up on the screen, in world units.
+    pan: DVec2,
+    /// Nothing but the scene's camera.
+    is_home: bool,
+}
+
+/// The eye goes no nearer to the pivot, and no farther from it, in world units.
+const DISTANCES: std::ops::RangeInclusive<f64> = 1e-150..=1e150;
+/// What the frame around everything leaves free.
+const FRAME_MARGIN: f64 = 1.08;
+
+impl Eye {
+    /// The scene's own camera.
+    pub fn new(home: &Camera) -> Self {
+        Self {
+            home: *home,
+            arcball: Arcball::default(),
+            pivot: home.target,
+            distance: (home.position - home.target).length(),
+            pan: DVec2::ZERO,
+            is_home: true,
+        }
+    }
+
+    /// The camera that it started from.
+    pub fn home(&self) -> &Camera {
+        &self.home
+    }
+
+    /// Back to the scene's camera.
+    pub fn go_home(&mut self) {
+        *self = Self::new(&self.home);
+    }
+
+    /// The arcball, to look at.
+    pub fn arcball(&self) -> &Arcball {
+        &self.arcball
+    }
+
+    /// Begins to turn the scene, at a place in radii of the arcball.
+    pub fn press(&mut self, place: DVec2) {
+        self.arcball.press(place);
+    }
+
+    /// Goes on turning it.
+    pub fn drag(&mut self, place: DVec2) {
+        self.arcball.drag(place);
+        self.is_home = false;
+    }
+
+    /// Ends turning it.
+    pub fn release(&mut self) {
+        self.arcball.release();
+    }
+
+    /// Makes the scene larger on the screen by a factor > 0, about the pivot.
+    pub fn magnify(&mut self, factor: f64) {
+        self.go_to_distance(self.distance / factor);
+    }
+
+    fn go_to_distance(&mut self, distance: f64) {
+        // Nearer than rounding can tell from the pivot there is no direction to look in.
+        let least = DISTANCES.start().max(1e-9 * self.pivot.abs().max_element());
+        if !distance.is_nan() {
+            self.distance = distance.max(least).min(*DISTANCES.end());
+            self.is_home = false;
+        }
+    }
+
+    /// Moves the scene on the screen by pixels right and down, in a picture of a height in pixels.
+    pub fn move_by(&mut self, pixels: DVec2, height_px: f64) {
+        let moved = self.pan + DVec2::new(pixels.x, -pixels.y) * self.unit_per_pixel(height_px);
+        if moved.is_finite() {
+            self.pan = moved;
+            self.is_home = false;
+        }
+    }
+
+    /// Moves so that the ball around a box fills the picture of this width over height; the turn stays. An empty or infinite box changes nothing.
+    pub fn frame(&mut self, bounds: &Aabb, aspect: f64) {
+        let radius = bounds.half_extent().length();
+        if bounds.is_empty() || !radius.is_finite() || !bounds.center().is_finite() {
+            return;
+        }
+        let half_height = 0.5 * self.home.fov_deg.to_radians();
+        let half_angle = half_height.min((half_height.tan() * aspect).atan());
+        self.pivot = bounds.center();
+        self.pan = DVec2::ZERO;
+        self.go_to_distance(FRAME_MARGIN * radius / half_angle.sin());
+    }
+
+    /// How much of the world a pixel shows at the distance of the pivot.
+    pub fn unit_per_pixel(&self, height_px: f64) -> f64 {
+        2.0 * (0.5 * self.home.fov_deg.to_radians()).tan() * self.distance / height_px.max(1.0)
+    }
+
+    /// From the screen's axes (right, up, towards the eye) at home to the world's.
+    fn home_axes(&self) -> DMat3 {
+        let (right, up, forward) = self.home.frame();
+        DMat3::from_cols(right, up, -forward)
+    }
+
+    /// The turn of the scene about the pivot, in the world's axes.
+    pub fn world_turn(&self) -> DQuat {
+        let axes = DQuat::from_mat3(&self.home_axes());
+        axes * self.arcball.turn() * axes.inverse()
+    }
+
+    /// The camera that sees of the unturned scene what the eye sees of the turned one. At home it is the scene's, to the bit.
+    pub fn camera(&self) -> Camera {
+        if self.is_home {
+            return self.home;
+        }
+        let axes = self.home_axes() * DMat3::from_quat(self.arcball.turn().inverse());
+        let target = self.pivot - axes.x_axis * self.pan.x - axes.y_axis * self.pan.y;
+        Camera {
+            position: target + axes.z_axis * self.distance,
+            target,
+            up: axes.y_axis,
+            fov_deg: self.home.fov_deg,
+        }
+    }
+
+    /// The lights in the unturned scene: as they are where they turn with it, or turned back about the pivot where they stay with the eye.
+    pub fn lights(&self, lights: &[Light], lights_turn: bool) -> Vec<Light> {
+        if lights_turn || self.is_home {
+            return lights.to_vec();
+        }
+        let back = self.world_turn().inverse();
+        let turned =
+            |light: &Light| Light { position: self.pivot + back * (light.position - self.pivot), ..*light };
+        lights.iter().map(turned).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn vector(size: f64) -> impl Strategy<Value = DVec3> {
+        (-size..size, -size..size, -size..size).prop_map(DVec3::from)
+    }
+
+    fn camera() -> impl Strategy<Value = Camera> {
+        (vector(20.0), vector(20.0), vector(1.0), 5.0..120.0f64)
+            .prop_filter("a line of sight", |(position, target, up, _)| {
+                (*position - *target).length() > 0.1 && up.length() > 0.1
+            })
+            .prop_map(|(position, target, up, fov_deg)| Camera { position, target, up, fov_deg })
+    }
+
+    fn place() -> impl Strategy<Value = DVec2> {
+        (-1.2..1.2f64, -1.2..1.2f64).prop_map(DVec2::from)
+    }
+
+    /// Where a point is seen: right, up and forward of the eye.
+    fn seen(camera: &Camera, point: DVec3) -> DVec3 {
+        let (right, up, forward) = camera.frame();
+        let to = point - camera.position;
+        DVec3::new(to.dot(right), to.dot(up), to.dot(forward))
+    }
+
+    proptest! {
+        #[test]
+        fn a_drag_there_and_back_sees_the_same(camera in camera(), from in place(), to in place(), point in vector(5.0)) {
+            let mut eye = Eye::new(&camera);
+            eye.press(from);
+            eye.drag(to);
+            eye.drag(from);
+            eye.release();
+            let shift = (seen(&eye.camera(), point) - seen(&camera, point)).length();
+            prop_assert!(shift < 1e-10 * (1.0 + camera.position.length()), "{shift}");
+        }
+
+        #[test]
+        fn the_turned_camera_sees_what_the_camera_sees_of_the_turned_scene(camera in camera(), from in place(), to in place(), point in vector(5.0)) {
+            let mut eye = Eye::new(&camera);
+            eye.press(from);
+            eye.drag(to);
+            let turned = camera.target + eye.world_turn() * (point - camera.target);
+            let shift = (seen(&eye.camera(), point) - seen(&camera, turned)).length();
+            prop_assert!(shift < 1e-9, "{shift}");
+        }
+
+        #[test]
+        fn lights_that_stay_are_seen_where_they_were(camera in camera(), from in place(), to in place(), position in vector(9.0)) {
+            let light = Light { position, ..Light::DEFAULT };
+            let mut eye = Eye::new(&camera);
+            eye.press(from);
+            eye.drag(to);
+            let staying = eye.lights(&[light], false)[0].position;
+            prop_assert!((seen(&eye.camera(), staying) - seen(&camera, position)).length() < 1e-9);
+            prop_assert_eq!(eye.lights(&[light], true)[0], light);
+        }
+
+        #[test]
+        fn larger_and_smaller_undo_each_other(camera in camera(), steps in 1..20i32) {
+            let mut eye = Eye::new(&camera);
+            (0..steps).for_each(|_| eye.magnify(1.1));
+            (0..steps).for_each(|_| eye.magnify(1.0 / 1.1));
+            prop_assert!((eye.camera().position - camera.position).length() < 1e-9);
+        }
+
+        #[test]
+        fn a_pan_moves_the_pivot_by_that_many_pixels(camera in camera(), x in -300.0..300.0f64, y in -300.0..300.0f64, from in place(), to in place()) {
+            let mut eye = Eye::new(&camera);
+            eye.press(from);
+            eye.drag(to);
+            eye.move_by(DVec2::new(x, y), 600.0);
+            let seen = seen(&eye.camera(), camera.target);
+            let pixel = 2.0 * (0.5 * camera.fov_deg.to_radians()).tan() / 600.0;
+            let on_screen = DVec2::new(seen.x, -seen.y) / seen.z / pixel;
+            prop_assert!((on_screen - DVec2::new(x, y)).length() < 1e-6);
+        }
+
+        #[test]
+        fn the_frame_holds_the_whole_box(camera in camera(), center in vector(50.0), half in vector(5.0), aspect in 0.3..3.0f64) {
+            let bounds = Aabb::around(center, half.abs());
+            let mut eye = Eye::new(&camera);
+            eye.frame(&bounds, aspect);
+            let camera = eye.camera();
+            let half_height = (0.5 * camera.fov_deg.to_radians()).tan();
+            for corner in 0..8 {
+                let pick = |bit: i32| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+                let corner = center + half.abs() * DVec3::new(pick(0), pick(1), pick(2));
+                let seen = seen(&camera, corner);
+                prop_assert!(seen.z > 0.0 && seen.y.abs() <= half_height * seen.z && seen.x.abs() <= aspect * half_height * seen.z);
+            }
+        }
+    }
+
+    #[test]
+    fn home_is_the_scenes_camera_to_the_bit() {
+        let camera = Camera { position: DVec3::new(0.1, 0.2, 7.3), ..Camera::default() };
+        let mut eye = Eye::new(&camera);
+        eye.magnify(3.0);
+        assert_ne!(eye.camera(), camera);
+        eye.go_home();
+        assert_eq!(eye.camera(), camera);
+    }
+
+    #[test]
+    fn hostile_moves_keep_it_finite() {
+        let mut eye = Eye::new(&Camera::default());
+        eye.magnify(0.0);
+        eye.magnify(f64::NAN);
+        eye.move_by(DVec2::new(f64::INFINITY, f64::NAN), 0.0);
+        eye.frame(&Aabb::EMPTY, 1.0);
+        eye.frame(&Aabb::around(DVec3::INFINITY, DVec3::ONE), 1.0);
+        eye.frame(&Aabb::around(DVec3::ZERO, DVec3::ZERO), 0.0);
+        let camera = eye.camera();
+        assert!(camera.position.is_finite() && camera.position != camera.target);
+    }
+}

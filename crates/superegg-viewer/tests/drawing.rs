@@ -1,0 +1,325 @@
+//! The drawing module without a window, on whatever Vulkan or GL there is: software serves. Where there is none the tests say so and pass.
+
+// A test that is skipped says so.
+#![allow(clippy::print_stderr, clippy::print_stdout)]
+
+use image::{Rgba, RgbaImage};
+use superegg_geom::glam::{DVec2, DVec3};
+use superegg_lang::Session;
+use superegg_render::{CompiledScene, View};
+use superegg_scene::{Encoding, Light, Patches, Scene, Shading};
+use superegg_viewer::draw::{Drawing, Line, Mark, Picture, SHADERS, Style};
+use superegg_viewer::{Eye, Gpu, Preview, PreviewBudget, SceneIndex};
+
+#[test]
+fn shaders_are_valid() {
+    let module = naga::front::wgsl::parse_str(SHADERS)
+        .unwrap_or_else(|error| panic!("{}", error.emit_to_string(SHADERS)));
+    let mut validator =
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty());
+    validator.validate(&module).unwrap_or_else(|error| panic!("{}", error.emit_to_string(SHADERS)));
+}
+
+/// A drawing module, or a word on why there is none.
+fn drawing() -> Option<Drawing> {
+    match Gpu::headless() {
+        Ok(gpu) => Some(Drawing::for_images(&gpu)),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+const SIZE: (u32, u32) = (240, 200);
+const SOLID: Style = Style::Solid(Shading::Phong);
+
+fn session(lines: &str) -> Session {
+    let mut session = Session::default();
+    for line in lines.split(';') {
+        session.run_line(line.trim()).unwrap_or_else(|fault| panic!("{line}: {fault:?}"));
+    }
+    session
+}
+
+fn open(session: &Session) -> Preview {
+    let budget = PreviewBudget { instances: 100_000, height_px: SIZE.1 };
+    SceneIndex::new(session.scene()).open(session.selected(), &session.scene().camera, &budget)
+}
+
+fn picture<'a>(scene: &Scene, preview: &'a Preview, lights: &'a [Light], style: Style) -> Picture<'a> {
+    Picture {
+        camera: scene.camera,
+        lights,
+        background: scene.background,
+        encoding: Encoding::Srgb,
+        preview,
+        style,
+        selected: None,
+        lines: &[],
+        marks: &[],
+        film: None,
+    }
+}
+
+fn draw(drawing: &mut Drawing, lines: &str, style: Style) -> RgbaImage {
+    let session = session(lines);
+    let (preview, lights) = (open(&session), session.scene().lights());
+    drawing.draw_to_image(&picture(session.scene(), &preview, &lights, style), SIZE).unwrap().0
+}
+
+/// The share of pixels that differ by more than 8 in some channel.
+fn difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
+    let far = |(a, b): (&Rgba<u8>, &Rgba<u8>)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 8);
+    a.pixels().zip(b.pixels()).filter(|pair| far(*pair)).count() as f64 / f64::from(a.width() * a.height())
+}
+
+/// What covers the picture, by the preview: all in ambient white before black.
+fn silhouette(
+    drawing: &mut Drawing,
+    session: &Session,
+    camera: superegg_scene::Camera,
+    size: (u32, u32),
+) -> Vec<bool> {
+    let mut preview = open(session);
+    for shape in &mut preview.shapes {
+        shape.material.color = DVec3::ONE;
+        shape.material.ambient = 1.0;
+        if shape.patches != (Patches { u: 8, v: 4 }) {
+            shape.patches = Patches { u: 100, v: 100 };
+        }
+    }
+    let picture =
+        Picture { camera, background: DVec3::ZERO, ..picture(session.scene(), &preview, &[], SOLID) };
+    let (image, stats) = drawing.draw_to_image(&picture, size).unwrap();
+    assert_eq!(stats.coarser, 0);
+    image.pixels().map(|pixel| pixel.0[0] > 127).collect()
+}
+
+/// The same by the ray through the middle of each pixel.
+fn traced_silhouette(session: &Session, camera: superegg_scene::Camera, size: (u32, u32)) -> Vec<bool> {
+    let scene = session.scene();
+    let compiled = CompiledScene::compile(scene, session.selected(), scene.depth);
+    let view = View::new(&camera, size.0, size.1);
+    let pixels = (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y)));
+    pixels
+        .map(|(x, y)| {
+            let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+            compiled.intersect(&ray, None).is_some()
+        })
+        .collect()
+}
+
+/// Pixels that differ, and the places where they do in a whole block of two by two: the difference is wider than a pixel there.
+fn disagreement(a: &[bool], b: &[bool], (width, height): (u32, u32)) -> (usize, usize) {
+    let differs = |x: u32, y: u32| a[(y * width + x) as usize] != b[(y * width + x) as usize];
+    let is_wide = |x, y| differs(x, y) && differs(x + 1, y) && differs(x, y + 1) && differs(x + 1, y + 1);
+    let count = |width, height, holds: &dyn Fn(u32, u32) -> bool| {
+        (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).filter(|(x, y)| holds(*x, *y)).count()
+    };
+    (count(width, height, &differs), count(width - 1, height - 1, &is_wide))
+}
+
+const SCENES: &[(&str, &str)] = &[
+    ("ball", "prm a; coeff 3 2 1"),
+    ("cube", "prm a; coeff 2 2 2; exp .0001 .0001; obj o; ap a; rs 1 2 3 50"),
+    ("octahedron", "prm a; coeff 2 2 2; exp 2 2; obj o; ap a; rs 3 1 1 35"),
+    (
+        "pillow and cylinder",
+        "prm a; exp .3 .6; prm b; exp 1 .0001; obj o; ap a; ss 2 2 1; xs -1 0 0; ap b; rs 1 0 0 70; xs 2 0 0",
+    ),
+    ("star", "prm a; coeff 3 3 3; exp 3 3; obj o; ap a; rs 1 1 0 40"),
+    (
+        "mirrored, sheared, nested",
+        "prm a; exp .5 1.5; obj o; ap a; ss -1 2 1; rs 1 1 1 40; obj p; ao o; ss 2 1 .5; ao o two; ss 1 1 3; rs 0 1 0 80; xs 2 1 -3",
+    ),
+    (
+        "self-reference",
+        "depth 6; prm a; obj o; ap a; ao o up; ss .6 .6 .6; rs 0 0 1 40; xs 1 1.2 0; ao o right; ss .6 .6 .6; xs 1.4 -.6 0",
+    ),
+];
+
+#[test]
+fn silhouettes_are_those_of_the_ray_tracer() {
+    let Some(mut drawing) = drawing() else { return };
+    let size = (300, 260);
+    for (name, lines) in SCENES {
+        let session = session(lines);
+        let mut eye = Eye::new(&session.scene().camera);
+        for place in [DVec2::ZERO, DVec2::new(0.3, 0.2), DVec2::new(-0.5, 0.1)] {
+            eye.press(DVec2::ZERO);
+            eye.drag(place);
+            eye.release();
+            let camera = eye.camera();
+            let drawn = silhouette(&mut drawing, &session, camera, size);
+            let traced = traced_silhouette(&session, camera, size);
+            let covered = traced.iter().filter(|hit| **hit).count();
+            assert!(covered > 500, "{name}: {covered} pixels");
+            let (differing, wide) = disagreement(&drawn, &traced, size);
+            let share = differing as f64 / drawn.len() as f64;
+            println!(
+                "{name}: {:.3} % of the pixels differ, wider than a pixel at {wide} places",
+                100.0 * share
+            );
+            assert!(wide == 0 && share < 0.004, "{name}: {share} differ, {wide} places wider than a pixel");
+        }
+    }
+}
+
+#[test]
+fn shading_is_per_pixel_or_per_vertex() {
+    let Some(mut drawing) = drawing() else { return };
+    let coarse = "prm a; coeff 4 4 4; patch 6 5; gloss .15; specular .9";
+    let (phong, gouraud) =
+        (draw(&mut drawing, coarse, SOLID), draw(&mut drawing, coarse, Style::Solid(Shading::Gouraud)));
+    assert!(difference(&phong, &gouraud) > 0.1, "{}", difference(&phong, &gouraud));
+    // A highlight between the vertices is there per pixel alone.
+    let brightest = |image: &RgbaImage| image.pixels().map(|pixel| pixel.0[0]).max().unwrap();
+    assert!(brightest(&phong) > brightest(&gouraud));
+    // With patches as fine as pixels it makes no difference.
+    let fine = "prm a; coeff 4 4 4; patch 300 300; gloss .4; specular .5";
+    let (phong, gouraud) =
+        (draw(&mut drawing, fine, SOLID), draw(&mut drawing, fine, Style::Solid(Shading::Gouraud)));
+    assert!(difference(&phong, &gouraud) < 0.01, "{}", difference(&phong, &gouraud));
+}
+
+#[test]
+fn light_is_that_of_the_ray_tracer_where_nothing_casts_a_shadow() {
+    let Some(mut drawing) = drawing() else { return };
+    let lines = "prm a; coeff 3 3 3; patch 200 200; color .9 .4 .2; specular .4; gloss .4";
+    let drawn = draw(&mut drawing, lines, SOLID);
+    let session = session(lines);
+    let compiled = CompiledScene::compile(session.scene(), session.selected(), 1);
+    let settings = superegg_render::RenderSettings {
+        width: SIZE.0,
+        height: SIZE.1,
+        samples: 1,
+        camera: session.scene().camera,
+        lights: session.scene().lights(),
+        background: session.scene().background,
+    };
+    let budget = superegg_render::RenderBudget {
+        threads: 2,
+        cancel: &std::sync::atomic::AtomicBool::new(false),
+        progress: &|_| (),
+    };
+    let film = superegg_render::render(&compiled, &settings, &budget).unwrap().film;
+    let traced: Vec<u8> =
+        film.to_bytes(Encoding::Srgb).chunks(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect();
+    let traced = RgbaImage::from_raw(SIZE.0, SIZE.1, traced).unwrap();
+    assert!(difference(&drawn, &traced) < 0.005, "{}", difference(&drawn, &traced));
+}
+
+#[test]
+fn wireframe_shows_edges_and_normals_are_more() {
+    let Some(mut drawing) = drawing() else { return };
+    let lines = "prm a; coeff 3 3 3; patch 8 6; color 1 1 1";
+    let lit = |image: &RgbaImage| image.pixels().filter(|pixel| pixel.0[0] > 200).count();
+    let solid = draw(&mut drawing, lines, SOLID);
+    let wires = draw(&mut drawing, lines, Style::Wireframe { has_normals: false });
+    let normals = draw(&mut drawing, lines, Style::Wireframe { has_normals: true });
+    let covered = solid.pixels().filter(|pixel| pixel.0[0] > 8).count();
+    let dim = |image: &RgbaImage| image.pixels().filter(|pixel| (30..200).contains(&pixel.0[0])).count();
+    assert!(lit(&wires) > 500 && lit(&wires) < covered / 4, "{} of {covered}", lit(&wires));
+    // Those behind are there, and dim.
+    assert!(dim(&wires) > 300, "{}", dim(&wires));
+    let yellow = |image: &RgbaImage| image.pixels().filter(|p| p.0[0] > 200 && p.0[2] < 150).count();
+    assert!(yellow(&normals) > 100 && yellow(&wires) == 0);
+    // Twice as many patches, more edges.
+    let finer = draw(
+        &mut drawing,
+        "prm a; coeff 3 3 3; patch 16 12; color 1 1 1",
+        Style::Wireframe { has_normals: false },
+    );
+    assert!(lit(&finer) > lit(&wires) * 3 / 2);
+}
+
+#[test]
+fn edges_over_a_surface_are_whole() {
+    let Some(mut drawing) = drawing() else { return };
+    let session = session("prm a; coeff 3 3 3; patch 8 6");
+    let (preview, lights) = (open(&session), session.scene().lights());
+    let plain = picture(session.scene(), &preview, &lights, SOLID);
+    let wires = picture(session.scene(), &preview, &lights, Style::Wireframe { has_normals: false });
+    let orange = |image: &RgbaImage| image.pixels().filter(|p| p.0[0] > 150 && p.0[2] < p.0[0] / 2).count();
+    let selected = drawing.draw_to_image(&Picture { selected: Some(0), ..plain.clone() }, SIZE).unwrap().0;
+    let wires = drawing.draw_to_image(&wires, SIZE).unwrap().0;
+    let front = wires.pixels().filter(|pixel| pixel.0[0] > 200).count();
+    assert!(orange(&selected) > front * 7 / 10, "{} of {front}", orange(&selected));
+    assert_eq!(orange(&drawing.draw_to_image(&plain, SIZE).unwrap().0), 0);
+}
+
+#[test]
+fn lines_and_marks_are_hidden_by_what_is_before_them() {
+    let Some(mut drawing) = drawing() else { return };
+    let session = session("prm a; coeff 2 2 2; color 0 0 1");
+    let (preview, lights) = (open(&session), session.scene().lights());
+    let red = |image: &RgbaImage| image.pixels().filter(|p| p.0[0] > 100 && p.0[2] < 50).count();
+    let plain = picture(session.scene(), &preview, &lights, SOLID);
+    let mut red_at = |z: f64| {
+        let lines =
+            [Line { ends: [DVec3::new(-1.0, 0.0, z), DVec3::new(1.0, 0.0, z)], color: [1.0, 0.0, 0.0, 1.0] }];
+        let marks = [Mark { center: DVec3::new(0.0, 1.0, z), radius: 0.2, color: [1.0, 0.0, 0.0, 1.0] }];
+        let with = |lines, marks| Picture { lines, marks, ..plain.clone() };
+        let by_line = red(&drawing.draw_to_image(&with(&lines, &[]), SIZE).unwrap().0);
+        (by_line, red(&drawing.draw_to_image(&with(&[], &marks), SIZE).unwrap().0))
+    };
+    let (line, mark) = red_at(3.0);
+    assert!(line > 30 && mark > 30, "{line} {mark}");
+    assert_eq!(red_at(-3.0), (0, 0));
+}
+
+#[test]
+fn a_mesh_is_on_the_gpu_once_however_often_it_is_used() {
+    let Some(mut drawing) = drawing() else { return };
+    let mut lines = "prm a; obj o".to_owned();
+    for i in 0..100 {
+        lines += &format!("; ap a a{i}; xs {} {} 0", i % 10 - 5, i / 10 - 5);
+    }
+    draw(&mut drawing, &lines, SOLID);
+    assert_eq!(drawing.mesh_count(), 1);
+    draw(&mut drawing, &lines.replace("prm a;", "prm a; coeff 2 1 1; color 1 0 0;"), SOLID);
+    assert_eq!(drawing.mesh_count(), 1);
+    // Small ones of any exponents are a few meshes.
+    let mut lines = String::new();
+    for i in 0..300 {
+        lines += &format!("prm a{i}; exp {} 1; ", 0.5 + 0.0001 * f64::from(i));
+    }
+    lines += "obj o";
+    for i in 0..300 {
+        lines += &format!(
+            "; ap a{i}; ss .05 .05 .05; xs {} {} 0",
+            0.3 * f64::from(i % 20 - 10),
+            0.3 * f64::from(i / 20 - 7)
+        );
+    }
+    draw(&mut drawing, &lines, SOLID);
+    assert!(drawing.mesh_count() < 10, "{}", drawing.mesh_count());
+}
+
+#[test]
+fn any_scale_and_an_empty_scene_can_be_drawn() {
+    let Some(mut drawing) = drawing() else { return };
+    let unit = draw(&mut drawing, "camera 0 0 10 0 0 0; light l 3 4 5; prm a; coeff 2 2 2", SOLID);
+    for exponent in [-60, -20, 20, 60] {
+        let k = 2f64.powi(exponent);
+        let lines = format!(
+            "camera 0 0 {} 0 0 0; light l {} {} {}; prm a; coeff {r} {r} {r}",
+            10.0 * k,
+            3.0 * k,
+            4.0 * k,
+            5.0 * k,
+            r = 2.0 * k
+        );
+        let scaled = draw(&mut drawing, &lines, SOLID);
+        assert!(difference(&unit, &scaled) < 0.001, "{exponent}: {}", difference(&unit, &scaled));
+    }
+    for lines in ["deselect", "obj o", "prm a; obj o; ap a; ss 1e-200 1 1e200", "camera 0 0 0.5 0 0 0; prm a"]
+    {
+        for style in [SOLID, Style::Wireframe { has_normals: true }] {
+            draw(&mut drawing, lines, style);
+        }
+    }
+    let background = draw(&mut drawing, "background .5 0 1; obj o", SOLID);
+    assert!(background.pixels().all(|pixel| pixel.0 == [188, 0, 255, 255]));
+}

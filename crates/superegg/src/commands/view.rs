@@ -1,0 +1,90 @@
+//! `superegg view`: a window onto a scene, without a prompt.
+
+use std::sync::Arc;
+use std::sync::mpsc;
+
+use anyhow::{Context, Result};
+use superegg_scene::Scene;
+use superegg_viewer::{FrameTimes, FromViewer, Viewer, bench_preview, bench_trace};
+
+use crate::args::ViewArgs;
+use crate::commands::model::plain_voice;
+use crate::commands::{Outcome, counted};
+use crate::load::load;
+use crate::modeller::{Input, Modeller};
+use crate::say;
+
+pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
+    let loaded = load(&args.scene)?;
+    loaded.print_diagnostics();
+    let root = loaded.root_or_warn(args.root.object.as_deref())?;
+    let outcome = Outcome::of(&loaded);
+    if args.bench {
+        bench(args, loaded.session.scene(), root.as_deref())?;
+        return Ok(outcome);
+    }
+    let viewer = Viewer::new().context("the viewer cannot start")?;
+    let handle = viewer.handle();
+    let modeller = Modeller::new(Input::Lines("window".to_owned()), false, plain_voice(), Arc::default());
+    let mut modeller = modeller.with_scene(loaded.session, root.as_deref());
+    modeller.attach_viewer(handle.clone());
+    let first = modeller.shown();
+    let (out, from_viewer) = mpsc::channel();
+    let session = std::thread::Builder::new()
+        .name("session".to_owned())
+        .spawn(move || {
+            for said in from_viewer {
+                // There is no prompt to go back to.
+                let is_end = matches!(said, FromViewer::KeyboardBack | FromViewer::Closed);
+                modeller.take_from_viewer(said);
+                if is_end {
+                    handle.quit();
+                }
+            }
+        })
+        .context("cannot start the session's thread")?;
+    let exit_code = i32::from(outcome != Outcome::Fine);
+    viewer.run(Some(first), out, move || std::process::exit(exit_code));
+    // It ends when the viewer's end of the channel is gone.
+    let _ = session.join();
+    Ok(outcome)
+}
+
+fn bench(args: &ViewArgs, scene: &Scene, root: Option<&str>) -> Result<()> {
+    let size = (args.size.width, args.size.height);
+    let frames = usize::from(args.frames);
+    say::out(format_args!("{}x{}, {}", size.0, size.1, counted(frames, "frame")))?;
+    let preview = bench_preview(scene, root, size, frames).context("the preview cannot be drawn")?;
+    say::out(format_args!(
+        "preview on {}: {} ms to open {}, {}; {} and {} in the picture, {} coarser than their own patches",
+        preview.device,
+        preview.open_ms.round(),
+        counted(preview.instances, "instance"),
+        frame_text(&preview.times),
+        counted(preview.stats.instances, "instance"),
+        counted(preview.stats.triangles, "triangle"),
+        preview.stats.coarser,
+    ))?;
+    let traced = bench_trace(scene, root, size, frames);
+    say::out(format_args!(
+        "ray traced on {}: {} ms to compile; at every pixel {}",
+        counted(traced.threads, "thread"),
+        traced.compile_ms.round(),
+        frame_text(&traced.full),
+    ))?;
+    say::out(format_args!(
+        "ray traced while turned: {}, one ray for {} x {} pixels at the end",
+        frame_text(&traced.live),
+        traced.coarseness,
+        traced.coarseness,
+    ))
+}
+
+fn frame_text(times: &FrameTimes) -> String {
+    format!(
+        "{:.1} ms a frame ({:.1} frames a second; one of twenty takes {:.1} ms or more)",
+        times.median_ms,
+        1e3 / times.median_ms.max(1e-3),
+        times.slow_ms
+    )
+}
