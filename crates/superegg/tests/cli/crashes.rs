@@ -75,9 +75,11 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
             for i in 0..count {
                 // The other end may be dead already.
                 if input.write_all(format!("{}\nget samples\n", change(i)).as_bytes()).is_err() {
-                    return;
+                    break;
                 }
             }
+            // Held open: at the end of its input a session ends well.
+            input
         });
         let mut answered = 0;
         let mut line = String::new();
@@ -88,7 +90,7 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
         }
         child.kill().unwrap();
         child.wait().unwrap();
-        writing.join().unwrap();
+        drop(writing.join().unwrap());
         let mut rest = String::new();
         output.read_to_string(&mut rest).unwrap();
         answered += rest.lines().filter(|line| line.starts_with("samples")).count() as u64;

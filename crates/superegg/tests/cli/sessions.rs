@@ -246,7 +246,7 @@ fn files_source_files_but_not_themselves() {
         .write("other.scn", "prm b\nsource circle.scn\n")
         .write("missing.scn", "prm kept\nsource nothing.scn\n");
     let list = place.run("info a.scn").fine();
-    assert!(list.contains("primitives (2)\n  ball\n  added"), "{list}");
+    assert!(list.contains("primitives (2)\n  added\n  ball"), "{list}");
     assert!(place.run("info circle.scn").failed(1).contains("other.scn:2:1: error[source-circle]"));
     let missing = place.run("info missing.scn");
     assert!(

@@ -143,8 +143,10 @@ impl Terminal {
 
     /// Whether the terminal itself shows what is typed.
     pub(crate) fn echoes(&self) -> bool {
-        let flags = self.master.get_termios().unwrap().local_flags;
-        flags.contains(nix::sys::termios::LocalFlags::ECHO | nix::sys::termios::LocalFlags::ICANON)
+        use nix::sys::termios::LocalFlags;
+        // The terminal's crate has another version of these flags.
+        let flags = LocalFlags::from_bits_truncate(self.master.get_termios().unwrap().local_flags.bits());
+        flags.contains(LocalFlags::ECHO | LocalFlags::ICANON)
     }
 
     pub(crate) fn kill(&mut self) {
