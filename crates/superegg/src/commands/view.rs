@@ -1,7 +1,8 @@
 //! `superegg view`: a window onto a scene, without a prompt.
 
-use std::sync::Arc;
 use std::sync::mpsc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
 
 use anyhow::{Context, Result};
 use superegg_scene::Scene;
@@ -39,14 +40,24 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
                 modeller.take_from_viewer(said);
                 if is_end {
                     handle.quit();
+                    return;
                 }
             }
         })
         .context("cannot start the session's thread")?;
     let exit_code = i32::from(outcome != Outcome::Fine);
-    viewer.run(Some(first), out, move || std::process::exit(exit_code));
-    // It ends when the viewer's end of the channel is gone.
-    let _ = session.join();
+    let session = Arc::new(Mutex::new(Some(session)));
+    // It ends when the window is closed.
+    let wait = |session: &Mutex<Option<JoinHandle<()>>>| {
+        let session = session.lock().unwrap_or_else(PoisonError::into_inner).take();
+        session.map(JoinHandle::join)
+    };
+    let session_after_loss = Arc::clone(&session);
+    viewer.run(Some(first), out, move || {
+        wait(&session_after_loss);
+        std::process::exit(exit_code);
+    });
+    wait(&session);
     Ok(outcome)
 }
 

@@ -66,6 +66,8 @@ impl Renders {
             std::thread::spawn(move || {
                 for (job, cancel) in jobs {
                     let said = make(&job, &cancel, &voice);
+                    // What is done cannot be stopped any more.
+                    cancel.store(true, Ordering::Relaxed);
                     if matches!(said, Said::Failed(_)) {
                         shared.has_failed.store(true, Ordering::Relaxed);
                     }
@@ -84,9 +86,7 @@ impl Renders {
 
     /// Stops every picture. Returns how many there were.
     pub(crate) fn stop(&self) -> usize {
-        let cancels = self.shared.cancels();
-        cancels.iter().for_each(|cancel| cancel.store(true, Ordering::Relaxed));
-        cancels.len()
+        self.shared.cancels().iter().filter(|cancel| !cancel.swap(true, Ordering::Relaxed)).count()
     }
 
     pub(crate) fn is_busy(&self) -> bool {
