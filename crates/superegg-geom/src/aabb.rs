@@ -49,6 +49,12 @@ impl Aabb {
         0.5 * self.max - 0.5 * self.min
     }
 
+    /// Half of its surface area; 0 for an empty box.
+    pub fn half_area(&self) -> f64 {
+        let edges = (self.max - self.min).max(DVec3::ZERO);
+        edges.x * edges.y + edges.y * edges.z + edges.z * edges.x
+    }
+
     /// The box around the image of this one. It grows where the map turns the box.
     #[must_use]
     pub fn transformed(&self, transform: &Transform) -> Self {

@@ -6,7 +6,9 @@
 //! the f64 path to a few 1e-6 of the shape's radius, measured across the surface; about hit or miss the two may differ where
 //! the ray passes within 1e-5 of tangency.
 
+pub mod beam;
 mod kernel;
+mod log_norm;
 mod vector;
 
 use glam::DVec3;

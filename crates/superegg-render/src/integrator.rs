@@ -7,6 +7,7 @@ use superegg_geom::glam::DVec3;
 use superegg_scene::Light;
 
 use crate::compiled::CompiledScene;
+use crate::footprint::Footprint;
 use crate::interaction::SurfaceInteraction;
 use crate::shading::{self, Shares};
 use crate::traverse::Departure;
@@ -44,26 +45,45 @@ pub(crate) struct Integrator<'a> {
     pub(crate) lights: &'a [Light],
     pub(crate) background: DVec3,
     pub(crate) counts: RayCounts,
+    /// How many rays ended at a group that stands in as a whole.
+    pub(crate) stand_ins: u64,
 }
 
 impl Integrator<'_> {
-    /// The linear colour that a camera ray sees.
-    pub(crate) fn camera_ray(&mut self, ray: &Ray) -> DVec3 {
-        self.counts.camera += 1;
-        self.radiance(ray, None, 0, 1.0)
-    }
-
-    /// The linear colour along a ray whose result will be weighted by at most `weight`.
-    fn radiance(&mut self, ray: &Ray, departure: Option<&Departure>, bounces: u32, weight: f64) -> DVec3 {
-        let Some(hit) = self.scene.intersect(ray, departure) else { return self.background };
+    /// The linear colour along a ray that goes on from a surface, whose result will be weighted by at most `weight`.
+    fn radiance(
+        &mut self,
+        ray: &Ray,
+        departure: &Departure,
+        bounces: u32,
+        weight: f64,
+        footprint: Footprint,
+    ) -> DVec3 {
+        let hit = self.scene.intersect_footprint(ray, Some(departure), footprint);
+        let Some(hit) = hit else { return self.background };
+        self.stand_ins += u64::from(hit.path.is_stand_in());
         let surface = self.scene.interaction(&hit);
         let direction = ray.direction.normalize();
-        let shares = Shares::of(surface.material);
-        let mut color = self.local_light(&surface, &shares, -direction);
-        if shares.mirror == 0.0 && shares.through == 0.0 {
-            return color;
-        }
+        let shares = Shares::of(&surface.material);
+        let footprint = Footprint { width: footprint.at(hit.t), ..footprint };
+        self.local_light(&surface, &shares, -direction, footprint)
+            + self.further_light(&surface, &shares, direction, bounces, weight, footprint)
+    }
 
+    /// What a surface mirrors and lets through to where a ray of this unit direction came from.
+    pub(crate) fn further_light(
+        &mut self,
+        surface: &SurfaceInteraction<'_>,
+        shares: &Shares,
+        direction: DVec3,
+        bounces: u32,
+        weight: f64,
+        footprint: Footprint,
+    ) -> DVec3 {
+        if shares.mirror == 0.0 && shares.through == 0.0 {
+            return DVec3::ZERO;
+        }
+        let mut color = DVec3::ZERO;
         let normal = surface.facing_normal();
         let ratio = if surface.leaving { surface.material.index } else { 1.0 / surface.material.index };
         let refracted = if shares.through > 0.0 { shading::refract(direction, normal, ratio) } else { None };
@@ -73,14 +93,14 @@ impl Integrator<'_> {
         if mirror_share * weight > LEAST_WEIGHT {
             self.counts.reflection += 1;
             let mirrored = shading::mirror(direction, normal);
-            color += mirror_share * self.follow(&surface, mirrored, bounces, weight * mirror_share);
+            color += mirror_share * self.follow(surface, mirrored, bounces, weight * mirror_share, footprint);
         }
         if let Some((through, _)) = refracted {
             let share = shares.through * (1.0 - reflectance);
             let tint = surface.material.color.map(f64::sqrt);
             if share * weight > LEAST_WEIGHT {
                 self.counts.refraction += 1;
-                color += share * tint * self.follow(&surface, through, bounces, weight * share);
+                color += share * tint * self.follow(surface, through, bounces, weight * share, footprint);
             }
         }
         color
@@ -93,18 +113,25 @@ impl Integrator<'_> {
         direction: DVec3,
         bounces: u32,
         weight: f64,
+        footprint: Footprint,
     ) -> DVec3 {
         if bounces >= MAX_BOUNCES {
             return self.background;
         }
         let (ray, departure) = surface.spawn_ray(direction);
-        self.radiance(&ray, Some(&departure), bounces + 1, weight)
+        self.radiance(&ray, &departure, bounces + 1, weight, footprint)
     }
 
     /// Ambient light and that of the lights which reach the surface.
-    fn local_light(&mut self, surface: &SurfaceInteraction<'_>, shares: &Shares, to_eye: DVec3) -> DVec3 {
+    fn local_light(
+        &mut self,
+        surface: &SurfaceInteraction<'_>,
+        shares: &Shares,
+        to_eye: DVec3,
+        footprint: Footprint,
+    ) -> DVec3 {
         let normal = surface.facing_normal();
-        let mut color = shading::ambient(surface.material, shares);
+        let mut color = shading::ambient(&surface.material, shares);
         for light in self.lights {
             let Some((to_light, light_color)) = shading::towards(light, surface.position) else { continue };
             if normal.dot(to_light) <= 0.0 {
@@ -113,8 +140,9 @@ impl Integrator<'_> {
             self.counts.shadow += 1;
             // Not the unit direction: t = 1 is the light's own place.
             let (ray, departure) = surface.spawn_ray(light.position - surface.position);
-            if !self.scene.occluded(&ray, Some(&departure), 1.0) {
-                color += shading::direct(surface.material, shares, light_color, normal, to_eye, to_light);
+            let width = Footprint { spread: 0.0, ..footprint };
+            if !self.scene.occluded_footprint(&ray, Some(&departure), 1.0, width) {
+                color += shading::direct(&surface.material, shares, light_color, normal, to_eye, to_light);
             }
         }
         color

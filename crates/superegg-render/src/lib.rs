@@ -5,11 +5,13 @@
 //! and [`CompiledScene::query_point`] ask it; [`render`] draws it into a [`Film`]. [`flatten`] is the slow trusted twin
 //! for shallow scenes.
 
+mod beam;
 mod bvh;
 mod compile;
 mod compiled;
 mod film;
 pub mod flatten;
+mod footprint;
 mod integrator;
 mod interaction;
 mod path;
@@ -17,11 +19,15 @@ mod point_query;
 mod render;
 mod sampler;
 mod shading;
+mod stand_in;
+mod support;
+mod tile;
 mod traverse;
 mod view;
 
-pub use compiled::CompiledScene;
+pub use compiled::{CompiledScene, Swelling};
 pub use film::{Encoding, Film, ImageError};
+pub use footprint::{Footprint, LEAST_FOOTPRINT};
 pub use integrator::RayCounts;
 pub use interaction::SurfaceInteraction;
 pub use path::InstancePath;
