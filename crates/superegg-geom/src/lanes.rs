@@ -7,8 +7,10 @@
 //! the ray passes within 1e-5 of tangency.
 
 pub mod beam;
+pub mod flight;
 mod kernel;
 mod log_norm;
+pub mod settle;
 mod vector;
 
 use glam::DVec3;

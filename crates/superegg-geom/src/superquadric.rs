@@ -181,32 +181,6 @@ impl Superquadric {
         self.solver()(&self.norm, &span, local.start).is_some_and(|hit| hit.t < t_max)
     }
 
-    /// The first crossing of a convex unit shape by a ray from outside, which is known to lie within `error` of `t`; with the gradient of N there.
-    /// `None` where it is not so, or cannot be told: then [`Superquadric::intersect`] knows. For origins up to some thousand radii away, from where
-    /// points on the ray are exact enough.
-    ///
-    /// Newton's method from `t - error`, where N is above 1 and falls: by convexity there is no crossing before, and none is passed.
-    pub fn intersect_near(&self, ray: &Ray, t: f64, error: f64) -> Option<(ShapeHit, DVec3)> {
-        debug_assert!(self.is_convex() && self.radii == DVec3::ONE);
-        let mut s = (t - error).max(0.0);
-        for step in 0..NEAR_STEPS {
-            let point = ray.origin + s * ray.direction;
-            let (value, gradient) = self.norm.value_and_gradient(point);
-            let above = value - 1.0;
-            let slope = gradient.dot(ray.direction);
-            let is_before = above > 0.0 && slope < 0.0;
-            let next = s - above / slope;
-            if step > 0 && (above <= 0.0 || (is_before && next <= s * (1.0 + f64::EPSILON))) {
-                return Some((ShapeHit { t: s, point, leaving: false }, gradient));
-            }
-            if !is_before || next.is_nan() {
-                return None;
-            }
-            s = next;
-        }
-        None
-    }
-
     fn solver(&self) -> Solver {
         if self.is_convex() { convex::intersect } else { certified::intersect }
     }
@@ -251,9 +225,6 @@ impl Superquadric {
         }
     }
 }
-
-/// From a good guess so many steps suffice, but for grazing rays.
-const NEAR_STEPS: usize = 16;
 
 /// A solver in the space of the unit shape.
 type Solver = fn(&NormForm, &BoxSpan, RayStart) -> Option<ShapeHit>;

@@ -11,6 +11,7 @@ use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
     BeamBoxes, BeamShape, Kernels, PACKET, PacketHits, PacketOf, PacketVectors,
 };
+use superegg_geom::lanes::settle::SettleBatch;
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
 
 use crate::bvh::Slot;
@@ -32,8 +33,8 @@ const LEAST_TOLERANCE: f64 = 1.5e-6;
 const MOST_TOLERANCE: f64 = 0.03;
 /// Scales beyond this many powers of two are f64's.
 const MOST_EXPONENT: i32 = 90;
-/// How far N may be off for a settled candidate: to begin before it.
-const GUESS_SLACK: f64 = 2.0;
+/// From further away points on rays are not exact enough to be settled together.
+const MOST_DISTANCE: f64 = 4096.0;
 
 /// A shape that was found on some ray of the tile.
 #[derive(Clone, Debug)]
@@ -121,10 +122,23 @@ pub(crate) struct Beam<'s> {
     exact: Vec<u32>,
     images: Vec<PacketVectors>,
     spare: Vec<Vec<PacketVectors>>,
+    batch: SettleBatch,
     /// The largest coordinates of directions.
     largest: DVec3,
     middle: DVec3,
     footprint: Footprint,
+}
+
+/// How the crossing of a ray is settled.
+enum Plan {
+    /// There is none.
+    Nothing,
+    /// The ray has to go the exact way.
+    Exact,
+    /// With others, at this place of the batch.
+    Settle { candidate: u32, place: usize },
+    /// By itself.
+    One { candidate: u32 },
 }
 
 /// What a beam is asked.
@@ -147,6 +161,7 @@ impl<'s> Beam<'s> {
             exact: Vec::new(),
             images: Vec::new(),
             spare: Vec::new(),
+            batch: SettleBatch::default(),
             largest: DVec3::ZERO,
             middle: DVec3::ZERO,
             footprint: Footprint::NONE,
@@ -175,37 +190,78 @@ impl<'s> Beam<'s> {
         path
     }
 
-    /// The closest crossing of each ray. The rays, at most [`MOST_RAYS`], share their origin and have no width in common but the footprint.
+    /// The closest crossing of each ray. The rays, at most [`MOST_RAYS`], share their origin.
     pub(crate) fn closest(&mut self, rays: &[Ray], footprint: Footprint, found: &mut Vec<Option<BeamHit>>) {
         found.clear();
-        debug_assert!(rays.len() <= MOST_RAYS);
-        let Some(first) = rays.first() else { return };
-        let directions = rays.iter().map(|ray| Some(ray.direction));
-        let Some(scale) = self.take_directions(directions, f32::INFINITY) else {
-            debug_assert!(rays.len() <= MOST_RAYS);
-            found.extend(rays.iter().map(|ray| self.exact_hit(ray, footprint)));
+        let Some(scale) = self.find_candidates(rays, footprint) else {
+            for ray in rays {
+                let hit = self.exact_hit(ray, footprint);
+                found.push(hit);
+            }
             return;
         };
-        self.footprint = Footprint { spread: footprint.spread * scale, ..footprint };
-        let bits =
-            if footprint == Footprint::NONE { Vec::new() } else { rays.iter().map(ray_bits).collect() };
-        let mut question = Question::Closest { rays, bits };
-        self.traverse(first.origin, scale, &mut question);
-        for (i, ray) in rays.iter().enumerate() {
-            let (packet, lane) = (i / PACKET, i % PACKET);
-            let hits = &self.hits[packet];
-            let is_exact = self.exact[packet] >> lane & 1 == 1 || hits.doubt.0[lane] > 0.0;
-            let settled = if is_exact {
-                None
-            } else if hits.id.0[lane] == u32::MAX {
-                found.push(None);
-                continue;
-            } else {
-                let (t, error) = (f64::from(hits.t.0[lane]), f64::from(hits.error.0[lane]));
-                self.settle(ray, hits.id.0[lane], t * scale, GUESS_SLACK * error * scale)
+        let mut batch = std::mem::take(&mut self.batch);
+        batch.clear();
+        let plans: Vec<Plan> = (0..rays.len()).map(|i| self.plan(i, &rays[i], scale, &mut batch)).collect();
+        batch.run();
+        for (plan, ray) in plans.into_iter().zip(rays) {
+            let settled = match plan {
+                Plan::Nothing => {
+                    found.push(None);
+                    continue;
+                }
+                Plan::Exact => None,
+                Plan::Settle { candidate, place } => batch.get(place).map(|(hit, gradient)| BeamHit {
+                    t: hit.t,
+                    candidate,
+                    unit_point: hit.point,
+                    gradient,
+                    leaving: hit.leaving,
+                }),
+                Plan::One { candidate } => self.settle(ray, candidate),
             };
             found.push(settled.or_else(|| self.exact_hit(ray, footprint)));
         }
+        self.batch = batch;
+    }
+
+    /// What is to be done to settle a ray.
+    fn plan(&self, i: usize, ray: &Ray, scale: f64, batch: &mut SettleBatch) -> Plan {
+        let (packet, lane) = (i / PACKET, i % PACKET);
+        let hits = &self.hits[packet];
+        if self.exact[packet] >> lane & 1 == 1 || hits.doubt.0[lane] > 0.0 {
+            return Plan::Exact;
+        }
+        let candidate = hits.id.0[lane];
+        if candidate == u32::MAX {
+            return Plan::Nothing;
+        }
+        let shape = self.shape_of(candidate);
+        let local = ray.through(&self.candidates[candidate as usize].unit_from_world);
+        let distance = local.origin.abs().max_element();
+        if !shape.is_convex() || distance <= 1.0 || distance > MOST_DISTANCE {
+            return Plan::One { candidate };
+        }
+        let place = batch.push(&shape, &local, f64::from(hits.t.0[lane]) * scale);
+        Plan::Settle { candidate, place }
+    }
+
+    /// How many rays meet something, as far as the lanes can tell.
+    pub(crate) fn find(&mut self, rays: &[Ray], footprint: Footprint) -> usize {
+        self.find_candidates(rays, footprint);
+        self.hits.iter().flat_map(|hits| hits.id.0).filter(|&id| id != u32::MAX).count()
+    }
+
+    /// Fills `hits`, and returns what brings their t back; `None` for rays that f32 cannot hold.
+    fn find_candidates(&mut self, rays: &[Ray], footprint: Footprint) -> Option<f64> {
+        debug_assert!(rays.len() <= MOST_RAYS);
+        let first = rays.first()?;
+        let scale = self.take_directions(rays.iter().map(|ray| Some(ray.direction)), f32::INFINITY)?;
+        self.footprint = Footprint { spread: footprint.spread * scale, ..footprint };
+        let bits =
+            if footprint == Footprint::NONE { Vec::new() } else { rays.iter().map(ray_bits).collect() };
+        self.traverse(first.origin, scale, &mut Question::Closest { rays, bits });
+        Some(scale)
     }
 
     /// Which rays reach the light: `occluded` has a bit for each that does not, by packets.
@@ -710,20 +766,19 @@ impl<'s> Beam<'s> {
         }
     }
 
-    /// The crossing of a candidate that the lanes found near t, in f64.
-    fn settle(&self, ray: &Ray, candidate: u32, t: f64, error: f64) -> Option<BeamHit> {
-        let found = &self.candidates[candidate as usize];
-        let shape = match found.kind {
+    fn shape_of(&self, candidate: u32) -> Superquadric {
+        match self.candidates[candidate as usize].kind {
             Kind::Primitive(primitive) => self.scene.primitives[primitive as usize].unit_shape(),
             Kind::StandIn => StandIn::unit_shape(),
-        };
-        let local = ray.through(&found.unit_from_world);
-        let (hit, gradient) = if shape.is_convex() && local.origin.abs().max_element() > 1.0 {
-            shape.intersect_near(&local, t, error)?
-        } else {
-            let hit = shape.intersect(&local, RayStart::Free)?;
-            (hit, shape.norm().value_and_gradient(hit.point).1)
-        };
+        }
+    }
+
+    /// The first crossing of a candidate, by f64 alone.
+    fn settle(&self, ray: &Ray, candidate: u32) -> Option<BeamHit> {
+        let shape = self.shape_of(candidate);
+        let local = ray.through(&self.candidates[candidate as usize].unit_from_world);
+        let hit = shape.intersect(&local, RayStart::Free)?;
+        let (_, gradient) = shape.norm().value_and_gradient(hit.point);
         Some(BeamHit { t: hit.t, candidate, unit_point: hit.point, gradient, leaving: hit.leaving })
     }
 
@@ -805,4 +860,114 @@ fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
             bit
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_geom::glam::DVec2;
+    use superegg_lang::load_text;
+    use superegg_scene::Camera;
+
+    use super::*;
+    use crate::view::View;
+
+    /// Shapes of all kinds, nested, turned, mirrored, in each other, beside each other, and twice in the same place.
+    const SCENE: &str = "prm ball\nprm box\nexp .1 .1\ncoeff .8 .5 .6\nprm drop\nexp .7 1.6\ncoeff .3 .9 .5\n\
+        prm star\nexp 3 2.5\nprm gem\nexp 2 2\nprm flat\nexp 1 .01\ncoeff 40 40 .1\n\
+        obj inner\nap box\nrs 1 2 3 40\nap ball\nss .4 .4 .4\nxs .7 .2 .5\nap drop\nss .8 -.8 .8\nxs -1 .3 0\nap star\nxs 0 -1.2 .6\n\
+        obj middle\nao inner a\nss .6 .9 .5\nrs 0 1 1 70\nao inner b\nrs 1 0 0 20\nss .5 .5 .5\nxs 1.5 0 0\nap gem\nxs 0 1.6 0\n\
+        obj all\nao middle m\nao middle n\nrs 0 0 1 130\nxs .5 -2.5 .4\nap flat\nxs 0 0 -1.5\nap ball\nxs 2 2 0\nap ball again\nxs 2 2 0\n\
+        ap box cut\nxs 1.6 2 .3\nap ball standing\nss .5 .5 .5\nxs -2 2 -.9\n";
+
+    fn scene() -> CompiledScene {
+        let (session, diagnostics) = load_text("beam.scn", SCENE);
+        assert!(diagnostics.is_empty(), "{diagnostics:?}");
+        CompiledScene::compile(session.scene(), Some("all"), 10)
+    }
+
+    fn views() -> Vec<View> {
+        // From afar, from among the shapes, from within one, and straight down.
+        [(9.0, -7.0, 5.0), (0.3, -0.9, 0.9), (2.0, 2.0, 0.2), (0.0, 0.0, 30.0), (900.0, 300.0, 200.0)]
+            .map(|(x, y, z)| {
+                let fov_deg = if x > 100.0 { 0.6 } else { 50.0 };
+                let camera =
+                    Camera { position: DVec3::new(x, y, z), target: DVec3::ZERO, up: DVec3::Z, fov_deg };
+                View::new(&camera, 96, 96)
+            })
+            .to_vec()
+    }
+
+    fn tile(view: &View, tile: u32) -> Vec<Ray> {
+        let (x, y) = (16 * (tile % 6), 16 * (tile / 6));
+        let pixel = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
+        (0..256).map(|i| view.ray(pixel(i))).collect()
+    }
+
+    #[test]
+    fn beams_meet_what_single_rays_meet_and_stop_where_they_stop() {
+        let scene = scene();
+        let mut beam = Beam::new(&scene);
+        let mut hits = Vec::new();
+        let (mut met, mut stopped, mut exact) = (0, 0, 0);
+        for view in views() {
+            for rays in (0..36).map(|i| tile(&view, i)) {
+                beam.start_tile();
+                beam.closest(&rays, Footprint::NONE, &mut hits);
+                exact += beam.exact.iter().map(|lanes| lanes.count_ones()).sum::<u32>();
+                let light = DVec3::new(3.0, -5.0, 8.0);
+                let mut shadow_rays = vec![None; rays.len()];
+                let mut starts = vec![(0, RayStart::Free); rays.len()];
+                for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
+                    let expected = scene.intersect(ray, None);
+                    assert_eq!(hit.is_some(), expected.is_some(), "{ray:?} {hit:?} {expected:?}");
+                    let (Some(hit), Some(expected)) = (hit, expected) else { continue };
+                    met += 1;
+                    assert!((hit.t - expected.t).abs() < 1e-9 * (1.0 + expected.t), "{hit:?} {expected:?}");
+                    assert_eq!(hit.leaving, expected.leaving);
+                    assert_eq!(beam.path(hit.candidate), expected.path, "{ray:?}");
+                    assert!((hit.unit_point - expected.unit_point).length() < 1e-7);
+                    let surface = scene.interaction(&expected);
+                    let direction = light - surface.position;
+                    if surface.facing_normal().dot(direction) > 0.0 {
+                        let (ray, departure) = surface.spawn_ray(direction);
+                        shadow_rays[i] = Some(ray);
+                        starts[i] = (hit.candidate, departure.start());
+                    }
+                }
+                let widths = vec![0.0; rays.len()];
+                let shadow = Shadow { rays: &shadow_rays, starts: &starts, widths: &widths };
+                let occluded = beam.occluded(light, &shadow, Footprint::NONE);
+                for (i, ray) in shadow_rays.iter().enumerate() {
+                    let Some(ray) = ray else { continue };
+                    let departure = Departure::of(beam.path(starts[i].0), starts[i].1);
+                    let expected = scene.occluded(ray, departure.as_ref(), 1.0);
+                    stopped += usize::from(expected);
+                    assert_eq!(occluded[i / PACKET] >> (i % PACKET) & 1 == 1, expected, "{ray:?}");
+                }
+            }
+        }
+        assert!(met > 20_000 && stopped > 1_000 && exact < 46_080, "{met} {stopped} {exact}");
+    }
+
+    #[test]
+    fn rays_that_f32_cannot_hold_are_answered_all_the_same() {
+        let scene = scene();
+        let mut beam = Beam::new(&scene);
+        let mut hits = Vec::new();
+        let hostile = [0.0, -0.0, 1e-300, 1e300, f64::MAX, f64::INFINITY, f64::NAN, -1.0];
+        for x in hostile {
+            for origin in hostile {
+                let rays: Vec<Ray> = hostile
+                    .iter()
+                    .map(|&y| Ray::new(DVec3::new(origin, 3.0, 5.0), DVec3::new(x, y, -1.0)))
+                    .collect();
+                beam.start_tile();
+                beam.closest(&rays, Footprint::NONE, &mut hits);
+                assert_eq!(hits.len(), rays.len());
+                for (ray, hit) in rays.iter().zip(&hits).filter(|(ray, _)| ray.direction.is_finite()) {
+                    assert_eq!(hit.is_some(), scene.intersect(ray, None).is_some(), "{ray:?}");
+                }
+            }
+        }
+    }
 }

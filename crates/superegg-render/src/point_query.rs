@@ -1,4 +1,4 @@
-//! The inside-outside test over a whole scene.
+//! Questions about places: the inside-outside test at a point, and what is in a box.
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Transform, inverse_of};
@@ -27,6 +27,71 @@ impl CompiledScene {
         let inside = query.least.as_ref().is_some_and(|(value, _)| *value < 0.0);
         PointAnswer { inside, least: query.least }
     }
+}
+
+impl CompiledScene {
+    /// The instances of primitives whose world box (the smallest axis-aligned one) meets a box of world space, but for rounding: nothing that does is left
+    /// out. In no particular order, and at most `limit` of them; a fractal may have more than can be listed.
+    pub fn query_box(&self, query: &Aabb, limit: usize) -> Vec<InstancePath> {
+        let mut answer =
+            BoxQuery { scene: self, query, limit, path: InstancePath::default(), found: Vec::new() };
+        if let Some(root) = self.root.as_deref() {
+            answer.visit_group(root, &Transform::IDENTITY);
+        }
+        answer.found
+    }
+}
+
+struct BoxQuery<'a> {
+    scene: &'a CompiledScene,
+    query: &'a Aabb,
+    limit: usize,
+    path: InstancePath,
+    found: Vec<InstancePath>,
+}
+
+impl BoxQuery<'_> {
+    fn visit_group(&mut self, group: &Group, world_from_group: &Transform) {
+        let mut pending = vec![0u32];
+        while let Some(node) = pending.pop() {
+            let node = &group.nodes[node as usize];
+            for (place, slot) in node.slots().enumerate() {
+                let bounds = group.space.group_box(&node.child_box(place));
+                let meets = bounds.transformed(world_from_group).rounded_outward().meets(self.query);
+                if !meets || self.found.len() >= self.limit {
+                    continue;
+                }
+                match slot {
+                    Slot::Node(child) => pending.push(child),
+                    Slot::Leaf(leaf) => {
+                        if leaf_bounds(self.scene, &group.leaves[leaf as usize], world_from_group)
+                            .meets(self.query)
+                        {
+                            self.path.push(leaf);
+                            self.found.push(self.path.clone());
+                            self.path.pop();
+                        }
+                    }
+                    Slot::Instance(place) => {
+                        let instance = &group.instances[place as usize];
+                        if let Ok(world_from_child) = world_from_group.after(instance.map()) {
+                            self.path.push(place);
+                            self.visit_group(&instance.group, &world_from_child);
+                            self.path.pop();
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The smallest axis-aligned box around a leaf in the world, but for rounding.
+fn leaf_bounds(scene: &CompiledScene, leaf: &Leaf, world_from_group: &Transform) -> Aabb {
+    let shape = scene.primitives[leaf.primitive as usize].unit_shape();
+    let world_from_unit = *world_from_group.forward() * inverse_of(&leaf.unit_from_group);
+    let half = shape.half_extent_under(&world_from_unit.matrix3);
+    Aabb::around(world_from_unit.translation, half).rounded_outward()
 }
 
 struct PointQuery<'a> {
@@ -74,12 +139,10 @@ impl PointQuery<'_> {
     }
 
     fn visit_leaf(&mut self, leaf: &Leaf, world_from_group: &Transform, local: DVec3) {
-        let shape = self.scene.primitives[leaf.primitive as usize].unit_shape();
-        let world_from_unit = *world_from_group.forward() * inverse_of(&leaf.unit_from_group);
-        let half = shape.half_extent_under(&world_from_unit.matrix3);
-        if !Aabb::around(world_from_unit.translation, half).rounded_outward().contains(self.point) {
+        if !leaf_bounds(self.scene, leaf, world_from_group).contains(self.point) {
             return;
         }
+        let shape = self.scene.primitives[leaf.primitive as usize].unit_shape();
         // A local point beyond the range of f64 is outside.
         let value = shape.inside_outside(leaf.unit_from_group.transform_point3(local));
         let value = if value.is_nan() { f64::INFINITY } else { value };

@@ -10,7 +10,7 @@ use superegg_scene::{Camera, Light};
 
 use crate::compiled::CompiledScene;
 use crate::film::Film;
-use crate::integrator::{Integrator, RayCounts};
+use crate::integrator::{RayCounts, Setting, Taken};
 use crate::sampler::Sampler;
 use crate::tile::TileTracer;
 use crate::view::View;
@@ -54,13 +54,6 @@ pub struct Rendered {
     pub stand_ins: u64,
 }
 
-/// What a tile took.
-#[derive(Clone, Copy, Default)]
-struct Counts {
-    rays: RayCounts,
-    stand_ins: u64,
-}
-
 /// The edge of a tile in pixels.
 const TILE_PX: u32 = 16;
 /// The edge of a block of pixels whose rays share a register.
@@ -79,7 +72,7 @@ pub fn render(
     let job = Job { scene, settings, view: View::new(&settings.camera, settings.width, settings.height) };
     let done = AtomicU64::new(0);
     let tiles = tiles(settings.width, settings.height);
-    let finished: Vec<(Tile, Vec<[f32; 3]>, Counts)> = threads.install(|| {
+    let finished: Vec<(Tile, Vec<[f32; 3]>, Taken)> = threads.install(|| {
         let unless_cancelled = tiles.into_par_iter().filter(|_| !budget.cancel.load(Ordering::Relaxed));
         unless_cancelled
             .map(|tile| {
@@ -92,11 +85,10 @@ pub fn render(
     });
 
     let mut film = Film::new(settings.width, settings.height);
-    let mut total = Counts::default();
+    let mut total = Taken::default();
     for (tile, colors, counts) in finished {
         tile.pixels_by_block().into_iter().zip(colors).for_each(|((x, y), color)| film.set(x, y, color));
-        total.rays += counts.rays;
-        total.stand_ins += counts.stand_ins;
+        total += counts;
     }
     Ok(Rendered { film, rays: total.rays, stand_ins: total.stand_ins })
 }
@@ -124,6 +116,11 @@ fn tiles(width: u32, height: u32) -> Vec<Tile> {
     ranges(height).flat_map(|y| ranges(width).map(move |x| Tile { x, y: y.clone() })).collect()
 }
 
+/// The pixels of a picture, by tiles and blocks.
+pub(crate) fn tiles_of_pixels(width: u32, height: u32) -> Vec<Vec<(u32, u32)>> {
+    tiles(width, height).iter().map(Tile::pixels_by_block).collect()
+}
+
 struct Job<'a> {
     scene: &'a CompiledScene,
     settings: &'a RenderSettings,
@@ -131,13 +128,11 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn render_tile(&self, tile: &Tile) -> (Vec<[f32; 3]>, Counts) {
-        let mut tracer = TileTracer::new(Integrator {
+    fn render_tile(&self, tile: &Tile) -> (Vec<[f32; 3]>, Taken) {
+        let mut tracer = TileTracer::new(Setting {
             scene: self.scene,
             lights: &self.settings.lights,
             background: self.settings.background,
-            counts: RayCounts::default(),
-            stand_ins: 0,
         });
         let pixels = tile.pixels_by_block();
         let samples = self.settings.samples.max(1);
@@ -151,6 +146,6 @@ impl Job<'_> {
             }
         }
         let colors = sums.iter().map(|sum| (sum / f64::from(samples)).as_vec3().to_array()).collect();
-        (colors, Counts { rays: tracer.integrator.counts, stand_ins: tracer.integrator.stand_ins })
+        (colors, tracer.taken)
     }
 }

@@ -8,13 +8,14 @@ use superegg_scene::Material;
 
 use crate::beam::{Beam, BeamHit, Kind, Shadow};
 use crate::footprint::Footprint;
-use crate::integrator::Integrator;
+use crate::integrator::{Setting, Taken, Wave};
 use crate::interaction::SurfaceInteraction;
 use crate::shading::{self, Shares};
 
 /// Traces tiles, one after the other.
 pub(crate) struct TileTracer<'a> {
-    pub(crate) integrator: Integrator<'a>,
+    setting: Setting<'a>,
+    pub(crate) taken: Taken,
     beam: Beam<'a>,
     hits: Vec<Option<BeamHit>>,
     /// What shading needs of a candidate, made when it is first shaded.
@@ -50,14 +51,15 @@ impl Seen {
 }
 
 impl<'a> TileTracer<'a> {
-    pub(crate) fn new(integrator: Integrator<'a>) -> Self {
-        Self { beam: Beam::new(integrator.scene), integrator, hits: Vec::new(), looks: Vec::new() }
+    pub(crate) fn new(setting: Setting<'a>) -> Self {
+        let beam = Beam::new(setting.scene);
+        Self { setting, taken: Taken::default(), beam, hits: Vec::new(), looks: Vec::new() }
     }
 
     /// The linear colour that each of some rays of a camera sees: at most [`crate::beam::MOST_RAYS`] rays from one place, neighbours by
     /// the sixteen.
     pub(crate) fn trace(&mut self, rays: &[Ray], footprint: Footprint) -> Vec<DVec3> {
-        self.integrator.counts.camera += rays.len() as u64;
+        self.taken.rays.camera += rays.len() as u64;
         self.beam.start_tile();
         self.looks.clear();
         let mut hits = std::mem::take(&mut self.hits);
@@ -68,13 +70,16 @@ impl<'a> TileTracer<'a> {
             .filter_map(|(i, hit)| Some(self.see(i, &rays[i], footprint, hit.as_ref()?)))
             .collect();
         self.hits = hits;
-        for light in self.integrator.lights {
+        for light in self.setting.lights {
             self.add_light(light, rays.len(), &mut seen);
         }
-        let mut colors = vec![self.integrator.background; rays.len()];
+        let mut colors = vec![self.setting.background; rays.len()];
+        let mut wave = Wave::new(self.setting);
         for point in &seen {
-            colors[point.ray] = point.color + self.further_light(point, &rays[point.ray], footprint);
+            colors[point.ray] = point.color;
+            self.leave(point, &rays[point.ray], footprint, &mut wave);
         }
+        wave.follow(&mut colors, &mut self.taken);
         colors
     }
 
@@ -83,7 +88,7 @@ impl<'a> TileTracer<'a> {
         if self.looks.len() <= place {
             self.looks.resize(self.beam.candidates.len(), None);
         }
-        let (scene, beam) = (self.integrator.scene, &self.beam);
+        let (scene, beam) = (self.setting.scene, &self.beam);
         self.looks[place].get_or_insert_with(|| {
             let candidate = &beam.candidates[place];
             let material = match candidate.kind {
@@ -100,7 +105,7 @@ impl<'a> TileTracer<'a> {
     /// The surface at a hit, with the part of its light that needs no ray.
     fn see(&mut self, i: usize, ray: &Ray, footprint: Footprint, hit: &BeamHit) -> Seen {
         if self.beam.candidates[hit.candidate as usize].kind == Kind::StandIn {
-            self.integrator.stand_ins += 1;
+            self.taken.stand_ins += 1;
         }
         let unit_from_world = self.beam.candidates[hit.candidate as usize].unit_from_world;
         let look = self.look(hit.candidate);
@@ -149,7 +154,7 @@ impl<'a> TileTracer<'a> {
         if count == 0 {
             return;
         }
-        self.integrator.counts.shadow += count;
+        self.taken.rays.shadow += count;
         let shadow = Shadow { rays: &shadow_rays, starts: &starts, widths: &widths };
         let occluded =
             self.beam.occluded(light.position, &shadow, Footprint { width: least_width, spread: 0.0 });
@@ -168,23 +173,22 @@ impl<'a> TileTracer<'a> {
         }
     }
 
-    /// What is mirrored and let through.
-    fn further_light(&mut self, point: &Seen, ray: &Ray, footprint: Footprint) -> DVec3 {
+    /// Hands on what a point mirrors and lets through.
+    fn leave(&mut self, point: &Seen, ray: &Ray, footprint: Footprint, wave: &mut Wave<'_>) {
         let look = self.look(point.candidate);
         if look.shares.mirror == 0.0 && look.shares.through == 0.0 {
-            return DVec3::ZERO;
+            return;
         }
-        let (material, shares) = (look.material.clone(), look.shares);
         let surface = SurfaceInteraction {
             position: point.position,
             position_error: point.position_error,
             normal: point.normal,
             leaving: point.leaving,
-            material,
+            material: look.material.clone(),
             path: self.beam.path(point.candidate),
         };
         let spread = footprint.spread / ray.direction.length();
         let footprint = Footprint { width: point.width, spread };
-        self.integrator.further_light(&surface, &shares, -point.to_eye, 0, 1.0, footprint)
+        wave.leave(&surface, -point.to_eye, point.ray, DVec3::ONE, footprint, &mut self.taken);
     }
 }

@@ -55,13 +55,18 @@ impl Departure {
         }
     }
 
+    /// What is known of the start for the shape that the ray starts on.
+    pub(crate) fn start(&self) -> RayStart {
+        match self.side {
+            Side::Outward => RayStart::SurfaceOutward,
+            Side::Inward => RayStart::SurfaceInward,
+        }
+    }
+
     /// What is known of the start for the shape at a path.
     pub(crate) fn start_at(departure: Option<&Self>, path: &InstancePath) -> RayStart {
         match departure {
-            Some(departure) if departure.path == *path => match departure.side {
-                Side::Outward => RayStart::SurfaceOutward,
-                Side::Inward => RayStart::SurfaceInward,
-            },
+            Some(departure) if departure.path == *path => departure.start(),
             _ => RayStart::Free,
         }
     }

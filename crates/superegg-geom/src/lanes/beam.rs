@@ -297,7 +297,7 @@ impl<S: Simd> Linear<S> {
 
 impl<S: Simd> Triple<S> {
     #[inline(always)]
-    fn of_packet(simd: S, packet: &PacketVectors, i: usize) -> Self {
+    pub(super) fn of_packet(simd: S, packet: &PacketVectors, i: usize) -> Self {
         let lane = |column: &PacketOf<f32>| Lanes::new(simd, S::as_simd_f32s(&column.0).0[i]);
         Self { x: lane(&packet[0]), y: lane(&packet[1]), z: lane(&packet[2]) }
     }
