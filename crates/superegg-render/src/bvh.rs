@@ -273,7 +273,7 @@ impl Tree {
         }
         let library_boxes: Vec<_> = items.iter().map(|&item| boxes[item as usize].library_box()).collect();
         // One item a leaf: asking a shape costs more than asking a box.
-        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
+        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
         let binary = build_bvh2(&library_boxes, params, &mut Duration::default());
         drop(library_boxes);
         let mut tree =
@@ -283,8 +283,11 @@ impl Tree {
         tree
     }
 
-    /// Makes eight-wide nodes of binary ones: the child with the largest surface is opened first.
+    /// Makes eight-wide nodes of binary ones. Of a node's children the one with the largest surface is opened first; one that will fill a node of
+    /// its own stays whole as long as there are others, and what is left of the places goes to the smallest.
     fn widen(&mut self, binary: &Bvh2, boxes: &[UnitBox], items: &[u32]) {
+        let sizes = leaf_counts(binary);
+        let size = |index: u32| sizes[index as usize] as usize;
         self.nodes.push(Node::EMPTY);
         let mut pending = vec![(0u32, 0usize)];
         let is_leaf = |index: u32| binary.nodes[index as usize].prim_count > 0;
@@ -292,16 +295,23 @@ impl Tree {
             let aabb = &binary.nodes[index as usize].aabb;
             UnitBox { min: aabb.min.to_array(), max: aabb.max.to_array() }
         };
+        let area = |index: u32| bounds(index).half_area();
         while let Some((index, place)) = pending.pop() {
             let first = binary.nodes[index as usize].first_index;
             let mut children = arrayvec::ArrayVec::<u32, WIDTH>::from_iter([first, first + 1]);
             while !children.is_full() {
-                let largest = (0..children.len()).filter(|&i| !is_leaf(children[i])).max_by(|&a, &b| {
-                    bounds(children[a]).half_area().total_cmp(&bounds(children[b]).half_area())
-                });
-                let Some(largest) = largest else { break };
-                let first = binary.nodes[children[largest] as usize].first_index;
-                children[largest] = first;
+                let room = children.remaining_capacity() + 1;
+                let large = (0..children.len())
+                    .filter(|&i| size(children[i]) > WIDTH)
+                    .max_by(|&a, &b| area(children[a]).total_cmp(&area(children[b])));
+                let small = || {
+                    let inner =
+                        (0..children.len()).filter(|&i| !is_leaf(children[i]) && size(children[i]) <= room);
+                    inner.min_by_key(|&i| size(children[i]))
+                };
+                let Some(opened) = large.or_else(small) else { break };
+                let first = binary.nodes[children[opened] as usize].first_index;
+                children[opened] = first;
                 children.push(first + 1);
             }
             let mut node = Node::EMPTY;
@@ -321,6 +331,24 @@ impl Tree {
             self.nodes[place] = node;
         }
     }
+}
+
+/// How many leaves are below each node.
+fn leaf_counts(binary: &Bvh2) -> Vec<u32> {
+    let mut counts = vec![0; binary.nodes.len()];
+    let mut pending = vec![(0usize, false)];
+    while let Some((index, children_done)) = pending.pop() {
+        let node = &binary.nodes[index];
+        let first = node.first_index as usize;
+        if node.prim_count > 0 {
+            counts[index] = 1;
+        } else if children_done {
+            counts[index] = counts[first] + counts[first + 1];
+        } else {
+            pending.extend([(index, true), (first, false), (first + 1, false)]);
+        }
+    }
+    counts
 }
 
 fn whole_box<'a>(boxes: impl Iterator<Item = &'a UnitBox>) -> UnitBox {

@@ -64,6 +64,7 @@ impl CompiledScene {
                 ..swelling
             },
             reused_groups: compiler.reused,
+            reaches_depth: compiler.reaches_depth,
         }
     }
 }
@@ -116,6 +117,7 @@ struct Compiler<'a> {
     opened: HashMap<(u32, u32), Option<Arc<Group>>>,
     swelling: Swelling,
     reused: usize,
+    reaches_depth: bool,
 }
 
 /// A child of a group that is a group.
@@ -163,12 +165,9 @@ impl<'a> Compiler<'a> {
         let child_places: Vec<Arc<Vec<PackedPlace>>> = objects
             .iter()
             .map(|object: &&Object| {
-                let mut found = Vec::with_capacity(object.children().len());
-                found.extend(
-                    object
-                        .children()
-                        .map(|(_, child)| places.get(child.target()).copied().unwrap_or(PackedPlace::NONE)),
-                );
+                let children: Vec<&Child> = object.children().map(|(_, child)| child).collect();
+                let place = |child: &&Child| places.get(child.target()).copied().unwrap_or(PackedPlace::NONE);
+                let found = each(&children, place).collect();
                 Arc::new(found)
             })
             .collect();
@@ -185,6 +184,7 @@ impl<'a> Compiler<'a> {
             opened: HashMap::new(),
             swelling: Swelling::default(),
             reused: 0,
+            reaches_depth: false,
         }
     }
 
@@ -218,7 +218,7 @@ impl<'a> Compiler<'a> {
         let maps = LeafMaps::new(&Transform::IDENTITY, self.primitives[primitive as usize].radii);
         let leaf = FoldedLeaf { child: 0, primitive, maps, chain: Vec::new() };
         let parts = Parts { folded: vec![leaf], primitive_count: 1, ..Parts::default() };
-        self.assemble(parts, Arc::default(), 0).map(Arc::new)
+        self.assemble(parts, Arc::default(), 0, Aabb::EMPTY).map(Arc::new)
     }
 
     /// The group of an object opened to a remaining depth. An object of few levels is the same group from its height on.
@@ -259,7 +259,11 @@ impl<'a> Compiler<'a> {
                     }
                 }
                 Some(Place::Object(target)) => {
-                    let Some(group) = self.open(target, remaining - 1) else { continue };
+                    let Some(group) = self.open(target, remaining - 1) else {
+                        self.reaches_depth |=
+                            remaining == 1 && self.objects[target as usize].children().len() > 0;
+                        continue;
+                    };
                     let Some(parent_from_child) = transform() else { continue };
                     parts.group_count += &group.count;
                     if !seen.insert((place.0, bits_of(&parent_from_child))) {
@@ -270,7 +274,7 @@ impl<'a> Compiler<'a> {
             }
         }
         drop(seen);
-        let signature = self.signature(&parts, &names);
+        let (signature, leaf_box) = self.survey(&parts, &names);
         let key = (self.object_names[object as usize], remaining);
         let unchanged = self.before.and_then(|before| {
             // Hashing of borrowed pairs needs an owned key; groups are few.
@@ -281,7 +285,7 @@ impl<'a> Compiler<'a> {
                 self.reused += 1;
                 Some(group.clone())
             }
-            None => self.assemble(parts, names, signature).map(Arc::new),
+            None => self.assemble(parts, names, signature, leaf_box).map(Arc::new),
         };
         self.opened.insert((object, remaining), group.clone());
         group
@@ -329,19 +333,22 @@ impl<'a> Compiler<'a> {
 
     /// What the content of a group comes from, as one number: equal for equal content, and different for different content but by a chance
     /// of 1 in 2^64.
-    fn signature(&self, parts: &Parts<'a>, names: &Names) -> u64 {
-        let leaf_hash = |&(child, primitive): &(u32, u32)| {
+    ///
+    /// With it comes a box around all leaves that are no group's.
+    fn survey(&self, parts: &Parts<'a>, names: &Names) -> (u64, Aabb) {
+        let leaf = |&(child, primitive): &(u32, u32)| {
             let mut hash = Mixer::new(u64::from(child) << 32 | u64::from(primitive));
-            hash.shape(&self.primitives[primitive as usize]);
-            if let Some(map) = parts.transform(child) {
-                hash.words(bits_of(&map));
-            }
-            hash.0
+            let described = &self.primitives[primitive as usize];
+            hash.shape(described);
+            let Some(map) = parts.transform(child) else { return (hash.0, Aabb::EMPTY) };
+            hash.words(bits_of(&map));
+            (hash.0, LeafMaps::new(&map, described.radii).loose_box())
         };
-        let leaf_hashes: u64 = if parts.leaves.len() < LARGE {
-            parts.leaves.iter().map(leaf_hash).fold(0, u64::wrapping_add)
+        let join = |a: (u64, Aabb), b: (u64, Aabb)| (a.0.wrapping_add(b.0), a.1.union(&b.1));
+        let (leaf_hashes, leaf_box) = if parts.leaves.len() < LARGE {
+            parts.leaves.iter().map(leaf).fold((0, Aabb::EMPTY), join)
         } else {
-            parts.leaves.par_iter().map(leaf_hash).reduce(|| 0, u64::wrapping_add)
+            parts.leaves.par_iter().map(leaf).reduce(|| (0, Aabb::EMPTY), join)
         };
         let mut hash = Mixer::new(leaf_hashes);
         for folded in &parts.folded {
@@ -357,16 +364,19 @@ impl<'a> Compiler<'a> {
         }
         hash.text(names.text());
         hash.words([parts.primitive_count]);
-        hash.0
+        (hash.0, leaf_box)
     }
 
     /// A group of its parts: loose bounds give the space of the tree, tight boxes the tree, and its order that of the leaves.
-    fn assemble(&mut self, parts: Parts<'a>, names: Arc<Names>, signature: u64) -> Option<Group> {
+    fn assemble(
+        &mut self,
+        parts: Parts<'a>,
+        names: Arc<Names>,
+        signature: u64,
+        leaf_box: Aabb,
+    ) -> Option<Group> {
         let primitives = &self.primitives;
-        let mut whole = each(&parts.leaves, |leaf| {
-            parts.maps(leaf, primitives).map_or(Aabb::EMPTY, |maps| maps.loose_box())
-        })
-        .reduce_boxes();
+        let mut whole = leaf_box;
         whole = parts.folded.iter().fold(whole, |whole, leaf| whole.union(&leaf.maps.loose_box()));
         let group_boxes: Vec<Aabb> = parts
             .groups
@@ -554,17 +564,6 @@ impl<T: Sync, F> Each<'_, T, F> {
             self.items.iter().map(self.work).collect()
         } else {
             self.items.par_iter().map(self.work).collect()
-        }
-    }
-
-    fn reduce_boxes(self) -> Aabb
-    where
-        F: Fn(&T) -> Aabb + Send + Sync,
-    {
-        if self.items.len() < LARGE {
-            self.items.iter().map(self.work).fold(Aabb::EMPTY, |a, b| a.union(&b))
-        } else {
-            self.items.par_iter().map(self.work).reduce(|| Aabb::EMPTY, |a, b| a.union(&b))
         }
     }
 }

@@ -188,6 +188,7 @@ pub struct CompiledScene {
     pub(crate) instance_count: BigUint,
     pub(crate) swelling: Swelling,
     pub(crate) reused_groups: usize,
+    pub(crate) reaches_depth: bool,
 }
 
 impl CompiledScene {
@@ -204,6 +205,11 @@ impl CompiledScene {
     /// How many instances of primitives the picture stands for: exact, however many.
     pub fn instance_count(&self) -> &BigUint {
         &self.instance_count
+    }
+
+    /// Whether some object was left out because it would be opened deeper than was asked for.
+    pub fn reaches_depth(&self) -> bool {
+        self.reaches_depth
     }
 
     /// What the refined boxes of groups spare.

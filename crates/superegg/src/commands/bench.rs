@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -10,7 +11,7 @@ use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::load_text;
 use superegg_render::measure::{TileProbe, camera_tiles};
-use superegg_render::{CompiledScene, FlightRay, View};
+use superegg_render::{CompiledScene, FlightRay, RenderBudget, RenderSettings, View, render};
 use superegg_scene::Scene;
 
 use crate::args::BenchArgs;
@@ -38,7 +39,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<Outcome> {
     let is_piped = args.json.as_deref().is_some_and(files::is_standard_stream);
     let mut rows = Vec::new();
     for name in &args.scenes {
-        let row = measure(name, args)?;
+        let row = measure(name, rows.is_empty(), args)?;
         if !is_piped {
             if rows.is_empty() {
                 say::out(HEAD)?;
@@ -105,7 +106,11 @@ struct Row {
     random_mrays: f64,
     random_hits: f64,
     random_occlusion_mrays: f64,
+    /// Processor seconds of a whole picture, one sample a pixel, shadows and all.
+    picture_seconds: f64,
     compile_seconds: f64,
+    /// The processor seconds of all cores for it, which what else runs on the machine does not change.
+    compile_processor_seconds: f64,
     /// Seconds to compile again after one primitive has changed.
     recompile_seconds: f64,
     /// The most memory resident while it was compiled, beyond what was before, a described primitive.
@@ -118,11 +123,11 @@ struct Row {
 }
 
 const HEAD: &str = "\
-| scene | instances | camera | settled | shadow | random | random shadow | compile s | again s | peak bytes | bytes |
-|---|---|---|---|---|---|---|---|---|---|---|";
+| scene | instances | camera | settled | shadow | random | random shadow | picture s | compile s | processor s | again s | peak bytes | bytes |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|";
 const LEGEND: &str = "\
 camera, settled, shadow, random: million rays a second on one core, the best of the rounds; settled: camera rays with the crossing in f64
-compile s: on all cores; again s: after one primitive has changed; bytes: a primitive of the description, at the peak of compiling and after it";
+picture s: processor seconds of a whole picture with shadows, one sample a pixel; compile s: on all cores; processor s: of all cores together; again s: after one primitive has changed; bytes: a primitive of the description, at the peak of compiling (of the\nfirst scene of a run) and after it";
 
 impl Row {
     fn line(&self) -> String {
@@ -142,7 +147,15 @@ impl Row {
         for rate in mrays {
             let _ = write!(line, " {rate:.2} |");
         }
-        let _ = write!(line, " {:.3} | {:.3} |", self.compile_seconds, self.recompile_seconds);
+        let seconds = [
+            self.picture_seconds,
+            self.compile_seconds,
+            self.compile_processor_seconds,
+            self.recompile_seconds,
+        ];
+        for seconds in seconds {
+            let _ = write!(line, " {seconds:.3} |");
+        }
         match self.peak_bytes_per_primitive {
             Some(bytes) => {
                 let _ = write!(line, " {bytes:.0} |");
@@ -154,13 +167,17 @@ impl Row {
     }
 }
 
-fn measure(name: &str, args: &BenchArgs) -> Result<Row> {
+fn measure(name: &str, is_first: bool, args: &BenchArgs) -> Result<Row> {
     let Subject { mut scene, root } = subject(name, args.seed)?;
     let root = root.as_deref();
     let described = scene.primitives().count().max(scene.objects().map(|(_, o)| o.children().len()).sum());
     let before = restart_peak();
+    let processor_before = process_seconds();
     let (compiled, compile_seconds) = timed(|| CompiledScene::compile(&scene, root, scene.depth));
-    let peak = before.zip(peak_rss_bytes()).map(|(before, peak)| peak.saturating_sub(before));
+    let compile_processor_seconds = process_seconds() - processor_before;
+    // Memory that earlier scenes have left is taken again, and would not count.
+    let peak =
+        before.zip(peak_rss_bytes()).filter(|_| is_first).map(|(before, peak)| peak.saturating_sub(before));
 
     let view = View::new(&scene.camera, args.size.width, args.size.height);
     let tiles = camera_tiles(&view, args.size.width, args.size.height);
@@ -187,6 +204,7 @@ fn measure(name: &str, args: &BenchArgs) -> Result<Row> {
         compiled.occluded_many(&random, f64::MAX).iter().filter(|&&stops| stops).count()
     });
 
+    let picture_seconds = picture(&scene, &compiled, args)?;
     let recompile_seconds = match scene.primitives().map(|(name, _)| name.to_owned()).last() {
         None => 0.0,
         Some(last) => {
@@ -211,13 +229,31 @@ fn measure(name: &str, args: &BenchArgs) -> Result<Row> {
         random_mrays: millions(random.len(), random_seconds),
         random_hits: share(found, random.len()),
         random_occlusion_mrays: millions(random.len(), occlusion_seconds),
+        picture_seconds,
         compile_seconds,
+        compile_processor_seconds,
         recompile_seconds,
         peak_bytes_per_primitive: peak.map(|bytes| each(bytes as f64)),
         bytes_per_primitive: each(compiled.bytes() as f64),
         compiled_bytes: compiled.bytes(),
         box_area_spared: compiled.swelling().avoided,
     })
+}
+
+/// The processor seconds of a picture.
+fn picture(scene: &Scene, compiled: &CompiledScene, args: &BenchArgs) -> Result<f64> {
+    let settings = RenderSettings {
+        width: args.size.width,
+        height: args.size.height,
+        samples: 1,
+        camera: scene.camera,
+        lights: scene.lights(),
+        background: scene.background,
+    };
+    let budget = RenderBudget { threads: 1, cancel: &AtomicBool::new(false), progress: &|_| {} };
+    let before = process_seconds();
+    render(compiled, &settings, &budget).context("cannot start a thread")?;
+    Ok(process_seconds() - before)
 }
 
 /// Rays from anywhere in the scene's box to anywhere, as wide as those of the camera.
@@ -246,12 +282,32 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     (answer, clock.elapsed().as_secs_f64())
 }
 
-/// The processor seconds that this thread has used: what others do on the machine does not count. Where the system does not tell, the time of day.
+/// The processor seconds that this thread has used: waiting for others on the machine does not count.
 fn thread_seconds() -> f64 {
     #[cfg(target_os = "linux")]
-    if let Ok(time) = nix::time::clock_gettime(nix::time::ClockId::CLOCK_THREAD_CPUTIME_ID) {
-        return time.tv_sec() as f64 + 1e-9 * time.tv_nsec() as f64;
+    if let Some(seconds) = seconds_of(nix::time::ClockId::CLOCK_THREAD_CPUTIME_ID) {
+        return seconds;
     }
+    time_of_day()
+}
+
+/// The same of all threads together.
+fn process_seconds() -> f64 {
+    #[cfg(target_os = "linux")]
+    if let Some(seconds) = seconds_of(nix::time::ClockId::CLOCK_PROCESS_CPUTIME_ID) {
+        return seconds;
+    }
+    time_of_day()
+}
+
+#[cfg(target_os = "linux")]
+fn seconds_of(clock: nix::time::ClockId) -> Option<f64> {
+    let time = nix::time::clock_gettime(clock).ok()?;
+    Some(time.tv_sec() as f64 + 1e-9 * time.tv_nsec() as f64)
+}
+
+/// For systems that do not tell more.
+fn time_of_day() -> f64 {
     std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |time| time.as_secs_f64())
 }
 
