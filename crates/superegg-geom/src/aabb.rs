@@ -33,6 +33,11 @@ impl Aabb {
         self.min.cmple(point).all() && point.cmple(self.max).all()
     }
 
+    /// Whether the two have a point in common, their faces included.
+    pub fn meets(&self, other: &Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
     /// The smallest box that holds both.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
@@ -47,6 +52,12 @@ impl Aabb {
     /// Half of the box's edges.
     pub fn half_extent(&self) -> DVec3 {
         0.5 * self.max - 0.5 * self.min
+    }
+
+    /// Half of its surface area; 0 for an empty box.
+    pub fn half_area(&self) -> f64 {
+        let edges = (self.max - self.min).max(DVec3::ZERO);
+        edges.x * edges.y + edges.y * edges.z + edges.z * edges.x
     }
 
     /// The box around the image of this one. It grows where the map turns the box.

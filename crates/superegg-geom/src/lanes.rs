@@ -6,7 +6,11 @@
 //! the f64 path to a few 1e-6 of the shape's radius, measured across the surface; about hit or miss the two may differ where
 //! the ray passes within 1e-5 of tangency.
 
+pub mod beam;
+pub mod flight;
 mod kernel;
+mod log_norm;
+pub mod settle;
 mod vector;
 
 use glam::DVec3;

@@ -32,4 +32,4 @@ pub use norm::NormForm;
 pub use numeric::{scale_to_unit, unit_vector};
 pub use ray::{Ray, RayStart};
 pub use superquadric::{Exponents, ShapeError, ShapeHit, Superquadric};
-pub use transform::{Transform, TransformError, TransformStep};
+pub use transform::{Transform, TransformError, TransformStep, error_through, inverse_of};

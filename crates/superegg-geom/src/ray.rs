@@ -1,8 +1,8 @@
 //! Rays.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
-use crate::transform::Transform;
+use crate::transform::{Transform, error_through};
 
 /// The half line `origin + t direction`, t >= 0. The direction need not be of unit length; every `t` of this crate counts in
 /// its length, so that a ray keeps its `t` through any affine map.
@@ -32,12 +32,16 @@ impl Ray {
 
     /// The same ray in the local space of `world_from_local`: the same `t` means the same point.
     pub fn to_local(&self, world_from_local: &Transform) -> Self {
-        let inverse = world_from_local.inverse();
+        self.through(world_from_local.inverse())
+    }
+
+    /// The same ray in the space that a map leads to: the same `t` means the same point.
+    pub fn through(&self, map: &DAffine3) -> Self {
         Self {
-            origin: inverse.transform_point3(self.origin),
-            direction: inverse.transform_vector3(self.direction),
+            origin: map.transform_point3(self.origin),
+            direction: map.transform_vector3(self.direction),
             origin_error: if self.origin_error > 0.0 {
-                world_from_local.local_error(self.origin, self.origin_error)
+                error_through(map, self.origin, self.origin_error)
             } else {
                 0.0
             },

@@ -68,7 +68,17 @@ impl Superquadric {
 
     /// The sphere of radius 1: what a new primitive is.
     pub fn unit_sphere() -> Self {
-        let exponents = Exponents { e: 1.0, n: 1.0 };
+        Self::unit(Exponents { e: 1.0, n: 1.0 })
+    }
+
+    /// The unit shape of exponents that a superquadric has.
+    ///
+    /// ```
+    /// use superegg_geom::{Exponents, Superquadric, glam::DVec3};
+    /// assert_eq!(Superquadric::unit(Exponents { e: 1.0, n: 1.0 }), Superquadric::unit_sphere());
+    /// ```
+    pub fn unit(exponents: Exponents) -> Self {
+        debug_assert!(exponents.e > 0.0 && exponents.n > 0.0);
         Self { radii: DVec3::ONE, exponents, norm: NormForm::new(exponents) }
     }
 

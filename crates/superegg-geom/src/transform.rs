@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 use thiserror::Error;
 
-use crate::numeric::unit_vector;
+use crate::numeric::{difference_of_products, scale_to_unit, unit_vector};
 
 /// One step of a transform, as the modelling language writes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,24 +127,50 @@ impl Transform {
         self.inverse.matrix3.transpose() * local
     }
 
-    /// A bound on the coordinate error of a local point whose world point `point` is known to `error` in each coordinate.
-    pub fn local_error(&self, point: DVec3, error: f64) -> f64 {
-        error_through(&self.inverse, point, error)
-    }
-
     /// A bound on the coordinate error of a world point whose local point `point` is known to `error` in each coordinate.
     pub fn world_error(&self, point: DVec3, error: f64) -> f64 {
         error_through(&self.forward, point, error)
     }
 }
 
-/// What error was there, stretched by the map, and the rounding of the map itself.
-fn error_through(map: &DAffine3, point: DVec3, error: f64) -> f64 {
+/// A bound on the coordinate error of a point's image, whose own coordinates are known to `error`: what error was there, stretched by the map, and
+/// the rounding of the map itself.
+pub fn error_through(map: &DAffine3, point: DVec3, error: f64) -> f64 {
     let m = &map.matrix3;
     let row_sums = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
     let rounding = 4.0 * f64::EPSILON;
     row_sums.max_element() * (error + rounding * point.abs().max_element())
         + rounding * map.translation.abs().max_element()
+}
+
+/// The inverse of an affine map, right to rounding of its own entries where the map is a rotation between scales of any size; rows and
+/// columns are brought to the same size before anything is subtracted. Not finite for a map that cannot be undone.
+pub fn inverse_of(map: &DAffine3) -> DAffine3 {
+    let scale = |v: DVec3| scale_to_unit(v).map_or(f64::NAN, |(_, scale)| scale);
+    let rows = map.matrix3.transpose();
+    let row_scale = DVec3::new(scale(rows.x_axis), scale(rows.y_axis), scale(rows.z_axis));
+    let leveled = DMat3::from_diagonal(row_scale) * map.matrix3;
+    let column_scale = DVec3::new(scale(leveled.x_axis), scale(leveled.y_axis), scale(leveled.z_axis));
+    let leveled = leveled * DMat3::from_diagonal(column_scale);
+    let cross = |a: DVec3, b: DVec3| {
+        DVec3::new(
+            difference_of_products(a.y, b.z, a.z, b.y),
+            difference_of_products(a.z, b.x, a.x, b.z),
+            difference_of_products(a.x, b.y, a.y, b.x),
+        )
+    };
+    let (x, y, z) = (leveled.x_axis, leveled.y_axis, leveled.z_axis);
+    let of_rows = [cross(y, z), cross(z, x), cross(x, y)];
+    let determinant = x.dot(of_rows[0]);
+    let adjugate = DMat3::from_cols(of_rows[0], of_rows[1], of_rows[2]).transpose();
+    let scale_back = |v: DVec3| column_scale * v;
+    let column = |v: DVec3, row_scale: f64| scale_back(v / determinant) * row_scale;
+    let matrix3 = DMat3::from_cols(
+        column(adjugate.x_axis, row_scale.x),
+        column(adjugate.y_axis, row_scale.y),
+        column(adjugate.z_axis, row_scale.z),
+    );
+    DAffine3 { matrix3, translation: matrix3 * -map.translation }
 }
 
 #[cfg(test)]
@@ -166,6 +192,25 @@ mod tests {
             let transform = Transform::from_steps([&turn]).unwrap();
             assert_eq!(transform.forward().transform_point3(DVec3::X), DVec3::Y);
         }
+    }
+
+    #[test]
+    fn an_inverse_undoes_a_map_of_scales_of_any_size() {
+        for (small, large) in [(1.0, 1.0), (1e-100, 1e80), (1e-3, 1e150), (1e-150, 1e-140)] {
+            let steps = [
+                TransformStep::Scale(DVec3::new(small, large, small)),
+                TransformStep::Rotate { axis: DVec3::new(1.0, 2.0, 3.0), angle_deg: 33.0 },
+                TransformStep::Translate(DVec3::new(3.0, -4.0, 5.0)),
+            ];
+            let map = Transform::from_steps(&steps).unwrap();
+            let inverse = inverse_of(map.inverse());
+            let off = |a: DVec3, b: DVec3| (a - b).length() / b.length();
+            let (ours, truth) = (inverse.matrix3, map.forward().matrix3);
+            assert!(off(ours.x_axis, truth.x_axis) < 1e-14, "{small} {large}");
+            assert!(off(ours.y_axis, truth.y_axis) < 1e-14);
+            assert!(off(ours.z_axis, truth.z_axis) < 1e-14);
+        }
+        assert!(!inverse_of(&DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0))).is_finite());
     }
 
     #[test]

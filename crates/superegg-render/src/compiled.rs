@@ -1,64 +1,205 @@
 //! The compiled scene: what rays hit.
 
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
+
 use num_bigint::BigUint;
-use superegg_geom::{Aabb, Superquadric, Transform};
+use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::{Aabb, Exponents, Superquadric, Transform};
 use superegg_scene::Material;
 
-use crate::bvh::Bvh;
+use crate::beam::Kind;
+use crate::bvh::{Node, TreeSpace};
 use crate::path::InstancePath;
+use crate::stand_in::StandIn;
 
-/// What an instance stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Target {
-    /// A primitive, by its place in [`CompiledScene::primitives`].
-    Primitive(u32),
-    /// A group, by its place in [`CompiledScene::groups`].
-    Group(u32),
+/// A primitive as a child of a group.
+#[derive(Clone, Debug)]
+pub(crate) struct Leaf {
+    /// From the group's space to that of the unit shape: the radii are in it.
+    pub(crate) unit_from_group: DAffine3,
+    /// By its place in [`CompiledScene::primitives`].
+    pub(crate) primitive: u32,
+    pub(crate) name: NameRef,
 }
 
-/// One child of a group.
+/// A group as a child of a group.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     pub(crate) parent_from_child: Transform,
-    /// Around the child, in the group's space.
-    pub(crate) bounds: Aabb,
-    pub(crate) target: Target,
-    /// The child's place among the children of the object, for its alias.
-    pub(crate) child: u32,
+    pub(crate) group: Arc<Group>,
+    pub(crate) name: NameRef,
+    /// At most by so much does the map stretch a length.
+    pub(crate) stretch: f64,
 }
 
+/// The way a child is called: a place in its group's [`Group::names`], or in [`Group::chains`] where levels of one child were folded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct NameRef(u32);
+
+impl NameRef {
+    const CHAIN: u32 = 1 << 31;
+    /// The root itself, which has no alias.
+    pub(crate) const ROOT: Self = Self(u32::MAX);
+
+    pub(crate) fn child(place: u32) -> Self {
+        Self(place)
+    }
+
+    pub(crate) fn chain(place: u32) -> Self {
+        Self(place | Self::CHAIN)
+    }
+}
+
+/// The aliases of an object's children, in their order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Names {
+    text: String,
+    ends: Vec<u32>,
+}
+
+impl Names {
+    pub(crate) fn with_capacity(count: usize, bytes: usize) -> Self {
+        Self { text: String::with_capacity(bytes), ends: Vec::with_capacity(count) }
+    }
+
+    pub(crate) fn push(&mut self, name: &str) {
+        self.text.push_str(name);
+        self.ends.push(self.text.len() as u32);
+    }
+
+    /// All of them, one after the other.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    pub(crate) fn get(&self, place: u32) -> &str {
+        let place = place as usize;
+        let start = if place == 0 { 0 } else { self.ends[place - 1] };
+        &self.text[start as usize..self.ends[place] as usize]
+    }
+}
+
+/// Aliases of levels that were folded into one, from the top down.
+pub(crate) type Chain = Vec<(Arc<Names>, u32)>;
+
 /// An object opened to some remaining depth. Children that come to nothing are left out.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Group {
-    /// The object, by its place in [`CompiledScene::aliases`].
-    pub(crate) object: u32,
+    pub(crate) leaves: Vec<Leaf>,
     pub(crate) instances: Vec<Instance>,
-    pub(crate) bvh: Bvh,
+    /// The tree over both, in a space of its own.
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) space: TreeSpace,
+    /// Around everything, in the group's space.
+    pub(crate) bounds: Aabb,
+    pub(crate) names: Arc<Names>,
+    pub(crate) chains: Vec<Chain>,
+    /// How many primitives it stands for.
+    pub(crate) count: BigUint,
+    /// What all of its content comes from, to tell whether it has changed.
+    pub(crate) signature: u64,
+    /// What is seen instead of it where it is too small to be opened.
+    pub(crate) stand_in: OnceLock<StandIn>,
+}
+
+impl Group {
+    /// The aliases that a child adds to a path.
+    fn push_name(&self, name: NameRef, path: &mut String) {
+        let mut push = |names: &Names, place: u32| {
+            path.push('/');
+            path.push_str(names.get(place));
+        };
+        if name == NameRef::ROOT {
+            return;
+        }
+        if name.0 & NameRef::CHAIN == 0 {
+            return push(&self.names, name.0);
+        }
+        self.chains[(name.0 & !NameRef::CHAIN) as usize]
+            .iter()
+            .for_each(|(names, place)| push(names, *place));
+    }
+
+    /// Adds what a child is called to a chain.
+    pub(crate) fn extend_chain(&self, name: NameRef, chain: &mut Chain) {
+        if name.0 & NameRef::CHAIN == 0 {
+            chain.push((self.names.clone(), name.0));
+        } else if name != NameRef::ROOT {
+            chain.extend_from_slice(&self.chains[(name.0 & !NameRef::CHAIN) as usize]);
+        }
+    }
+
+    /// The place among the object's children, which settles ties.
+    fn rank(&self, name: NameRef) -> u32 {
+        match name {
+            NameRef::ROOT => 0,
+            NameRef(place) if place & NameRef::CHAIN == 0 => place,
+            NameRef(chain) => {
+                self.chains[(chain & !NameRef::CHAIN) as usize].first().map_or(0, |(_, place)| *place)
+            }
+        }
+    }
+
+    /// Memory that it holds beyond its children's, in bytes.
+    fn bytes(&self) -> usize {
+        size_of::<Self>()
+            + self.leaves.capacity() * size_of::<Leaf>()
+            + self.instances.capacity() * size_of::<Instance>()
+            + self.nodes.capacity() * size_of::<Node>()
+    }
 }
 
 /// A primitive, ready to be hit and shaded.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CompiledPrimitive {
-    pub(crate) shape: Superquadric,
-    pub(crate) material: Material,
+    pub(crate) radii: DVec3,
+    pub(crate) exponents: Exponents,
+    /// By its place in [`CompiledScene::materials`].
+    pub(crate) material: u32,
+}
+
+impl CompiledPrimitive {
+    /// The shape with radii 1, of whose space [`Leaf::unit_from_group`] speaks.
+    pub(crate) fn unit_shape(&self) -> Superquadric {
+        Superquadric::unit(self.exponents)
+    }
+}
+
+/// How large boxes of children that are groups are, against boxes that were made of the eight corners of the child's own box: the part that
+/// boxes would have swollen by.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Swelling {
+    /// Children that are groups.
+    pub instances: u64,
+    /// The mean over them of the surface area of the box of eight corners, as a multiple of that of the box in use.
+    pub avoided: f64,
 }
 
 /// A scene as a graph of groups, shared wherever the same object is opened to the same depth.
 #[derive(Clone, Debug)]
 pub struct CompiledScene {
     pub(crate) primitives: Vec<CompiledPrimitive>,
-    pub(crate) groups: Vec<Group>,
-    pub(crate) root: Option<Target>,
+    pub(crate) materials: Vec<Material>,
+    pub(crate) root: Option<Arc<Group>>,
     pub(crate) root_name: String,
-    /// The aliases of each object's children.
-    pub(crate) aliases: Vec<Vec<Box<str>>>,
+    /// The groups by object and remaining depth.
+    pub(crate) opened: HashMap<(Box<str>, u32), Arc<Group>>,
     pub(crate) instance_count: BigUint,
+    pub(crate) swelling: Swelling,
+    pub(crate) reused_groups: usize,
+    pub(crate) reaches_depth: bool,
 }
 
 impl CompiledScene {
     /// How many groups the graph has.
     pub fn group_count(&self) -> usize {
-        self.groups.len()
+        self.opened.len()
+    }
+
+    /// How many of them were taken over from the scene that this one was made from by [`CompiledScene::recompile`].
+    pub fn reused_group_count(&self) -> usize {
+        self.reused_groups
     }
 
     /// How many instances of primitives the picture stands for: exact, however many.
@@ -66,41 +207,96 @@ impl CompiledScene {
         &self.instance_count
     }
 
-    /// A box around everything, along the axes; `None` where there is nothing.
+    /// Whether some object was left out because it would be opened deeper than was asked for.
+    pub fn reaches_depth(&self) -> bool {
+        self.reaches_depth
+    }
+
+    /// What the refined boxes of groups spare.
+    pub fn swelling(&self) -> Swelling {
+        self.swelling
+    }
+
+    /// The memory of primitives, groups and trees, in bytes.
+    pub fn bytes(&self) -> usize {
+        self.primitives.capacity() * size_of::<CompiledPrimitive>()
+            + self.materials.capacity() * size_of::<Material>()
+            + self.opened.values().map(|group| group.bytes()).sum::<usize>()
+    }
+
+    /// The box around everything, in world units; `None` for an empty scene.
     pub fn bounds(&self) -> Option<Aabb> {
-        let bounds = match self.root? {
-            Target::Primitive(at) => {
-                let radii = self.primitives[at as usize].shape.radii();
-                Aabb::around(superegg_geom::glam::DVec3::ZERO, radii)
-            }
-            Target::Group(at) => self.groups[at as usize].bvh.bounds(),
-        };
-        (!bounds.is_empty()).then_some(bounds)
+        self.root.as_ref().map(|root| root.bounds)
     }
 
     /// The name of an instance: the root's name and the aliases down to the primitive, joined by `/`.
     pub fn path_name(&self, path: &InstancePath) -> String {
         let mut name = self.root_name.clone();
-        let mut target = self.root;
-        for &index in path.indices() {
-            let Some(Target::Group(group)) = target else { break };
-            let group = &self.groups[group as usize];
-            let instance = &group.instances[index as usize];
-            name.push('/');
-            name.push_str(&self.aliases[group.object as usize][instance.child as usize]);
-            target = Some(instance.target);
-        }
+        self.walk(path, |group, child| group.push_name(child, &mut name));
         name
     }
 
-    /// The transforms along a path, from the root down.
-    pub(crate) fn transforms<'a>(&'a self, path: &'a InstancePath) -> impl Iterator<Item = &'a Transform> {
-        let mut target = self.root;
-        path.indices().iter().map_while(move |&index| {
-            let Some(Target::Group(group)) = target else { return None };
-            let instance = &self.groups[group as usize].instances[index as usize];
-            target = Some(instance.target);
-            Some(&instance.parent_from_child)
-        })
+    /// The places of a path's children among the children of their objects: of two paths the one with the smaller list comes first.
+    pub(crate) fn rank(&self, path: &InstancePath) -> Vec<u32> {
+        let mut ranks = Vec::with_capacity(path.places().len());
+        self.walk(path, |group, child| ranks.push(group.rank(child)));
+        ranks
     }
+
+    fn walk(&self, path: &InstancePath, mut visit: impl FnMut(&Group, NameRef)) {
+        let (passed, end) = self.groups_along(path);
+        for (group, place) in &passed {
+            visit(group, group.instances[*place as usize].name);
+        }
+        match end {
+            PathEnd::Leaf(group, leaf) => visit(group, leaf.name),
+            PathEnd::StandIn(group, instance) => visit(group, instance.name),
+            PathEnd::Nowhere => {}
+        }
+    }
+
+    /// The groups that a path goes through with the place of the instance that it takes in each, and where it ends.
+    pub(crate) fn groups_along<'a>(&'a self, path: &InstancePath) -> (Vec<(&'a Group, u32)>, PathEnd<'a>) {
+        let (Some(mut group), Some((&last, above))) = (self.root.as_deref(), path.places().split_last())
+        else {
+            return (Vec::new(), PathEnd::Nowhere);
+        };
+        let mut passed = Vec::with_capacity(above.len());
+        for &place in above {
+            passed.push((group, place));
+            group = &group.instances[place as usize].group;
+        }
+        let end = if last & InstancePath::INSTANCE == 0 {
+            PathEnd::Leaf(group, &group.leaves[last as usize])
+        } else {
+            PathEnd::StandIn(group, &group.instances[(last & !InstancePath::INSTANCE) as usize])
+        };
+        (passed, end)
+    }
+
+    /// The map from the world to the unit shape at the end of a path, and what stands there.
+    pub(crate) fn unit_from_world(&self, path: &InstancePath) -> (DAffine3, Kind) {
+        let (passed, end) = self.groups_along(path);
+        let above = passed.iter().fold(DAffine3::IDENTITY, |map, (group, place)| {
+            *group.instances[*place as usize].map().inverse() * map
+        });
+        match end {
+            PathEnd::Leaf(_, leaf) => (leaf.unit_from_group * above, Kind::Primitive(leaf.primitive)),
+            PathEnd::StandIn(_, instance) => {
+                let stand_in = instance.group.stand_in(&self.primitives);
+                (stand_in.unit_from_group * *instance.map().inverse() * above, Kind::StandIn)
+            }
+            PathEnd::Nowhere => (DAffine3::NAN, Kind::StandIn),
+        }
+    }
+}
+
+/// Where a path ends.
+pub(crate) enum PathEnd<'a> {
+    /// At a primitive of a group.
+    Leaf(&'a Group, &'a Leaf),
+    /// At a child of a group that is seen as a whole.
+    StandIn(&'a Group, &'a Instance),
+    /// It is empty.
+    Nowhere,
 }

@@ -1,11 +1,14 @@
 //! What is asked about a hit, computed when it is asked.
 
-use superegg_geom::glam::DVec3;
-use superegg_geom::{Ray, Transform, unit_vector};
+use std::borrow::Cow;
+
+use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::{Ray, error_through, inverse_of, unit_vector};
 use superegg_scene::Material;
 
-use crate::compiled::CompiledScene;
+use crate::compiled::{CompiledScene, PathEnd};
 use crate::path::InstancePath;
+use crate::stand_in::StandIn;
 use crate::traverse::{Departure, Hit, Side};
 
 /// A point of a surface in world space.
@@ -19,39 +22,60 @@ pub struct SurfaceInteraction<'a> {
     pub normal: DVec3,
     /// Whether the ray leaves the shape here.
     pub leaving: bool,
-    /// The surface.
-    pub material: &'a Material,
-    path: InstancePath,
+    /// The surface; for a group that stands in as a whole its average.
+    pub material: Cow<'a, Material>,
+    pub(crate) path: InstancePath,
 }
 
 impl CompiledScene {
-    /// The surface at a hit.
+    /// The surface at a hit of this scene.
     pub fn interaction(&self, hit: &Hit) -> SurfaceInteraction<'_> {
-        let primitive = &self.primitives[hit.primitive as usize];
-        let mut position = hit.local_point;
+        let (passed, end) = self.groups_along(&hit.path);
+        let (unit_from_group, shape, material, instance) = match end {
+            PathEnd::Leaf(_, leaf) => {
+                let primitive = &self.primitives[leaf.primitive as usize];
+                let material = Cow::Borrowed(&self.materials[primitive.material as usize]);
+                (leaf.unit_from_group, primitive.unit_shape(), material, None)
+            }
+            PathEnd::Nowhere => {
+                (DAffine3::IDENTITY, StandIn::unit_shape(), Cow::Owned(Material::default()), None)
+            }
+            PathEnd::StandIn(_, instance) => {
+                let stand_in = instance.group.stand_in(&self.primitives);
+                let material = Cow::Owned(stand_in.material(&self.primitives, &self.materials));
+                (stand_in.unit_from_group, StandIn::unit_shape(), material, Some(instance))
+            }
+        };
+        let (_, gradient) = shape.norm().value_and_gradient(hit.unit_point);
+        let mut normal = unit_vector(gradient).unwrap_or(DVec3::Z);
+        let mut position = hit.unit_point;
         let mut position_error = 4.0 * f64::EPSILON * position.abs().max_element();
-        let mut normal = primitive.shape.normal(position);
-        let levels: Vec<&Transform> = self.transforms(&hit.path).collect();
-        for transform in levels.into_iter().rev() {
-            position_error = transform.world_error(position, position_error);
-            position = transform.forward().transform_point3(position);
-            normal = unit_vector(transform.normal_to_world(normal)).unwrap_or(normal);
+        let mut climb = |forward: &DAffine3, inverse: &DAffine3| {
+            position_error = error_through(forward, position, position_error);
+            position = forward.transform_point3(position);
+            normal = unit_vector(inverse.matrix3.transpose() * normal).unwrap_or(normal);
+        };
+        climb(&inverse_of(&unit_from_group), &unit_from_group);
+        let instances = passed.iter().map(|(group, place)| &group.instances[*place as usize]).chain(instance);
+        for instance in instances.collect::<Vec<_>>().into_iter().rev() {
+            let map = instance.map();
+            climb(map.forward(), map.inverse());
         }
         SurfaceInteraction {
             position,
             position_error,
             normal,
             leaving: hit.leaving,
-            material: &primitive.material,
+            material,
             path: hit.path.clone(),
         }
     }
 }
 
 impl CompiledScene {
-    /// A ray in the own space of the primitive that it hit. Places on it keep their t.
-    pub fn local_ray(&self, ray: &Ray, hit: &Hit) -> Ray {
-        self.transforms(&hit.path).fold(*ray, |ray, parent_from_child| ray.to_local(parent_from_child))
+    /// A ray in the space of the unit shape that it hit, whose semi-axes are 1. Places on it keep their t.
+    pub fn unit_ray(&self, ray: &Ray, hit: &Hit) -> Ray {
+        ray.through(&self.unit_from_world(&hit.path).0)
     }
 }
 

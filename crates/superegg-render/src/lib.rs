@@ -5,23 +5,32 @@
 //! and [`CompiledScene::query_point`] ask it; [`render`] draws it into a [`Film`]. [`flatten`] is the slow trusted twin
 //! for shallow scenes.
 
+mod beam;
 mod bvh;
 mod compile;
 mod compiled;
 mod film;
 pub mod flatten;
+mod flight;
+mod footprint;
 mod integrator;
 mod interaction;
+pub mod measure;
 mod path;
 mod point_query;
 mod render;
 mod sampler;
 mod shading;
+mod stand_in;
+mod support;
+mod tile;
 mod traverse;
 mod view;
 
-pub use compiled::CompiledScene;
+pub use compiled::{CompiledScene, Swelling};
 pub use film::{Film, ImageError};
+pub use flight::FlightRay;
+pub use footprint::{Footprint, LEAST_FOOTPRINT};
 pub use integrator::RayCounts;
 pub use interaction::SurfaceInteraction;
 pub use path::InstancePath;

@@ -3,19 +3,29 @@
 use arrayvec::ArrayVec;
 use superegg_scene::MAX_DEPTH;
 
-/// The way from the root down to an instance: the place of the child in each group passed. Empty for a root that is a primitive.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct InstancePath(ArrayVec<u32, { MAX_DEPTH as usize }>);
+/// The way from the root down to an instance: in each group passed the place of the child in the group's tree. It means something only to the
+/// scene that it came from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct InstancePath(ArrayVec<u32, { MAX_DEPTH as usize + 1 }>);
 
 impl InstancePath {
-    /// The places of the children, from the root down.
-    pub fn indices(&self) -> &[u32] {
+    /// Marks a last place that is an instance's, not a leaf's.
+    pub(crate) const INSTANCE: u32 = 1 << 31;
+
+    /// The places, from the root down; the last one is that of a leaf, or with [`InstancePath::INSTANCE`] that of a group seen from so far that
+    /// it stands in as a whole.
+    pub(crate) fn places(&self) -> &[u32] {
         &self.0
     }
 
+    /// Whether it ends at a group that stands in as a whole.
+    pub fn is_stand_in(&self) -> bool {
+        self.0.last().is_some_and(|last| last & Self::INSTANCE != 0)
+    }
+
     /// One level down. A compiled scene is never deeper than [`MAX_DEPTH`].
-    pub(crate) fn push(&mut self, index: u32) {
-        self.0.push(index);
+    pub(crate) fn push(&mut self, place: u32) {
+        self.0.push(place);
     }
 
     pub(crate) fn pop(&mut self) {

@@ -1,15 +1,18 @@
 //! A compiled scene into a film, in tiles over threads.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
+use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_scene::{Camera, Light};
 
 use crate::compiled::CompiledScene;
 use crate::film::Film;
-use crate::integrator::{Integrator, RayCounts};
+use crate::integrator::{RayCounts, Setting, Taken};
 use crate::sampler::Sampler;
+use crate::tile::TileTracer;
 use crate::view::View;
 
 /// What picture is to be made. The same settings give the same picture, whatever the budget.
@@ -47,10 +50,14 @@ pub struct Rendered {
     pub film: Film,
     /// The rays traced.
     pub rays: RayCounts,
+    /// How many of them ended at a group that was too small to be opened, and saw its average ([`crate::LEAST_FOOTPRINT`]).
+    pub stand_ins: u64,
 }
 
 /// The edge of a tile in pixels.
 const TILE_PX: u32 = 16;
+/// The edge of a block of pixels whose rays share a register.
+const BLOCK_PX: usize = 4;
 
 /// Renders a compiled scene.
 ///
@@ -65,36 +72,41 @@ pub fn render(
     let job = Job { scene, settings, view: View::new(&settings.camera, settings.width, settings.height) };
     let done = AtomicU64::new(0);
     let tiles = tiles(settings.width, settings.height);
-    let finished: Vec<(Tile, Vec<[f32; 3]>, RayCounts)> = threads.install(|| {
+    let finished: Vec<(Tile, Vec<[f32; 3]>, Taken)> = threads.install(|| {
         let unless_cancelled = tiles.into_par_iter().filter(|_| !budget.cancel.load(Ordering::Relaxed));
         unless_cancelled
             .map(|tile| {
-                let (colors, rays) = job.render_tile(&tile);
+                let (colors, counts) = job.render_tile(&tile);
                 let pixels = colors.len() as u64;
                 (budget.progress)(done.fetch_add(pixels, Ordering::Relaxed) + pixels);
-                (tile, colors, rays)
+                (tile, colors, counts)
             })
             .collect()
     });
 
     let mut film = Film::new(settings.width, settings.height);
-    let mut rays = RayCounts::default();
-    for (tile, colors, tile_rays) in finished {
-        tile.pixels().zip(colors).for_each(|((x, y), color)| film.set(x, y, color));
-        rays += tile_rays;
+    let mut total = Taken::default();
+    for (tile, colors, counts) in finished {
+        tile.pixels_by_block().into_iter().zip(colors).for_each(|((x, y), color)| film.set(x, y, color));
+        total += counts;
     }
-    Ok(Rendered { film, rays })
+    Ok(Rendered { film, rays: total.rays, stand_ins: total.stand_ins })
 }
 
 struct Tile {
-    x: std::ops::Range<u32>,
-    y: std::ops::Range<u32>,
+    x: Range<u32>,
+    y: Range<u32>,
 }
 
 impl Tile {
-    fn pixels(&self) -> impl Iterator<Item = (u32, u32)> {
-        let x = self.x.clone();
-        self.y.clone().flat_map(move |y| x.clone().map(move |x| (x, y)))
+    /// Its pixels, by blocks of neighbours that go through the scene together.
+    fn pixels_by_block(&self) -> Vec<(u32, u32)> {
+        let blocks = |range: &Range<u32>| {
+            let end = range.end;
+            range.clone().step_by(BLOCK_PX).map(move |first| first..end.min(first + BLOCK_PX as u32))
+        };
+        let rows = blocks(&self.y).flat_map(|y| blocks(&self.x).map(move |x| (x, y.clone())));
+        rows.flat_map(|(x, y)| y.flat_map(move |y| x.clone().map(move |x| (x, y)))).collect()
     }
 }
 
@@ -104,6 +116,11 @@ fn tiles(width: u32, height: u32) -> Vec<Tile> {
     ranges(height).flat_map(|y| ranges(width).map(move |x| Tile { x, y: y.clone() })).collect()
 }
 
+/// The pixels of a picture, by tiles and blocks.
+pub(crate) fn tiles_of_pixels(width: u32, height: u32) -> Vec<Vec<(u32, u32)>> {
+    tiles(width, height).iter().map(Tile::pixels_by_block).collect()
+}
+
 struct Job<'a> {
     scene: &'a CompiledScene,
     settings: &'a RenderSettings,
@@ -111,23 +128,24 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn render_tile(&self, tile: &Tile) -> (Vec<[f32; 3]>, RayCounts) {
-        let mut integrator = Integrator {
+    fn render_tile(&self, tile: &Tile) -> (Vec<[f32; 3]>, Taken) {
+        let mut tracer = TileTracer::new(Setting {
             scene: self.scene,
             lights: &self.settings.lights,
             background: self.settings.background,
-            counts: RayCounts::default(),
-        };
-        let sampler = Sampler::new(self.settings.samples);
-        let colors = tile
-            .pixels()
-            .map(|(x, y)| {
-                let corner = DVec2::new(f64::from(x), f64::from(y));
-                let sum: DVec3 =
-                    sampler.places().map(|place| integrator.camera_ray(&self.view.ray(corner + place))).sum();
-                (sum / f64::from(self.settings.samples.max(1))).as_vec3().to_array()
-            })
-            .collect();
-        (colors, integrator.counts)
+        });
+        let pixels = tile.pixels_by_block();
+        let samples = self.settings.samples.max(1);
+        let footprint = self.view.footprint(samples);
+        let mut sums = vec![DVec3::ZERO; pixels.len()];
+        for place in Sampler::new(samples).places() {
+            let ray = |&(x, y): &(u32, u32)| self.view.ray(DVec2::new(f64::from(x), f64::from(y)) + place);
+            let rays: Vec<Ray> = pixels.iter().map(ray).collect();
+            for (sum, color) in sums.iter_mut().zip(tracer.trace(&rays, footprint)) {
+                *sum += color;
+            }
+        }
+        let colors = sums.iter().map(|sum| (sum / f64::from(samples)).as_vec3().to_array()).collect();
+        (colors, tracer.taken)
     }
 }

@@ -55,6 +55,9 @@ pub(crate) fn direct(
     to_light: DVec3,
 ) -> DVec3 {
     let diffuse = shares.local * material.diffuse * normal.dot(to_light).max(0.0) * material.color;
+    if material.specular == 0.0 {
+        return light_color * diffuse;
+    }
     let half = (to_eye + to_light).normalize_or_zero();
     let highlight = material.specular * normal.dot(half).max(0.0).powf(material.highlight_exponent());
     light_color * (diffuse + highlight)

@@ -4,6 +4,8 @@ use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_scene::Camera;
 
+use crate::footprint::Footprint;
+
 /// A camera with a picture size: the map from film coordinates to rays.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
@@ -26,6 +28,12 @@ impl View {
             pixel_right: pixel * right,
             pixel_down: -pixel * up,
         }
+    }
+
+    /// The width of a ray that stands for one of some samples of a pixel.
+    pub fn footprint(&self, samples: u32) -> Footprint {
+        let pixel = self.pixel_right.length();
+        Footprint { width: 0.0, spread: pixel / f64::from(samples.max(1)).sqrt() }
     }
 
     /// The ray through a place on the film, in pixels from the top left corner: the centre of the first pixel is (0.5, 0.5). Its direction

@@ -1,8 +1,8 @@
 //! The intersection test (course text, drawIntersectTest): a ray, where it first meets the scene, and the normal there.
 
-use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_geom::lanes::{LaneHits, LaneRays};
+use superegg_geom::{Ray, Superquadric};
 use superegg_render::CompiledScene;
 use superegg_scene::Scene;
 
@@ -30,10 +30,10 @@ pub fn cast(scene: &Scene, compiled: &CompiledScene, ray: &Ray) -> Option<CastHi
     let hit = compiled.intersect(ray, None)?;
     let surface = compiled.interaction(&hit);
     let (primitive, described) = scene.primitives().nth(hit.primitive as usize)?;
-    let shape = described.shape;
+    let shape = Superquadric::new(DVec3::ONE, described.shape.exponents()).ok()?;
     let newton_steps = shape.is_convex().then(|| {
         let mut rays = LaneRays::default();
-        rays.push(&shape, &compiled.local_ray(ray, &hit));
+        rays.push(&shape, &compiled.unit_ray(ray, &hit));
         let mut hits = LaneHits::default();
         rays.intersect(&shape, &mut hits);
         hits.steps(0)

@@ -34,6 +34,10 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Read a scene and report its errors and warnings
     Check(CheckArgs),
+    /// Measure rays a second, compiling and memory on made and given scenes
+    Bench(BenchArgs),
+    /// Write a scene for another program
+    Export(ExportArgs),
     /// Run a file of commands as a session, with all that they say and without asking questions
     Run(RunArgs),
     /// Open a window onto a scene
@@ -133,6 +137,42 @@ pub(crate) struct CheckArgs {
     /// Count warnings as errors
     #[arg(long)]
     pub(crate) strict: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct BenchArgs {
+    /// What to measure: robot, cloud:N, glyphs:N, fractal:B,D, or a scene file
+    #[arg(value_name = "SCENE", default_values = ["robot", "cloud:1000", "cloud:10000", "glyphs:10000", "fractal:20,64"])]
+    pub(crate) scenes: Vec<String>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x960")]
+    pub(crate) size: Size,
+    /// Each number is the best of so many rounds
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+    /// What the random scenes and rays are drawn from
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Write the numbers as JSON to this file, - for standard output instead of the table
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the made scenes as NAME.scn into this folder, and measure nothing
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) save: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ExportArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Where it goes; the name says the format: .pov is POV-Ray's
+    #[arg(short, long, value_name = "OUT.pov")]
+    pub(crate) output: PathBuf,
+    /// How deep objects are opened, 0 to 64, instead of what the scene says
+    #[arg(long, value_name = "D", value_parser = depth)]
+    pub(crate) depth: Option<u32>,
 }
 
 #[derive(Debug, clap::Args)]

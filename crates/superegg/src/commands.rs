@@ -1,9 +1,12 @@
 //! The subcommands, one file each.
 
+pub(crate) mod bench;
 pub(crate) mod check;
+pub(crate) mod export;
 pub(crate) mod info;
 pub(crate) mod intersect;
 pub(crate) mod iotest;
+mod made_scene;
 pub(crate) mod model;
 pub(crate) mod render;
 pub(crate) mod run;

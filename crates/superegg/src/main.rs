@@ -43,6 +43,8 @@ fn main() -> ExitCode {
         Command::Iotest(args) => commands::iotest::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Check(args) => commands::check::run(&args),
+        Command::Bench(args) => commands::bench::run(&args),
+        Command::Export(args) => commands::export::run(&args),
         Command::Run(args) => commands::run::run(&args),
         Command::View(args) => commands::view::run(&args),
     })

@@ -5,10 +5,20 @@ pub(crate) fn peak_rss_bytes() -> Option<u64> {
     own_peak().or_else(peak_of_usage)
 }
 
+/// Starts counting the peak anew, where the system lets it, and returns the memory resident now, in bytes.
+pub(crate) fn restart_peak() -> Option<u64> {
+    std::fs::write("/proc/self/clear_refs", "5").ok()?;
+    status_bytes("VmRSS:")
+}
+
 /// Linux counts a process from its start there; what `getrusage` says begins with the program that started it.
 fn own_peak() -> Option<u64> {
+    status_bytes("VmHWM:")
+}
+
+fn status_bytes(field: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix(field))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kibibytes * 1024)
 }

@@ -6,13 +6,13 @@ use super::vector::{Lanes, Mask};
 use super::{LaneHits, LaneRays, PowerKind};
 
 /// A ray is done when its step is below this, or N is this near to 1: a few units of the last place of f32 at 1.
-const CLOSE: f32 = 3e-7;
+pub(super) const CLOSE: f32 = 3e-7;
 /// Convexity makes forty reach the last digit from a double root.
 const MAX_STEPS: usize = 48;
 /// The box is taken this much larger, for the rounding of its crossings.
-const BOX: f32 = 1.0 + 1e-6;
+pub(super) const BOX: f32 = 1.0 + 1e-6;
 /// Stands for zero in a denominator.
-const TINY: f32 = 1e-30;
+pub(super) const TINY: f32 = 1e-30;
 
 /// Which exponents the rays of a batch meet.
 pub(super) enum Powers<'a> {
@@ -61,14 +61,14 @@ impl WithSimd for Kernel<'_> {
 }
 
 /// A two-term norm in lanes.
-trait Norm2<S: Simd>: Copy {
+pub(super) trait Norm2<S: Simd>: Copy {
     /// `|(a, b)|` and its derivatives by a and b, for a, b >= 0.
     fn value_and_gradient(self, a: Lanes<S>, b: Lanes<S>) -> (Lanes<S>, Lanes<S>, Lanes<S>);
 }
 
 /// p = 2: the root of a sum of squares.
 #[derive(Clone, Copy)]
-struct Square;
+pub(super) struct Square;
 
 impl<S: Simd> Norm2<S> for Square {
     #[inline(always)]
@@ -81,7 +81,7 @@ impl<S: Simd> Norm2<S> for Square {
 
 /// p = 1: the sum.
 #[derive(Clone, Copy)]
-struct Sum;
+pub(super) struct Sum;
 
 impl<S: Simd> Norm2<S> for Sum {
     #[inline(always)]
@@ -92,7 +92,7 @@ impl<S: Simd> Norm2<S> for Sum {
 
 /// Any p >= 1: `m (1 + r^p)^(1/p)` with the larger argument m taken out.
 #[derive(Clone, Copy)]
-struct General<S: Simd> {
+pub(super) struct General<S: Simd> {
     p: Lanes<S>,
     inverse_p: Lanes<S>,
 }
@@ -105,7 +105,7 @@ impl<S: Simd> General<S> {
     }
 
     #[inline(always)]
-    fn splat(simd: S, p: f32) -> Self {
+    pub(super) fn splat(simd: S, p: f32) -> Self {
         Self::new(simd, simd.splat_f32s(p))
     }
 }
@@ -132,10 +132,10 @@ impl<S: Simd> Norm2<S> for General<S> {
 
 /// A point or direction in lanes.
 #[derive(Clone, Copy)]
-struct Triple<S: Simd> {
-    x: Lanes<S>,
-    y: Lanes<S>,
-    z: Lanes<S>,
+pub(super) struct Triple<S: Simd> {
+    pub(super) x: Lanes<S>,
+    pub(super) y: Lanes<S>,
+    pub(super) z: Lanes<S>,
 }
 
 impl<S: Simd> Triple<S> {
@@ -147,7 +147,7 @@ impl<S: Simd> Triple<S> {
 
     /// `self + s direction`.
     #[inline(always)]
-    fn along(self, s: Lanes<S>, direction: Self) -> Self {
+    pub(super) fn along(self, s: Lanes<S>, direction: Self) -> Self {
         Self {
             x: s.mul_add(direction.x, self.x),
             y: s.mul_add(direction.y, self.y),
@@ -156,8 +156,25 @@ impl<S: Simd> Triple<S> {
     }
 
     #[inline(always)]
-    fn select(mask: Mask<S>, a: Self, b: Self) -> Self {
+    pub(super) fn select(mask: Mask<S>, a: Self, b: Self) -> Self {
         Self { x: mask.select(a.x, b.x), y: mask.select(a.y, b.y), z: mask.select(a.z, b.z) }
+    }
+}
+
+/// A way to evaluate N.
+pub(super) trait Evaluate<S: Simd>: Copy {
+    /// N at a point, and its derivative along a direction.
+    fn evaluate(self, point: Triple<S>, direction: Triple<S>) -> (Lanes<S>, Lanes<S>);
+}
+
+/// N as one norm of another.
+#[derive(Clone, Copy)]
+pub(super) struct Pair<X, Z>(pub(super) X, pub(super) Z);
+
+impl<S: Simd, X: Norm2<S>, Z: Norm2<S>> Evaluate<S> for Pair<X, Z> {
+    #[inline(always)]
+    fn evaluate(self, point: Triple<S>, direction: Triple<S>) -> (Lanes<S>, Lanes<S>) {
+        evaluate(self.0, self.1, point, direction)
     }
 }
 

@@ -49,6 +49,12 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         objects: scene.objects().count(),
         groups: compiled.group_count(),
         instances: compiled.instance_count().to_string(),
+        compiled: Compiled {
+            bytes: compiled.bytes(),
+            box_area_spared: compiled.swelling().avoided,
+            reaches_depth: compiled.reaches_depth(),
+            stand_in_rays: rendered.stand_ins,
+        },
         width: picture.width,
         height: picture.height,
         samples: picture.samples,
@@ -64,11 +70,12 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         [Some(output.as_path()), args.stats.as_deref()].into_iter().flatten().any(files::is_standard_stream);
     if !args.quiet && !is_piped {
         say::out(format_args!(
-            "{}: {}x{}, {}, {render:.1} s",
+            "{}: {}x{}, {}, {render:.1} s{}",
             output.display(),
             stats.width,
             stats.height,
-            counted(&stats.instances, "instance")
+            counted(&stats.instances, "instance"),
+            limits(&stats)
         ))?;
     }
     Ok(Outcome::of(&loaded))
@@ -83,6 +90,21 @@ fn picture_of(args: &RenderArgs, scene: Picture) -> Picture {
         samples: args.samples.unwrap_or(scene.samples),
         encoding: args.encoding.map_or(scene.encoding, Into::into),
     }
+}
+
+/// The limits that the picture came to, to be said once.
+fn limits(stats: &Stats) -> String {
+    let mut limits = String::new();
+    if stats.compiled.reaches_depth {
+        limits += "; objects deeper than the depth limit are left out";
+    }
+    if stats.compiled.stand_in_rays > 0 {
+        limits += &format!(
+            "; {} met the average of an object smaller than half a pixel",
+            counted(stats.compiled.stand_in_rays, "ray")
+        );
+    }
+    limits
 }
 
 /// The scene's name with .png, in the current folder.
@@ -154,6 +176,7 @@ struct Stats {
     groups: usize,
     /// Instances of primitives in the picture: digits, however many.
     instances: String,
+    compiled: Compiled,
     width: u32,
     height: u32,
     samples: u32,
@@ -161,6 +184,19 @@ struct Stats {
     rays: Rays,
     seconds: Seconds,
     peak_rss_bytes: Option<u64>,
+}
+
+/// The compiled scene, and the limits that the picture came to.
+#[derive(Debug, Serialize)]
+struct Compiled {
+    /// What it holds, in bytes.
+    bytes: usize,
+    /// The mean area of boxes made of eight corners, as a multiple of that of the boxes in use, over children that are objects.
+    box_area_spared: f64,
+    /// Whether objects were left out at the depth limit.
+    reaches_depth: bool,
+    /// Rays that saw the average of an object smaller than half a pixel.
+    stand_in_rays: u64,
 }
 
 #[derive(Debug, Serialize)]

@@ -58,10 +58,12 @@ fn stats_are_as_promised() {
     assert_eq!(
         keys(&stats),
         sorted(
-            "primitives objects groups instances width height samples threads rays seconds peak_rss_bytes"
+            "primitives objects groups instances compiled width height samples threads rays seconds peak_rss_bytes"
         )
     );
     assert_eq!(keys(&stats["rays"]), sorted("camera shadow reflection refraction"));
+    assert_eq!(keys(&stats["compiled"]), sorted("bytes box_area_spared reaches_depth stand_in_rays"));
+    assert_eq!(stats["compiled"]["reaches_depth"], serde_json::json!(true));
     assert_eq!(keys(&stats["seconds"]), sorted("parse compile render write"));
     let instances = ((1u64 << 40) - 1).to_string();
     assert_eq!(stats["instances"], serde_json::json!(instances));
@@ -71,6 +73,47 @@ fn stats_are_as_promised() {
     );
     assert_eq!((&stats["rays"]["camera"], &stats["threads"]), (&96.into(), &3.into()));
     assert!(stats["peak_rss_bytes"].is_null() || stats["peak_rss_bytes"].as_u64().unwrap() > 1 << 20);
+}
+
+#[test]
+fn limits_are_said_once() {
+    let place = Place::new();
+    // A ball with four of half its size, and so on: dust that fills a square.
+    let child = |name: &str, x: i32, y: i32| format!("ao o {name}\nss .5 .5 .5\nxs {x} {y} 0\n");
+    let children = child("a", 1, 1) + &child("b", -1, 1) + &child("c", 1, -1) + &child("d", -1, -1);
+    place.write("dust.scn", format!("prm p\ncoeff .5 .5 .5\nobj o\nap p\n{children}"));
+    let told = place.run("render dust.scn --size 64x48 --samples 1").fine();
+    assert!(told.contains("depth limit") && told.contains("smaller than half a pixel"), "{told}");
+    assert_eq!(told.lines().count(), 1);
+    let told = place.run("render dust.scn --size 64x48 --samples 1 --object p").fine();
+    assert!(!told.contains("limit") && !told.contains("average"), "{told}");
+}
+
+#[test]
+fn made_scenes_are_measured_and_saved() {
+    let place = Place::new();
+    let told = place.run("bench cloud:20 fractal:3,5 --size 16x12 --rounds 1 --json b.json").fine();
+    assert!(told.lines().any(|line| line.starts_with("| cloud:20 | 20 |")), "{told}");
+    let rows: serde_json::Value = serde_json::from_str(&place.read("b.json")).unwrap();
+    assert_eq!(rows[1]["instances"], serde_json::json!("121"));
+    assert!(rows[0]["camera_mrays"].as_f64().unwrap() > 0.0);
+    place.run("bench cloud:20 --save .").fine();
+    place.run("check --strict cloud_20.scn").fine();
+    for bad in ["bench cloud:0", "bench fractal:2", "bench nothing", "bench robot --save nowhere"] {
+        assert!(!place.run(bad).failed(2).is_empty());
+    }
+}
+
+#[test]
+fn a_scene_goes_to_povray() {
+    let place = Place::new();
+    place.write("tree.scn", "prm p\nobj o\nap p\nao o a\nss .5 .5 .5\n");
+    place.run("export tree.scn -o tree.pov --depth 3").fine();
+    let text = place.read("tree.pov");
+    assert!(text.contains("#version 3.7;") && text.matches("#declare").count() == 4, "{text}");
+    for bad in ["export tree.scn -o tree.obj", "export tree.scn -o no/tree.pov", "export gone.scn -o t.pov"] {
+        assert!(!place.run(bad).failed(2).is_empty());
+    }
 }
 
 #[test]

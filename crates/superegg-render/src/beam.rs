@@ -1,0 +1,973 @@
+//! Rays that share an origin, a tile of them at a time: those of a camera, and shadow rays seen from the light.
+//!
+//! The rays go through the graph together, sixteen in a register. A node's box is asked for each packet of sixteen that met its parent, leaves by the
+//! f32 lanes. What the lanes find is a candidate; the closest one is settled in f64 by Newton's method from where the lanes found it, which proves that
+//! it is the shape's first crossing. Where the lanes cannot tell (two surfaces at the same place, a grazing ray, an origin within a shape's box)
+//! the ray goes the exact way of [`crate::traverse`].
+
+use std::sync::Arc;
+
+use superegg_geom::glam::{DAffine3, DMat3, DVec3};
+use superegg_geom::lanes::beam::{
+    BeamBoxes, BeamShape, Kernels, PACKET, PacketHits, PacketOf, PacketVectors,
+};
+use superegg_geom::lanes::settle::SettleBatch;
+use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
+
+use crate::bvh::Slot;
+use crate::compiled::{CompiledScene, Group, Instance};
+use crate::footprint::{Footprint, chance};
+use crate::path::InstancePath;
+use crate::stand_in::StandIn;
+use crate::traverse::{Departure, Hit};
+
+/// Rays of a packet.
+pub(crate) const LANES: usize = PACKET;
+/// Rays of a beam at most: as many packets as a mask has bits.
+pub(crate) const MOST_RAYS: usize = 32 * PACKET;
+/// The rounding of a direction and a map in f32, as a part of the way, with room.
+const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
+/// The least tolerance of N in f32.
+const LEAST_TOLERANCE: f64 = 1.5e-6;
+/// With a larger one the lanes tell nothing.
+const MOST_TOLERANCE: f64 = 0.03;
+/// Scales beyond this many powers of two are f64's.
+const MOST_EXPONENT: i32 = 90;
+/// From further away points on rays are not exact enough to be settled together.
+const MOST_DISTANCE: f64 = 4096.0;
+
+/// A shape that was found on some ray of the tile.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate {
+    pub(crate) unit_from_world: DAffine3,
+    /// The path, as a node of the tile's paths.
+    path: u32,
+    pub(crate) kind: Kind,
+}
+
+/// What a candidate is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A primitive, by its number.
+    Primitive(u32),
+    /// A group that stands in as a whole.
+    StandIn,
+}
+
+/// The closest crossing on one ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BeamHit {
+    pub(crate) t: f64,
+    pub(crate) candidate: u32,
+    pub(crate) unit_point: DVec3,
+    /// The gradient of N there.
+    pub(crate) gradient: DVec3,
+    pub(crate) leaving: bool,
+}
+
+/// A place in the graph as a linked list: the node above, and the place taken there.
+#[derive(Clone, Copy, Debug)]
+struct PathNode {
+    above: u32,
+    place: u32,
+    /// A hash of the whole path.
+    key: u32,
+}
+
+const NO_NODE: u32 = u32::MAX;
+
+/// A group that is open.
+#[derive(Debug)]
+struct Frame {
+    group: Arc<Group>,
+    path: u32,
+    group_from_world: DAffine3,
+    /// The world's lengths are at most this many times the group's.
+    stretch: f64,
+    /// The beam's origin in the group's space.
+    group_origin: DVec3,
+    /// The same in the tree's space.
+    tree_origin: DVec3,
+    /// What brings a beam's t into the tree's.
+    t_scale: f32,
+    pad: [f32; 3],
+    /// By this t (of the beam) every ray has passed the group.
+    passed: f64,
+    /// The longest direction in the tree's space, for the beam's t.
+    longest: f64,
+    /// A direction in the middle, in the tree's space.
+    middle: DVec3,
+    inverse: Vec<PacketVectors>,
+}
+
+/// Shadow rays of a tile, seen from the light.
+pub(crate) struct Shadow<'a> {
+    /// From the surface to the light, t = 1 there; `None` for lanes without a ray.
+    pub(crate) rays: &'a [Option<Ray>],
+    /// The candidate on whose surface each starts, and where it goes from there.
+    pub(crate) starts: &'a [(u32, RayStart)],
+    /// The width of each ray at its surface.
+    pub(crate) widths: &'a [f64],
+}
+
+/// The state of a tile.
+pub(crate) struct Beam<'s> {
+    scene: &'s CompiledScene,
+    kernels: Kernels,
+    pub(crate) candidates: Vec<Candidate>,
+    paths: Vec<PathNode>,
+    directions: Vec<PacketVectors>,
+    hits: Vec<PacketHits>,
+    /// Lanes, by packet, whose ray has to go the exact way.
+    exact: Vec<u32>,
+    images: Vec<PacketVectors>,
+    spare: Vec<Vec<PacketVectors>>,
+    batch: SettleBatch,
+    /// The largest coordinates of directions.
+    largest: DVec3,
+    middle: DVec3,
+    footprint: Footprint,
+}
+
+/// How the crossing of a ray is settled.
+enum Plan {
+    /// There is none.
+    Nothing,
+    /// The ray has to go the exact way.
+    Exact,
+    /// With others, at this place of the batch.
+    Settle { candidate: u32, place: usize },
+    /// By itself.
+    One { candidate: u32 },
+}
+
+/// What a beam is asked.
+enum Question<'a> {
+    /// The closest crossing of each ray.
+    Closest { rays: &'a [Ray], bits: Vec<[u64; 3]> },
+    /// Whether there is one before the end.
+    Any { shadow: &'a Shadow<'a>, bits: Vec<[u64; 3]>, occluded: Vec<u32> },
+}
+
+impl<'s> Beam<'s> {
+    pub(crate) fn new(scene: &'s CompiledScene) -> Self {
+        Self {
+            scene,
+            kernels: Kernels::default(),
+            candidates: Vec::new(),
+            paths: Vec::new(),
+            directions: Vec::new(),
+            hits: Vec::new(),
+            exact: Vec::new(),
+            images: Vec::new(),
+            spare: Vec::new(),
+            batch: SettleBatch::default(),
+            largest: DVec3::ZERO,
+            middle: DVec3::ZERO,
+            footprint: Footprint::NONE,
+        }
+    }
+
+    /// Forgets the candidates of the tile before.
+    pub(crate) fn start_tile(&mut self) {
+        self.candidates.clear();
+        self.paths.clear();
+    }
+
+    /// The path of a candidate.
+    pub(crate) fn path(&self, candidate: u32) -> InstancePath {
+        self.instance_path(self.candidates[candidate as usize].path)
+    }
+
+    fn instance_path(&self, mut node: u32) -> InstancePath {
+        let mut places = Vec::new();
+        while node != NO_NODE {
+            places.push(self.paths[node as usize].place);
+            node = self.paths[node as usize].above;
+        }
+        let mut path = InstancePath::default();
+        places.into_iter().rev().for_each(|place| path.push(place));
+        path
+    }
+
+    /// The closest crossing of each ray. The rays, at most [`MOST_RAYS`], share their origin.
+    pub(crate) fn closest(&mut self, rays: &[Ray], footprint: Footprint, found: &mut Vec<Option<BeamHit>>) {
+        found.clear();
+        let Some(scale) = self.find_candidates(rays, footprint) else {
+            for ray in rays {
+                let hit = self.exact_hit(ray, footprint);
+                found.push(hit);
+            }
+            return;
+        };
+        let mut batch = std::mem::take(&mut self.batch);
+        batch.clear();
+        let plans: Vec<Plan> = (0..rays.len()).map(|i| self.plan(i, &rays[i], scale, &mut batch)).collect();
+        batch.run();
+        for (plan, ray) in plans.into_iter().zip(rays) {
+            let settled = match plan {
+                Plan::Nothing => {
+                    found.push(None);
+                    continue;
+                }
+                Plan::Exact => None,
+                Plan::Settle { candidate, place } => batch.get(place).map(|(hit, gradient)| BeamHit {
+                    t: hit.t,
+                    candidate,
+                    unit_point: hit.point,
+                    gradient,
+                    leaving: hit.leaving,
+                }),
+                Plan::One { candidate } => self.settle(ray, candidate),
+            };
+            found.push(settled.or_else(|| self.exact_hit(ray, footprint)));
+        }
+        self.batch = batch;
+    }
+
+    /// What is to be done to settle a ray.
+    fn plan(&self, i: usize, ray: &Ray, scale: f64, batch: &mut SettleBatch) -> Plan {
+        let (packet, lane) = (i / PACKET, i % PACKET);
+        let hits = &self.hits[packet];
+        if self.exact[packet] >> lane & 1 == 1 || hits.doubt.0[lane] > 0.0 {
+            return Plan::Exact;
+        }
+        let candidate = hits.id.0[lane];
+        if candidate == u32::MAX {
+            return Plan::Nothing;
+        }
+        let shape = self.shape_of(candidate);
+        let local = ray.through(&self.candidates[candidate as usize].unit_from_world);
+        let distance = local.origin.abs().max_element();
+        if !shape.is_convex() || distance <= 1.0 || distance > MOST_DISTANCE {
+            return Plan::One { candidate };
+        }
+        let place = batch.push(&shape, &local, f64::from(hits.t.0[lane]) * scale);
+        Plan::Settle { candidate, place }
+    }
+
+    /// How many rays meet something, as far as the lanes can tell.
+    pub(crate) fn find(&mut self, rays: &[Ray], footprint: Footprint) -> usize {
+        self.find_candidates(rays, footprint);
+        self.hits.iter().flat_map(|hits| hits.id.0).filter(|&id| id != u32::MAX).count()
+    }
+
+    /// Fills `hits`, and returns what brings their t back; `None` for rays that f32 cannot hold.
+    fn find_candidates(&mut self, rays: &[Ray], footprint: Footprint) -> Option<f64> {
+        debug_assert!(rays.len() <= MOST_RAYS);
+        let first = rays.first()?;
+        let scale = self.take_directions(rays.iter().map(|ray| Some(ray.direction)), f32::INFINITY)?;
+        self.footprint = Footprint { spread: footprint.spread * scale, ..footprint };
+        let bits =
+            if footprint == Footprint::NONE { Vec::new() } else { rays.iter().map(ray_bits).collect() };
+        self.traverse(first.origin, scale, &mut Question::Closest { rays, bits });
+        Some(scale)
+    }
+
+    /// Which rays reach the light: `occluded` has a bit for each that does not, by packets.
+    pub(crate) fn occluded(
+        &mut self,
+        light: DVec3,
+        shadow: &Shadow<'_>,
+        footprint_of_light: Footprint,
+    ) -> Vec<u32> {
+        let packets = shadow.rays.len().div_ceil(PACKET);
+        let directions = shadow.rays.iter().map(|ray| ray.map(|ray| -ray.direction));
+        let none = vec![0; packets];
+        let Some(scale) = self.take_directions(directions, 1.0) else {
+            return self.occluded_exactly(shadow, |_, _| true, none);
+        };
+        self.footprint = footprint_of_light;
+        for hits in &mut self.hits {
+            for t in &mut hits.t.0 {
+                *t = if *t > 0.0 { (1.0 / scale) as f32 } else { -1.0 };
+            }
+        }
+        let has_width = shadow.widths.iter().any(|&width| width > 0.0);
+        let bits = if has_width {
+            shadow.rays.iter().map(|ray| ray.as_ref().map_or([0; 3], ray_bits)).collect()
+        } else {
+            Vec::new()
+        };
+        let mut question = Question::Any { shadow, bits, occluded: none };
+        self.traverse(light, scale, &mut question);
+        let Question::Any { occluded, .. } = question else { return Vec::new() };
+        let exact = std::mem::take(&mut self.exact);
+        let occluded = self.occluded_exactly(shadow, |packet, lane| exact[packet] >> lane & 1 == 1, occluded);
+        self.exact = exact;
+        occluded
+    }
+
+    /// Asks the exact way for the rays of which `asks` is true.
+    fn occluded_exactly(
+        &self,
+        shadow: &Shadow<'_>,
+        asks: impl Fn(usize, usize) -> bool,
+        mut occluded: Vec<u32>,
+    ) -> Vec<u32> {
+        for (i, ray) in shadow.rays.iter().enumerate() {
+            let (packet, lane) = (i / PACKET, i % PACKET);
+            let Some(ray) = ray else { continue };
+            if occluded[packet] >> lane & 1 == 1 || !asks(packet, lane) {
+                continue;
+            }
+            let (candidate, start) = shadow.starts[i];
+            let departure = Departure::of(self.path(candidate), start);
+            let width = Footprint { width: shadow.widths[i], spread: 0.0 };
+            if self.scene.occluded_footprint(ray, departure.as_ref(), 1.0, width) {
+                occluded[packet] |= 1 << lane;
+            }
+        }
+        occluded
+    }
+
+    /// Takes directions into packets, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them.
+    fn take_directions(
+        &mut self,
+        directions: impl Iterator<Item = Option<DVec3>> + Clone,
+        t_max: f32,
+    ) -> Option<f64> {
+        self.largest = directions.clone().flatten().fold(DVec3::ZERO, |largest, d| largest.max(d.abs()));
+        let (_, scale) = scale_to_unit(self.largest)?;
+        self.largest *= scale;
+        self.directions.clear();
+        self.hits.clear();
+        self.exact.clear();
+        let mut sum = DVec3::ZERO;
+        for (i, direction) in directions.enumerate() {
+            let lane = i % PACKET;
+            if lane == 0 {
+                self.directions.push([PacketOf::splat(0.0); 3]);
+                self.hits.push(PacketHits::up_to(-1.0));
+                self.exact.push(0);
+            }
+            let Some(direction) = direction else { continue };
+            if !direction.is_finite() || direction == DVec3::ZERO {
+                continue;
+            }
+            let scaled = direction * scale;
+            sum += scaled;
+            let (packet, hits) = (self.directions.last_mut()?, self.hits.last_mut()?);
+            for axis in 0..3 {
+                packet[axis].0[lane] = scaled[axis] as f32;
+            }
+            hits.t.0[lane] = t_max;
+        }
+        self.middle = sum.normalize_or_zero();
+        Some(scale)
+    }
+
+    fn traverse(&mut self, origin: DVec3, scale: f64, question: &mut Question<'_>) {
+        let Some(root) = self.scene.root.clone() else { return };
+        let packets = self.directions.len() as u32;
+        let mask = if packets == 32 { u32::MAX } else { (1 << packets) - 1 };
+        if origin.is_finite() {
+            self.visit_group(root, NO_NODE, DAffine3::IDENTITY, origin, 1.0, scale, mask, question);
+        }
+    }
+
+    /// Opens a group for the packets of a mask; `None` where f32 cannot hold what it is.
+    fn open(
+        &mut self,
+        group: Arc<Group>,
+        path: u32,
+        group_from_world: DAffine3,
+        origin: DVec3,
+        stretch: f64,
+    ) -> Option<Frame> {
+        let tree_from_world = group.space.tree_from_group() * group_from_world;
+        let group_origin = group_from_world.transform_point3(origin);
+        let tree_origin = tree_from_world.transform_point3(origin);
+        let (columns, map_scale) = f32_columns(&tree_from_world.matrix3)?;
+        if !tree_origin.is_finite() || tree_origin.abs().max_element() > 1e15 {
+            return None;
+        }
+        let mut inverse = self.spare.pop().unwrap_or_default();
+        let zero = [PacketOf::splat(0.0); 3];
+        inverse.resize(self.directions.len(), zero);
+        self.images.resize(self.directions.len(), zero);
+        self.kernels.transform(&columns, &self.directions, &mut self.images, &mut inverse);
+        let (mut shortest, mut longest) = (f32::INFINITY, 0f32);
+        for (image, hits) in self.images.iter().zip(&self.hits) {
+            for lane in 0..PACKET {
+                let [x, y, z] = [image[0].0[lane], image[1].0[lane], image[2].0[lane]];
+                let squared = x * x + y * y + z * z;
+                shortest = if hits.t.0[lane] > 0.0 { shortest.min(squared) } else { shortest };
+                longest = longest.max(squared);
+            }
+        }
+        let distance = tree_origin.length() + 2.0;
+        let passed = distance / f64::from(shortest.sqrt()) * map_scale;
+        let reach = |row: DVec3| row.abs().dot(self.largest);
+        let rows = tree_from_world.matrix3.transpose();
+        let passed = passed.min(1e300);
+        let pad = [rows.x_axis, rows.y_axis, rows.z_axis].map(reach);
+        let pad = std::array::from_fn(|axis| {
+            (ROUNDING * (pad[axis] * passed + tree_origin[axis].abs() + 2.0)).min(1e18) as f32
+        });
+        Some(Frame {
+            stretch,
+            group_origin,
+            tree_origin,
+            t_scale: (1.0 / map_scale) as f32,
+            pad,
+            passed,
+            longest: f64::from(longest.sqrt()) / map_scale,
+            middle: tree_from_world.matrix3 * self.middle,
+            inverse,
+            path,
+            group_from_world,
+            group,
+        })
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "the state of a recursion")]
+    fn visit_group(
+        &mut self,
+        group: Arc<Group>,
+        path: u32,
+        group_from_world: DAffine3,
+        origin: DVec3,
+        stretch: f64,
+        scale: f64,
+        mask: u32,
+        question: &mut Question<'_>,
+    ) {
+        let Some(frame) = self.open(group, path, group_from_world, origin, stretch) else {
+            self.leave_to_f64(mask);
+            return;
+        };
+        let tree_origin = frame.tree_origin.as_vec3().to_array();
+        let middle = frame.middle.as_vec3().to_array();
+        let mut pending: Vec<(Slot, u32, f32)> = vec![(Slot::Node(0), mask, 0.0)];
+        while let Some((slot, mask, _)) = pending.pop() {
+            let mask = self.still_asking(mask, question);
+            if mask == 0 {
+                continue;
+            }
+            match slot {
+                Slot::Node(node) => {
+                    let node = &frame.group.nodes[node as usize];
+                    let boxes = BeamBoxes {
+                        bounds: &node.bounds,
+                        count: node.count as usize,
+                        origin: tree_origin,
+                        pad: frame.pad,
+                        t_scale: frame.t_scale,
+                    };
+                    let met = self.kernels.boxes(&boxes, &frame.inverse, &self.hits, mask);
+                    let first = pending.len();
+                    for (place, slot) in node.slots().enumerate() {
+                        if met[place] != 0 {
+                            // The nearest corner along the middle of the beam.
+                            let near: f32 = (0..3)
+                                .map(|axis| {
+                                    let d = middle[axis];
+                                    (node.bounds[axis][place] * d).min(node.bounds[axis + 3][place] * d)
+                                })
+                                .sum();
+                            pending.push((slot, met[place], near));
+                        }
+                    }
+                    pending[first..].sort_unstable_by(|a, b| b.2.total_cmp(&a.2));
+                }
+                Slot::Leaf(leaf) => self.visit_leaf(&frame, leaf, scale, mask, question),
+                Slot::Instance(place) => {
+                    let instance = &frame.group.instances[place as usize];
+                    let stretch = frame.stretch * instance.stretch;
+                    if self.is_hidden(&frame, instance, stretch, question) {
+                        self.visit_stand_in(&frame, place, scale, mask, question);
+                        continue;
+                    }
+                    let path = self.push_path(frame.path, place);
+                    let child_from_world = *instance.map().inverse() * frame.group_from_world;
+                    self.visit_group(
+                        instance.group.clone(),
+                        path,
+                        child_from_world,
+                        origin,
+                        stretch,
+                        scale,
+                        mask,
+                        question,
+                    );
+                }
+            }
+        }
+        self.spare.push(frame.inverse);
+    }
+
+    /// The packets in which some ray still asks.
+    fn still_asking(&self, mask: u32, question: &Question<'_>) -> u32 {
+        let Question::Any { .. } = question else { return mask };
+        packets(mask)
+            .filter(|&packet| self.hits[packet].t.0.iter().any(|&t| t > 0.0))
+            .fold(0, |mask, packet| mask | 1 << packet)
+    }
+
+    /// Leaves all rays of a mask to the exact way.
+    fn leave_to_f64(&mut self, mask: u32) {
+        for packet in packets(mask) {
+            self.exact[packet] = (1 << PACKET) - 1;
+        }
+    }
+
+    fn is_hidden(&self, frame: &Frame, instance: &Instance, stretch: f64, question: &Question<'_>) -> bool {
+        let size = instance.size() * stretch;
+        match question {
+            Question::Closest { .. } if self.footprint == Footprint::NONE => false,
+            Question::Closest { .. } => {
+                // The distance to the ball around the child, in the group's space, at the pace of the fastest ray: no ray is there earlier.
+                let center = instance.map().forward().transform_point3(instance.group.bounds.center());
+                let radius = 0.5 * instance.size() * instance.stretch;
+                let distance = (center - frame.group_origin).length() - radius;
+                let pace = frame.longest / frame.group.space.scale;
+                self.footprint.hides(size, (distance / pace).max(0.0))
+            }
+            // Every ray is wider, all along.
+            Question::Any { .. } => self.footprint.hides(size, 0.0),
+        }
+    }
+
+    fn push_path(&mut self, above: u32, place: u32) -> u32 {
+        let above_key = if above == NO_NODE { 0x9e37_79b9 } else { self.paths[above as usize].key };
+        self.paths.push(PathNode { above, place, key: path_key(above_key, place) });
+        self.paths.len() as u32 - 1
+    }
+
+    /// Whether a candidate's path is the one of a place below a node.
+    fn is_same_path(&self, candidate: u32, above: u32, place: u32) -> bool {
+        let mut a = self.candidates[candidate as usize].path;
+        if self.paths[a as usize].place != place {
+            return false;
+        }
+        a = self.paths[a as usize].above;
+        let mut b = above;
+        while a != b {
+            if a == NO_NODE || b == NO_NODE || self.paths[a as usize].place != self.paths[b as usize].place {
+                return false;
+            }
+            (a, b) = (self.paths[a as usize].above, self.paths[b as usize].above);
+        }
+        true
+    }
+
+    fn visit_leaf(&mut self, frame: &Frame, place: u32, scale: f64, mask: u32, question: &mut Question<'_>) {
+        let leaf = &frame.group.leaves[place as usize];
+        let primitive = &self.scene.primitives[leaf.primitive as usize];
+        let target = LeafTarget {
+            unit_from_world: leaf.unit_from_group * frame.group_from_world,
+            origin: leaf.unit_from_group.transform_point3(frame.group_origin),
+            shape: primitive.unit_shape(),
+            place,
+            kind: Kind::Primitive(leaf.primitive),
+        };
+        self.visit_target(frame, &target, scale, mask, question);
+    }
+
+    fn visit_stand_in(
+        &mut self,
+        frame: &Frame,
+        place: u32,
+        scale: f64,
+        mask: u32,
+        question: &mut Question<'_>,
+    ) {
+        let instance = &frame.group.instances[place as usize];
+        let stand_in = instance.group.stand_in(&self.scene.primitives);
+        let unit_from_group = stand_in.unit_from_group * *instance.map().inverse();
+        let target = LeafTarget {
+            unit_from_world: unit_from_group * frame.group_from_world,
+            origin: unit_from_group.transform_point3(frame.group_origin),
+            shape: StandIn::unit_shape(),
+            place: place | InstancePath::INSTANCE,
+            kind: Kind::StandIn,
+        };
+        let path = self.push_path(frame.path, target.place);
+        let path = self.instance_path(path);
+        // Only rays that draw the lot meet it; the others are put out of the way meanwhile.
+        let bits = match question {
+            Question::Closest { bits, .. } | Question::Any { bits, .. } => std::mem::take(bits),
+        };
+        let before: Vec<(usize, PacketHits)> =
+            packets(mask).map(|packet| (packet, self.hits[packet])).collect();
+        for (packet, hits) in &before {
+            for lane in 0..PACKET {
+                let draws = bits.get(packet * PACKET + lane);
+                let meets = draws.is_some_and(|bits| chance(*bits, path.places()) < stand_in.opacity);
+                if !meets || hits.t.0[lane] <= 0.0 {
+                    self.hits[*packet].t.0[lane] = -1.0;
+                }
+            }
+        }
+        self.visit_target(frame, &target, scale, mask, question);
+        for (packet, hits) in before {
+            let occluded = match question {
+                Question::Any { occluded, .. } => occluded[packet],
+                Question::Closest { .. } => 0,
+            };
+            for lane in 0..PACKET {
+                if self.hits[packet].t.0[lane] < 0.0 && occluded >> lane & 1 == 0 {
+                    self.hits[packet].t.0[lane] = hits.t.0[lane];
+                }
+            }
+        }
+        match question {
+            Question::Closest { bits: place, .. } | Question::Any { bits: place, .. } => *place = bits,
+        }
+    }
+
+    fn visit_target(
+        &mut self,
+        frame: &Frame,
+        target: &LeafTarget,
+        scale: f64,
+        mask: u32,
+        question: &mut Question<'_>,
+    ) {
+        if !target.unit_from_world.is_finite() {
+            return;
+        }
+        let shape = self.beam_shape(frame, target);
+        match question {
+            Question::Closest { rays, .. } => match shape {
+                Some(shape) if target.shape.is_convex() => self.meet(frame, target, &shape, mask),
+                shape => self.meet_exactly(frame, target, shape.as_ref(), rays, scale, mask),
+            },
+            Question::Any { shadow, occluded, .. } => {
+                self.occlude(frame, target, shape.as_ref(), shadow, occluded, mask);
+            }
+        }
+    }
+
+    /// A shape as the lanes see it; of one that is not convex a convex one around it. `None` where the origin is within the shape's box, or f32 cannot
+    /// tell.
+    fn beam_shape(&self, frame: &Frame, target: &LeafTarget) -> Option<BeamShape> {
+        let linear = &target.unit_from_world.matrix3;
+        let rows = linear.transpose();
+        let reach = |row: DVec3| row.abs().dot(self.largest);
+        let along = reach(rows.x_axis).max(reach(rows.y_axis)).max(reach(rows.z_axis)) * frame.passed;
+        let origin_size = target.origin.abs().max_element();
+        let tolerance = LEAST_TOLERANCE + ROUNDING * (along.min(1e30) + origin_size);
+        if !(tolerance < MOST_TOLERANCE && origin_size > 1.01 + 4.0 * tolerance) {
+            return None;
+        }
+        let (columns, map_scale) = f32_columns(linear)?;
+        let Exponents { e, n } = target.shape.exponents();
+        let around = Superquadric::unit(Exponents { e: e.min(2.0), n: n.min(2.0) });
+        let origin = target.origin.as_vec3().to_array();
+        Some(BeamShape::new(&around, columns, origin, tolerance as f32, map_scale as f32))
+    }
+
+    fn push_candidate(&mut self, frame: &Frame, target: &LeafTarget) -> u32 {
+        let path = self.push_path(frame.path, target.place);
+        self.candidates.push(Candidate { unit_from_world: target.unit_from_world, path, kind: target.kind });
+        self.candidates.len() as u32 - 1
+    }
+
+    fn meet(&mut self, frame: &Frame, target: &LeafTarget, shape: &BeamShape, mask: u32) {
+        let id = self.candidates.len() as u32;
+        if self.kernels.meet(shape, &self.directions, &mut self.hits, mask, id) != 0 {
+            self.push_candidate(frame, target);
+        }
+    }
+
+    /// Each ray that may meet the shape by f64.
+    fn meet_exactly(
+        &mut self,
+        frame: &Frame,
+        target: &LeafTarget,
+        around: Option<&BeamShape>,
+        rays: &[Ray],
+        scale: f64,
+        mask: u32,
+    ) {
+        let id = self.candidates.len() as u32;
+        let mut is_best = false;
+        for packet in packets(mask) {
+            let mut near = self.hits.clone();
+            if let Some(shape) = around {
+                self.kernels.meet(shape, &self.directions, &mut near, 1 << packet, id);
+            }
+            for lane in 0..PACKET {
+                let Some(ray) = rays.get(packet * PACKET + lane) else { continue };
+                let may_meet =
+                    around.is_none() || near[packet].id.0[lane] == id || near[packet].doubt.0[lane] > 0.0;
+                if !may_meet || self.hits[packet].t.0[lane] <= 0.0 {
+                    continue;
+                }
+                let local = ray.through(&target.unit_from_world);
+                if let Some(hit) = target.shape.intersect(&local, RayStart::Free) {
+                    let t = (hit.t / scale) as f32;
+                    self.hits[packet].take(lane, t, 1e-6 * t, id, 0.0);
+                    is_best |= self.hits[packet].id.0[lane] == id;
+                }
+            }
+        }
+        if is_best {
+            self.push_candidate(frame, target);
+        }
+    }
+
+    fn occlude(
+        &mut self,
+        frame: &Frame,
+        target: &LeafTarget,
+        shape: Option<&BeamShape>,
+        shadow: &Shadow<'_>,
+        occluded: &mut [u32],
+        mask: u32,
+    ) {
+        let above_key = if frame.path == NO_NODE { 0x9e37_79b9 } else { self.paths[frame.path as usize].key };
+        let key = path_key(above_key, target.place);
+        for packet in packets(mask) {
+            let mut ask = 0u32;
+            let mut hit = 0u32;
+            match shape {
+                Some(shape) => {
+                    let answer = self.kernels.occlude(shape, &self.directions[packet], &self.hits[packet].t);
+                    for lane in 0..PACKET {
+                        hit |= u32::from(answer.hit.0[lane] > 0.0) << lane;
+                        ask |= u32::from(answer.doubt.0[lane] > 0.0) << lane;
+                    }
+                    if !target.shape.is_convex() {
+                        // The lanes know only the convex shape around it.
+                        ask |= hit;
+                        hit = 0;
+                    }
+                }
+                None => ask = (1 << PACKET) - 1,
+            }
+            for lane in lanes(hit | ask) {
+                let i = packet * PACKET + lane;
+                let Some(Some(ray)) = shadow.rays.get(i) else { continue };
+                if self.hits[packet].t.0[lane] <= 0.0 {
+                    continue;
+                }
+                let (own, start) = shadow.starts[i];
+                let own_key = self.paths[self.candidates[own as usize].path as usize].key;
+                let is_own = own_key == key && self.is_same_path(own, frame.path, target.place);
+                let stops = if is_own && target.kind == Kind::StandIn {
+                    false
+                } else if is_own && start == RayStart::SurfaceOutward && target.shape.is_convex() {
+                    // What leaves a convex shape does not meet it again.
+                    false
+                } else if is_own || ask >> lane & 1 == 1 {
+                    let start = if is_own { start } else { RayStart::Free };
+                    target.shape.occluded(&ray.through(&target.unit_from_world), start, 1.0)
+                } else {
+                    true
+                };
+                if stops {
+                    occluded[packet] |= 1 << lane;
+                    self.hits[packet].t.0[lane] = -1.0;
+                }
+            }
+        }
+    }
+
+    fn shape_of(&self, candidate: u32) -> Superquadric {
+        match self.candidates[candidate as usize].kind {
+            Kind::Primitive(primitive) => self.scene.primitives[primitive as usize].unit_shape(),
+            Kind::StandIn => StandIn::unit_shape(),
+        }
+    }
+
+    /// The first crossing of a candidate, by f64 alone.
+    fn settle(&self, ray: &Ray, candidate: u32) -> Option<BeamHit> {
+        let shape = self.shape_of(candidate);
+        let local = ray.through(&self.candidates[candidate as usize].unit_from_world);
+        let hit = shape.intersect(&local, RayStart::Free)?;
+        let (_, gradient) = shape.norm().value_and_gradient(hit.point);
+        Some(BeamHit { t: hit.t, candidate, unit_point: hit.point, gradient, leaving: hit.leaving })
+    }
+
+    /// The closest crossing the exact way.
+    fn exact_hit(&mut self, ray: &Ray, footprint: Footprint) -> Option<BeamHit> {
+        let hit = self.scene.intersect_footprint(ray, None, footprint)?;
+        Some(self.adopt(&hit))
+    }
+
+    /// Makes a candidate of a hit that was found otherwise.
+    pub(crate) fn adopt(&mut self, hit: &Hit) -> BeamHit {
+        let (unit_from_world, kind) = self.scene.unit_from_world(&hit.path);
+        let shape = match kind {
+            Kind::Primitive(primitive) => self.scene.primitives[primitive as usize].unit_shape(),
+            Kind::StandIn => StandIn::unit_shape(),
+        };
+        let path = hit.path.places().iter().fold(NO_NODE, |above, &place| self.push_path(above, place));
+        self.candidates.push(Candidate { unit_from_world, path, kind });
+        BeamHit {
+            t: hit.t,
+            candidate: self.candidates.len() as u32 - 1,
+            unit_point: hit.unit_point,
+            gradient: shape.norm().value_and_gradient(hit.unit_point).1,
+            leaving: hit.leaving,
+        }
+    }
+}
+
+impl Candidate {
+    /// The map back.
+    pub(crate) fn world_from_unit(&self) -> DAffine3 {
+        inverse_of(&self.unit_from_world)
+    }
+}
+
+/// A shape in the world.
+struct LeafTarget {
+    unit_from_world: DAffine3,
+    /// The beam's origin in unit space.
+    origin: DVec3,
+    shape: Superquadric,
+    place: u32,
+    kind: Kind,
+}
+
+/// A linear map in f32, scaled by the power of two that is returned with it; `None` beyond the range of f32.
+fn f32_columns(linear: &DMat3) -> Option<([[f32; 3]; 3], f64)> {
+    let largest = linear.x_axis.abs().max(linear.y_axis.abs()).max(linear.z_axis.abs());
+    let (_, scale) = scale_to_unit(largest)?;
+    let exponent = (scale.to_bits() >> 52) as i32 - 1023;
+    if exponent.abs() > MOST_EXPONENT {
+        return None;
+    }
+    let column = |v: DVec3| (v * scale).as_vec3().to_array();
+    Some(([column(linear.x_axis), column(linear.y_axis), column(linear.z_axis)], scale))
+}
+
+fn path_key(above: u32, place: u32) -> u32 {
+    let mixed = (above ^ place.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);
+    mixed ^ (mixed >> 15)
+}
+
+/// The bits by which a ray draws lots.
+pub(crate) fn ray_bits(ray: &Ray) -> [u64; 3] {
+    let (direction, _) = scale_to_unit(ray.direction).unwrap_or((DVec3::ZERO, 1.0));
+    direction.to_array().map(f64::to_bits)
+}
+
+fn packets(mask: u32) -> impl Iterator<Item = usize> {
+    lanes(mask)
+}
+
+/// The bits that are set.
+fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (mask != 0).then(|| {
+            let bit = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            bit
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_geom::glam::DVec2;
+    use superegg_lang::load_text;
+    use superegg_scene::Camera;
+
+    use super::*;
+    use crate::view::View;
+
+    /// Shapes of all kinds, nested, turned, mirrored, in each other, beside each other, and twice in the same place.
+    const SCENE: &str = "prm ball\nprm box\nexp .1 .1\ncoeff .8 .5 .6\nprm drop\nexp .7 1.6\ncoeff .3 .9 .5\n\
+        prm star\nexp 3 2.5\nprm gem\nexp 2 2\nprm flat\nexp 1 .01\ncoeff 40 40 .1\n\
+        obj inner\nap box\nrs 1 2 3 40\nap ball\nss .4 .4 .4\nxs .7 .2 .5\nap drop\nss .8 -.8 .8\nxs -1 .3 0\nap star\nxs 0 -1.2 .6\n\
+        obj middle\nao inner a\nss .6 .9 .5\nrs 0 1 1 70\nao inner b\nrs 1 0 0 20\nss .5 .5 .5\nxs 1.5 0 0\nap gem\nxs 0 1.6 0\n\
+        obj all\nao middle m\nao middle n\nrs 0 0 1 130\nxs .5 -2.5 .4\nap flat\nxs 0 0 -1.5\nap ball\nxs 2 2 0\nap ball again\nxs 2 2 0\n\
+        ap box cut\nxs 1.6 2 .3\nap ball standing\nss .5 .5 .5\nxs -2 2 -.9\n";
+
+    fn scene() -> CompiledScene {
+        let (session, diagnostics) = load_text("beam.scn", SCENE);
+        assert!(diagnostics.is_empty(), "{diagnostics:?}");
+        CompiledScene::compile(session.scene(), Some("all"), 10)
+    }
+
+    fn views() -> Vec<View> {
+        // From afar, from among the shapes, from within one, and straight down.
+        [(9.0, -7.0, 5.0), (0.3, -0.9, 0.9), (2.0, 2.0, 0.2), (0.0, 0.0, 30.0), (900.0, 300.0, 200.0)]
+            .map(|(x, y, z)| {
+                let fov_deg = if x > 100.0 { 0.6 } else { 50.0 };
+                let camera =
+                    Camera { position: DVec3::new(x, y, z), target: DVec3::ZERO, up: DVec3::Z, fov_deg };
+                View::new(&camera, 96, 96)
+            })
+            .to_vec()
+    }
+
+    fn tile(view: &View, tile: u32) -> Vec<Ray> {
+        let (x, y) = (16 * (tile % 6), 16 * (tile / 6));
+        let pixel = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
+        (0..256).map(|i| view.ray(pixel(i))).collect()
+    }
+
+    #[test]
+    fn beams_meet_what_single_rays_meet_and_stop_where_they_stop() {
+        let scene = scene();
+        let mut beam = Beam::new(&scene);
+        let mut hits = Vec::new();
+        let (mut met, mut stopped, mut exact) = (0, 0, 0);
+        for view in views() {
+            for rays in (0..36).map(|i| tile(&view, i)) {
+                beam.start_tile();
+                beam.closest(&rays, Footprint::NONE, &mut hits);
+                exact += beam.exact.iter().map(|lanes| lanes.count_ones()).sum::<u32>();
+                let light = DVec3::new(3.0, -5.0, 8.0);
+                let mut shadow_rays = vec![None; rays.len()];
+                let mut starts = vec![(0, RayStart::Free); rays.len()];
+                for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
+                    let expected = scene.intersect(ray, None);
+                    assert_eq!(hit.is_some(), expected.is_some(), "{ray:?} {hit:?} {expected:?}");
+                    let (Some(hit), Some(expected)) = (hit, expected) else { continue };
+                    met += 1;
+                    assert!((hit.t - expected.t).abs() < 1e-9 * (1.0 + expected.t), "{hit:?} {expected:?}");
+                    assert_eq!(hit.leaving, expected.leaving);
+                    assert_eq!(beam.path(hit.candidate), expected.path, "{ray:?}");
+                    assert!((hit.unit_point - expected.unit_point).length() < 1e-7);
+                    let surface = scene.interaction(&expected);
+                    let direction = light - surface.position;
+                    if surface.facing_normal().dot(direction) > 0.0 {
+                        let (ray, departure) = surface.spawn_ray(direction);
+                        shadow_rays[i] = Some(ray);
+                        starts[i] = (hit.candidate, departure.start());
+                    }
+                }
+                let widths = vec![0.0; rays.len()];
+                let shadow = Shadow { rays: &shadow_rays, starts: &starts, widths: &widths };
+                let occluded = beam.occluded(light, &shadow, Footprint::NONE);
+                for (i, ray) in shadow_rays.iter().enumerate() {
+                    let Some(ray) = ray else { continue };
+                    let departure = Departure::of(beam.path(starts[i].0), starts[i].1);
+                    let expected = scene.occluded(ray, departure.as_ref(), 1.0);
+                    stopped += usize::from(expected);
+                    assert_eq!(occluded[i / PACKET] >> (i % PACKET) & 1 == 1, expected, "{ray:?}");
+                }
+            }
+        }
+        assert!(met > 20_000 && stopped > 1_000 && exact < 46_080, "{met} {stopped} {exact}");
+    }
+
+    #[test]
+    fn rays_that_f32_cannot_hold_are_answered_all_the_same() {
+        let scene = scene();
+        let mut beam = Beam::new(&scene);
+        let mut hits = Vec::new();
+        let hostile = [0.0, -0.0, 1e-300, 1e300, f64::MAX, f64::INFINITY, f64::NAN, -1.0];
+        for x in hostile {
+            for origin in hostile {
+                let rays: Vec<Ray> = hostile
+                    .iter()
+                    .map(|&y| Ray::new(DVec3::new(origin, 3.0, 5.0), DVec3::new(x, y, -1.0)))
+                    .collect();
+                beam.start_tile();
+                beam.closest(&rays, Footprint::NONE, &mut hits);
+                assert_eq!(hits.len(), rays.len());
+                for (ray, hit) in rays.iter().zip(&hits).filter(|(ray, _)| ray.direction.is_finite()) {
+                    assert_eq!(hit.is_some(), scene.intersect(ray, None).is_some(), "{ray:?}");
+                }
+            }
+        }
+    }
+}

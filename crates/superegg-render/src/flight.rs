@@ -1,0 +1,600 @@
+//! Rays that have nothing in common, sixteen in flight at a time.
+//!
+//! Each ray goes its own way through the graph, by boxes eight at a time, until it comes to a shape whose own box it meets. There it waits until all
+//! sixteen have come so far; then the lanes meet the sixteen shapes at once. As in [`crate::beam`] that makes candidates, the closest one is settled in
+//! f64, and where the lanes cannot tell the ray goes the exact way.
+
+use pulp::{Arch, Simd, WithSimd};
+use superegg_geom::glam::DVec3;
+use superegg_geom::lanes::beam::PACKET;
+use superegg_geom::lanes::flight::{FlightAnswers, FlightLanes};
+use superegg_geom::lanes::settle::SettleBatch;
+use superegg_geom::{Ray, RayStart, Superquadric, scale_to_unit};
+
+use crate::bvh::{Node, PackedSlot, Slot, WIDTH};
+use crate::compiled::{CompiledScene, Group};
+use crate::footprint::{Footprint, chance};
+use crate::path::InstancePath;
+use crate::stand_in::StandIn;
+use crate::traverse::{Departure, Hit};
+
+/// A ray and what is asked of it.
+#[derive(Clone, Debug)]
+pub struct FlightRay {
+    /// The ray.
+    pub ray: Ray,
+    /// What is known of its start.
+    pub departure: Option<Departure>,
+    /// Its width.
+    pub footprint: Footprint,
+}
+
+impl From<Ray> for FlightRay {
+    fn from(ray: Ray) -> Self {
+        Self { ray, departure: None, footprint: Footprint::NONE }
+    }
+}
+
+impl CompiledScene {
+    /// The first crossing on each of many rays: the answers of [`CompiledScene::intersect_footprint`], found sixteen at a time.
+    pub fn intersect_many(&self, rays: &[FlightRay]) -> Vec<Option<Hit>> {
+        let Some(root) = self.root.as_deref() else { return vec![None; rays.len()] };
+        let mut flight = Flight::new(self, rays, root, None);
+        Arch::new().dispatch(Run(&mut flight));
+        flight.settle();
+        flight.found
+    }
+
+    /// Whether each of many rays is stopped with 0 <= t < `t_max`: the answers of [`CompiledScene::occluded_footprint`].
+    pub fn occluded_many(&self, rays: &[FlightRay], t_max: f64) -> Vec<bool> {
+        let Some(root) = self.root.as_deref() else { return vec![false; rays.len()] };
+        let mut flight = Flight::new(self, rays, root, Some(t_max));
+        Arch::new().dispatch(Run(&mut flight));
+        flight.occluded
+    }
+}
+
+/// The part of a flight that the lanes of the machine compile for.
+struct Run<'a, 's>(&'a mut Flight<'s>);
+
+impl WithSimd for Run<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.0.run(simd);
+    }
+}
+
+struct Flight<'s> {
+    scene: &'s CompiledScene,
+    rays: &'s [FlightRay],
+    root: &'s Group,
+    /// The end of the rays where only occlusion is asked.
+    any_before: Option<f64>,
+    next: usize,
+    found: Vec<Option<Hit>>,
+    occluded: Vec<bool>,
+    /// Crossings still to be settled: the rays, and what brings each t back to lengths of the ray's own direction.
+    batch: SettleBatch,
+    unsettled: Vec<(usize, f64)>,
+}
+
+/// A group that a ray is in.
+#[derive(Clone, Copy)]
+struct Frame<'s> {
+    group: &'s Group,
+    ray: Ray,
+    tree: TreeRay,
+    stretch: f64,
+}
+
+/// A ray as the boxes of a tree see it.
+#[derive(Clone, Copy)]
+struct TreeRay {
+    /// The origin, moved so that boxes are a little larger.
+    above: [f32; 3],
+    below: [f32; 3],
+    inverse: [f32; 3],
+}
+
+/// A place still to be visited.
+#[derive(Clone, Copy)]
+struct Pending {
+    slot: PackedSlot,
+    /// The t at which the ray enters its box; [`UP`] stands for the way back to the group above.
+    near: f32,
+}
+
+const UP: f32 = -1.0;
+
+/// A shape that a ray waits to meet.
+struct Waiting {
+    shape: Superquadric,
+    primitive: u32,
+    place: u32,
+    local: Ray,
+    /// The t where the ray enters the box, and what brings a way in unit space to a t.
+    entry: f64,
+    t_per_way: f64,
+}
+
+/// The closest crossing so far.
+struct Best {
+    error: f64,
+    path: InstancePath,
+    primitive: u32,
+    /// For one that is not settled yet: the shape and the ray in its space.
+    open: Option<(Superquadric, Ray)>,
+    unit_point: DVec3,
+    leaving: bool,
+}
+
+/// One ray on its way.
+struct Traveller<'s> {
+    index: usize,
+    /// What brings t back to lengths of the ray's own direction.
+    scale: f64,
+    bits: [u64; 3],
+    footprint: Footprint,
+    departure: Option<&'s Departure>,
+    frame: Frame<'s>,
+    above: Vec<Frame<'s>>,
+    pending: Vec<Pending>,
+    path: InstancePath,
+    t_max: f64,
+    best: Option<Best>,
+    waiting: Option<Waiting>,
+    /// Set where the lanes cannot tell.
+    is_doubtful: bool,
+    is_occluded: bool,
+}
+
+/// Scales beyond this are f64's.
+const FARTHEST: f64 = 1e25;
+
+impl TreeRay {
+    /// `None` where f32 cannot hold it.
+    #[inline(always)]
+    fn new(group: &Group, ray: &Ray) -> Option<Self> {
+        let origin = (ray.origin - group.space.center) * group.space.scale;
+        let direction = ray.direction * group.space.scale;
+        let (size, pace) = (origin.abs().max_element(), direction.abs().max_element());
+        if !(size < FARTHEST && pace < FARTHEST && pace > 1.0 / FARTHEST) {
+            return None;
+        }
+        let pad = 5e-7 * (size + 2.0);
+        let reciprocal = |d: f64| (1.0 / d).clamp(-1e30, 1e30) as f32;
+        Some(Self {
+            above: (origin + pad).as_vec3().to_array(),
+            below: (origin - pad).as_vec3().to_array(),
+            inverse: direction.to_array().map(reciprocal),
+        })
+    }
+}
+
+/// Which boxes of a node the ray meets before `t_max`, and where it enters them.
+#[inline(always)]
+fn meet_boxes(node: &Node, ray: &TreeRay, t_max: f32) -> (u32, [f32; WIDTH]) {
+    let mut near = [0f32; WIDTH];
+    let mut far = [t_max; WIDTH];
+    for axis in 0..3 {
+        let inverse = ray.inverse[axis];
+        let (first, last) = if inverse >= 0.0 { (axis, axis + 3) } else { (axis + 3, axis) };
+        // The face that is met first is moved towards the ray, the other one away.
+        let (from, to) = if inverse >= 0.0 {
+            (ray.above[axis], ray.below[axis])
+        } else {
+            (ray.below[axis], ray.above[axis])
+        };
+        for i in 0..WIDTH {
+            let enter = (node.bounds[first][i] - from) * inverse;
+            let leave = (node.bounds[last][i] - to) * inverse;
+            near[i] = if enter > near[i] { enter } else { near[i] };
+            far[i] = if leave < far[i] { leave } else { far[i] };
+        }
+    }
+    let mut met = 0;
+    for i in 0..WIDTH {
+        met |= u32::from(near[i] <= far[i]) << i;
+    }
+    (met & ((1 << node.count) - 1), near)
+}
+
+impl<'s> Flight<'s> {
+    fn new(
+        scene: &'s CompiledScene,
+        rays: &'s [FlightRay],
+        root: &'s Group,
+        any_before: Option<f64>,
+    ) -> Self {
+        let (found, occluded) = match any_before {
+            None => (vec![None; rays.len()], Vec::new()),
+            Some(_) => (Vec::new(), vec![false; rays.len()]),
+        };
+        let (batch, unsettled) = (SettleBatch::default(), Vec::new());
+        Self { scene, rays, root, any_before, next: 0, found, occluded, batch, unsettled }
+    }
+
+    #[inline(always)]
+    fn run<S: Simd>(&mut self, simd: S) {
+        let mut lanes = FlightLanes::default();
+        let mut answers = FlightAnswers::default();
+        let mut travellers: Vec<Option<Traveller<'s>>> = (0..PACKET).map(|_| None).collect();
+        loop {
+            let mut is_any_waiting = false;
+            for (lane, place) in travellers.iter_mut().enumerate() {
+                loop {
+                    if place.is_none() {
+                        *place = self.start_next(None);
+                    }
+                    let Some(traveller) = place else {
+                        lanes.unset(lane);
+                        break;
+                    };
+                    if self.advance(traveller, &mut lanes, lane) {
+                        is_any_waiting = true;
+                        break;
+                    }
+                    let Some(mut done) = place.take() else { break };
+                    self.finish(&mut done);
+                    *place = self.start_next(Some(done));
+                }
+            }
+            if !is_any_waiting {
+                return;
+            }
+            if let Some(t_max) = self.any_before {
+                lanes.occlude(simd, &mut answers);
+                for (lane, place) in travellers.iter_mut().enumerate() {
+                    if let Some(traveller) = place {
+                        traveller.take_occlusion(lane, &answers, t_max);
+                    }
+                }
+            } else {
+                lanes.meet(simd, &mut answers);
+                for (lane, place) in travellers.iter_mut().enumerate() {
+                    if let Some(traveller) = place {
+                        traveller.take_crossing(lane, &answers);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The next ray, in the place of one that is done. Rays that f32 cannot hold are answered at once.
+    #[inline(always)]
+    fn start_next(&mut self, mut done: Option<Traveller<'s>>) -> Option<Traveller<'s>> {
+        loop {
+            let index = self.next;
+            let asked = self.rays.get(index)?;
+            self.next += 1;
+            let Some((direction, scale)) = scale_to_unit(asked.ray.direction) else { continue };
+            // Occlusion counts t in the ray's own lengths.
+            let (direction, scale) =
+                if self.any_before.is_some() { (asked.ray.direction, 1.0) } else { (direction, scale) };
+            let ray = Ray { direction, ..asked.ray };
+            let Some(tree) = TreeRay::new(self.root, &ray) else {
+                self.answer_exactly(index);
+                continue;
+            };
+            let frame = Frame { group: self.root, ray, tree, stretch: 1.0 };
+            let footprint = Footprint { spread: asked.footprint.spread * scale, ..asked.footprint };
+            let bits = ray.direction.to_array().map(f64::to_bits);
+            let (mut above, mut pending) = match done.take() {
+                Some(done) => (done.above, done.pending),
+                None => (Vec::new(), Vec::with_capacity(64)),
+            };
+            above.clear();
+            pending.clear();
+            pending.push(Pending { slot: PackedSlot::new(Slot::Node(0)), near: 0.0 });
+            return Some(Traveller {
+                index,
+                scale,
+                bits,
+                footprint,
+                departure: asked.departure.as_ref(),
+                frame,
+                above,
+                pending,
+                path: InstancePath::default(),
+                t_max: self.any_before.unwrap_or(f64::INFINITY),
+                best: None,
+                waiting: None,
+                is_doubtful: false,
+                is_occluded: false,
+            });
+        }
+    }
+
+    fn answer_exactly(&mut self, index: usize) {
+        let FlightRay { ray, departure, footprint } = &self.rays[index];
+        match self.any_before {
+            None => self.found[index] = self.scene.intersect_footprint(ray, departure.as_ref(), *footprint),
+            Some(t_max) => {
+                let stops = self.scene.occluded_footprint(ray, departure.as_ref(), t_max, *footprint);
+                self.occluded[index] = stops;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, done: &mut Traveller<'s>) {
+        if done.is_doubtful {
+            return self.answer_exactly(done.index);
+        }
+        if self.any_before.is_some() {
+            self.occluded[done.index] = done.is_occluded;
+            return;
+        }
+        let Some(best) = done.best.take() else { return };
+        if let Some((shape, local)) = best.open {
+            self.batch.push(&shape, &local, done.t_max);
+            self.unsettled.push((done.index, done.scale));
+        }
+        let Best { path, primitive, unit_point, leaving, .. } = best;
+        self.found[done.index] =
+            Some(Hit { t: done.t_max * done.scale, leaving, primitive, unit_point, path });
+    }
+
+    /// Settles in f64 what the lanes have found.
+    fn settle(&mut self) {
+        self.batch.run();
+        for (place, (index, scale)) in std::mem::take(&mut self.unsettled).into_iter().enumerate() {
+            match (self.batch.get(place), &mut self.found[index]) {
+                (Some((hit, _)), Some(found)) => {
+                    found.t = hit.t * scale;
+                    found.unit_point = hit.point;
+                }
+                _ => self.answer_exactly(index),
+            }
+        }
+    }
+
+    /// Goes on until the ray waits for a shape (true) or has come to its end.
+    #[inline(always)]
+    fn advance(&self, ray: &mut Traveller<'s>, lanes: &mut FlightLanes, lane: usize) -> bool {
+        while let Some(Pending { slot, near }) = ray.pending.pop() {
+            if near == UP {
+                if let Some(frame) = ray.above.pop() {
+                    ray.frame = frame;
+                    ray.path.pop();
+                }
+                continue;
+            }
+            if f64::from(near) > ray.t_max {
+                continue;
+            }
+            if ray.is_doubtful || ray.is_occluded {
+                return false;
+            }
+            match slot.unpack() {
+                Slot::Node(node) => {
+                    let node = &ray.frame.group.nodes[node as usize];
+                    let t_max = (ray.t_max as f32).next_up();
+                    let (mut met, near) = meet_boxes(node, &ray.frame.tree, t_max);
+                    let first = ray.pending.len();
+                    while met != 0 {
+                        let place = met.trailing_zeros() as usize;
+                        met &= met - 1;
+                        let new = Pending { slot: node.slots[place], near: near[place] };
+                        // The nearest on top.
+                        let mut at = ray.pending.len();
+                        ray.pending.push(new);
+                        while at > first && ray.pending[at - 1].near < new.near {
+                            ray.pending[at] = ray.pending[at - 1];
+                            at -= 1;
+                        }
+                        ray.pending[at] = new;
+                    }
+                }
+                Slot::Leaf(place) => {
+                    if self.prepare(ray, place, lanes, lane) {
+                        return true;
+                    }
+                }
+                Slot::Instance(place) => self.enter(ray, place, f64::from(near)),
+            }
+        }
+        false
+    }
+
+    fn enter(&self, ray: &mut Traveller<'s>, place: u32, near: f64) {
+        let instance = &ray.frame.group.instances[place as usize];
+        let stretch = ray.frame.stretch * instance.stretch;
+        if ray.footprint.hides(instance.size() * stretch, near) {
+            return self.meet_stand_in(ray, place);
+        }
+        let local = ray.frame.ray.to_local(instance.map());
+        let group: &'s Group = &instance.group;
+        match TreeRay::new(group, &local) {
+            None => ray.is_doubtful = true,
+            Some(tree) => {
+                ray.above.push(ray.frame);
+                ray.path.push(place);
+                ray.frame = Frame { group, ray: local, tree, stretch };
+                ray.pending.push(Pending { slot: PackedSlot::default(), near: UP });
+                ray.pending.push(Pending { slot: PackedSlot::new(Slot::Node(0)), near: near as f32 });
+            }
+        }
+    }
+
+    fn meet_stand_in(&self, ray: &mut Traveller<'s>, place: u32) {
+        let instance = &ray.frame.group.instances[place as usize];
+        let stand_in = instance.group.stand_in(&self.scene.primitives);
+        ray.path.push(place | InstancePath::INSTANCE);
+        let is_own = Departure::start_at(ray.departure, &ray.path) != RayStart::Free;
+        ray.path.pop();
+        if is_own {
+            return;
+        }
+        let place = place | InstancePath::INSTANCE;
+        ray.path.push(place);
+        let draws = chance(ray.bits, ray.path.places()) < stand_in.opacity;
+        ray.path.pop();
+        if draws {
+            let local = ray.frame.ray.to_local(instance.map()).through(&stand_in.unit_from_group);
+            let shape = StandIn::unit_shape();
+            if shape.intersect(&local, RayStart::Free).is_some_and(|hit| !hit.leaving) {
+                let primitive = stand_in.main_primitive();
+                self.meet_exactly(ray, place, &shape, primitive, &local, RayStart::Free);
+            }
+        }
+    }
+
+    /// Brings the ray into a leaf's space. True where it is to meet the shape in the lanes; where that is not for the lanes it is done here.
+    #[inline(always)]
+    fn prepare(&self, ray: &mut Traveller<'s>, place: u32, lanes: &mut FlightLanes, lane: usize) -> bool {
+        let leaf = &ray.frame.group.leaves[place as usize];
+        let map = &leaf.unit_from_group;
+        let (o, d) =
+            (map.transform_point3(ray.frame.ray.origin), map.transform_vector3(ray.frame.ray.direction));
+        let length_squared = d.dot(d);
+        let nearest = -o.dot(d) / length_squared;
+        let c = o + nearest * d;
+        // The ball around the box. A number that is none goes the exact way.
+        if c.dot(c) > 3.000_01 {
+            return false;
+        }
+        let inverse = d.recip();
+        let (to_middle, half) = (-c * inverse, inverse.abs() * BOX);
+        let enter = (to_middle - half).max_element();
+        let leave = (to_middle + half).min_element();
+        let primitive = &self.scene.primitives[leaf.primitive as usize];
+        let is_inside_box = o.abs().max_element() <= 1.0 + 1e-6;
+        // Directions along an axis make infinities, which order themselves but for one in a face.
+        if enter > leave || (nearest + leave < 0.0 && !is_inside_box) || nearest + enter > ray.t_max {
+            return false;
+        }
+        let shape = primitive.unit_shape();
+        let is_own = ray.departure.is_some_and(|departure| {
+            departure.path.places().last() == Some(&place) && {
+                ray.path.push(place);
+                let is_own = departure.path == ray.path;
+                ray.path.pop();
+                is_own
+            }
+        });
+        let start = match ray.departure {
+            Some(departure) if is_own => departure.start(),
+            _ => RayStart::Free,
+        };
+        if is_own && start == RayStart::SurfaceOutward && shape.is_convex() {
+            return false;
+        }
+        let is_finite = enter.is_finite() && leave.is_finite() && nearest.is_finite();
+        let is_far = o.abs().max_element() > 1e4;
+        if is_own || is_inside_box || is_far || !is_finite || !shape.is_convex() {
+            let local = ray.frame.ray.through(map);
+            self.meet_exactly(ray, place, &shape, leaf.primitive, &local, start);
+            return false;
+        }
+        let size = length_squared.sqrt();
+        let end = leave.min(ray.t_max * (1.0 + END) - nearest);
+        let start_point = (c + enter * d).as_vec3().to_array();
+        lanes.set(lane, &shape, start_point, (d / size).as_vec3().to_array(), ((end - enter) * size) as f32);
+        ray.waiting = Some(Waiting {
+            shape,
+            primitive: leaf.primitive,
+            place,
+            local: Ray { origin: o, direction: d, origin_error: 0.0 },
+            entry: nearest + enter,
+            t_per_way: 1.0 / size,
+        });
+        true
+    }
+
+    /// Meets a shape by f64.
+    fn meet_exactly(
+        &self,
+        ray: &mut Traveller<'s>,
+        place: u32,
+        shape: &Superquadric,
+        primitive: u32,
+        local: &Ray,
+        start: RayStart,
+    ) {
+        if self.any_before.is_some() {
+            ray.is_occluded |= shape.occluded(local, start, ray.t_max);
+            return;
+        }
+        if let Some(hit) = shape.intersect(local, start) {
+            let best = Best {
+                error: 1e-12 * hit.t,
+                path: InstancePath::default(),
+                primitive,
+                open: None,
+                unit_point: hit.point,
+                leaving: hit.leaving,
+            };
+            ray.take(hit.t, place, &best);
+        }
+    }
+}
+
+/// Boxes are taken so much larger, for rounding.
+const BOX: f64 = 1.0 + 1e-6;
+/// Ends of rays are known to this part of their t.
+const END: f64 = 4e-6;
+
+impl Traveller<'_> {
+    /// Takes a crossing if it is closer than the best; doubts where the two are as close as can be told.
+    #[inline(always)]
+    fn take(&mut self, t: f64, place: u32, best: &Best) {
+        let old_error = self.best.as_ref().map_or(0.0, |best| best.error);
+        if self.best.is_some() && (t - self.t_max).abs() <= best.error + old_error {
+            self.is_doubtful = true;
+        }
+        if t < self.t_max {
+            self.t_max = t;
+            self.path.push(place);
+            self.best = Some(Best { path: self.path.clone(), ..*best });
+            self.path.pop();
+        }
+    }
+
+    #[inline(always)]
+    fn take_crossing(&mut self, lane: usize, answers: &FlightAnswers) {
+        let Some(waiting) = self.waiting.take() else { return };
+        let way = answers.way.0[lane];
+        if way == f32::INFINITY {
+            return;
+        }
+        let t = waiting.entry + f64::from(way) * waiting.t_per_way;
+        let error = f64::from(answers.error.0[lane]) * waiting.t_per_way;
+        if answers.doubt.0[lane] > 0.0 {
+            // A grazing ray, which may be behind the best.
+            self.is_doubtful |= t - error < self.t_max;
+            return;
+        }
+        let best = Best {
+            error,
+            path: InstancePath::default(),
+            primitive: waiting.primitive,
+            open: Some((waiting.shape, waiting.local)),
+            unit_point: DVec3::ZERO,
+            leaving: false,
+        };
+        self.take(t, waiting.place, &best);
+    }
+
+    #[inline(always)]
+    fn take_occlusion(&mut self, lane: usize, answers: &FlightAnswers, t_max: f64) {
+        let Some(waiting) = self.waiting.take() else { return };
+        let way = answers.way.0[lane];
+        let t = waiting.entry + f64::from(way) * waiting.t_per_way;
+        let is_certain = way < f32::INFINITY && t < t_max * (1.0 - END) && t > 0.0;
+        if is_certain {
+            self.is_occluded = true;
+        } else if way < f32::INFINITY || answers.doubt.0[lane] > 0.0 {
+            let local = Ray { origin_error: self.local_error(waiting.place), ..waiting.local };
+            self.is_occluded |= waiting.shape.occluded(&local, RayStart::Free, t_max);
+        }
+    }
+
+    /// The error of the ray's origin in the space of a leaf.
+    fn local_error(&self, place: u32) -> f64 {
+        let leaf = &self.frame.group.leaves[place as usize];
+        self.frame.ray.through(&leaf.unit_from_group).origin_error
+    }
+}

@@ -1,0 +1,257 @@
+//! Flights of rays against single rays, recompiling against compiling, deep graphs against composition in twice the precision.
+
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use superegg_geom::glam::{DMat3, DVec3, Vec3Swizzles};
+use superegg_geom::{Aabb, Ray};
+use superegg_lang::load_text;
+use superegg_render::flatten;
+use superegg_render::{CompiledScene, FlightRay, Footprint};
+use superegg_scene::{Camera, Entity, Scene};
+
+fn load(text: &str) -> Scene {
+    let (session, diagnostics) = load_text("fast.scn", text);
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    session.scene().clone()
+}
+
+/// Shapes of all kinds at random, some in groups of their own.
+fn scene_text() -> impl Strategy<Value = String> {
+    let exponent = prop::sample::select(vec!["0.05", "0.3", "1", "1.7", "2", "3"]);
+    let shape = (
+        exponent.clone(),
+        exponent,
+        prop::array::uniform3(0.1..0.7f64),
+        prop::array::uniform3(-2.0..2.0f64),
+        0..3u8,
+    );
+    prop::collection::vec(shape, 1..60).prop_map(|shapes| {
+        let mut text = String::from("obj part\nobj all\nao part one\nrs 1 1 0 50\nss .7 .7 -.7\nao part two\nxs 1 0 -1\n");
+        for (i, (e, n, [x, y, z], [a, b, c], group)) in shapes.iter().enumerate() {
+            let object = if *group == 0 { "part" } else { "all" };
+            text += &format!("prm p{i}\nexp {e} {n}\ncoeff {x} {y} {z}\nobj {object}\nap p{i}\nrs {a} {b} {c} 77\nxs {c} {a} {b}\n");
+        }
+        text + "obj all\n"
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, rng_seed: RngSeed::Fixed(6), failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn flights_answer_as_single_rays_do(
+        text in scene_text(),
+        rays in prop::collection::vec((prop::array::uniform3(-3.0..3.0f64), prop::array::uniform3(-1.0..1.0f64)), 200),
+    ) {
+        let scene = CompiledScene::compile(&load(&text), Some("all"), 5);
+        let mut flight: Vec<FlightRay> =
+            rays.iter().map(|(origin, direction)| Ray::new((*origin).into(), (*direction).into()).into()).collect();
+        // Some go on from where others have come to.
+        let further: Vec<FlightRay> = flight.iter().filter_map(|asked| {
+            let surface = scene.interaction(&scene.intersect(&asked.ray, None)?).spawn_ray(asked.ray.direction.yzx());
+            Some(FlightRay { ray: surface.0, departure: Some(surface.1), footprint: Footprint::NONE })
+        }).collect();
+        flight.extend(further);
+        let (hits, stopped) = (scene.intersect_many(&flight), scene.occluded_many(&flight, 1.5));
+        for ((FlightRay { ray, departure, .. }, hit), stopped) in flight.iter().zip(hits).zip(stopped) {
+            let expected = scene.intersect(ray, departure.as_ref());
+            prop_assert_eq!(hit.is_some(), expected.is_some(), "{:?} {:?} {:?}", ray, hit, expected);
+            if let (Some(hit), Some(expected)) = (hit, expected) {
+                prop_assert!((hit.t - expected.t).abs() < 1e-9 * (1.0 + expected.t), "{hit:?} {expected:?}");
+                prop_assert_eq!(hit.path, expected.path);
+                prop_assert_eq!((hit.leaving, hit.primitive), (expected.leaving, expected.primitive));
+            }
+            prop_assert_eq!(stopped, scene.occluded(ray, departure.as_ref(), 1.5), "{:?}", ray);
+        }
+    }
+
+    #[test]
+    fn a_box_holds_what_the_list_of_all_instances_says(
+        text in scene_text(), center in prop::array::uniform3(-2.0..2.0f64), half in 0.05..1.0f64,
+    ) {
+        let scene = load(&text);
+        let compiled = CompiledScene::compile(&scene, Some("all"), 5);
+        let query = Aabb::around(center.into(), DVec3::splat(half));
+        let mut found: Vec<String> =
+            compiled.query_box(&query, usize::MAX).iter().map(|path| compiled.path_name(path)).collect();
+        let mut expected: Vec<String> = flatten::flatten(&scene, "all", 5, 10_000).unwrap().into_iter()
+            .filter(|flat| {
+                let forward = flat.world_from_local.forward();
+                Aabb::around(forward.translation, flat.shape.half_extent_under(&forward.matrix3)).meets(&query)
+            })
+            .map(|flat| flat.path).collect();
+        found.sort();
+        expected.sort();
+        prop_assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn recompiling_is_compiling(text in scene_text(), rays in prop::collection::vec((prop::array::uniform3(-3.0..3.0f64), prop::array::uniform3(-1.0..1.0f64)), 40)) {
+        let mut scene = load(&text);
+        let before = CompiledScene::compile(&scene, Some("all"), 5);
+        prop_assert_eq!(before.recompile(&scene, Some("all"), 5).reused_group_count(), before.group_count());
+        let first = scene.primitives().map(|(name, _)| name.to_owned()).next().unwrap();
+        scene.primitive_mut(&first).unwrap().shape = superegg_geom::Superquadric::unit_sphere();
+        let (again, anew) = (before.recompile(&scene, Some("all"), 5), CompiledScene::compile(&scene, Some("all"), 5));
+        for (origin, direction) in rays {
+            let ray = Ray::new(origin.into(), direction.into());
+            prop_assert_eq!(again.intersect(&ray, None), anew.intersect(&ray, None));
+        }
+    }
+}
+
+#[test]
+fn what_does_not_depend_on_a_change_is_taken_over() {
+    let mut scene = load(
+        "prm a\nprm b\nobj left\nap a x\nap a y\nxs 1 0 0\nobj right\nap b x\nap b y\nxs 1 0 0\nobj all\nao left\nao right\nxs 5 0 0\n",
+    );
+    let before = CompiledScene::compile(&scene, Some("all"), 9);
+    assert_eq!(before.group_count(), 3);
+    scene.primitive_mut("b").unwrap().material.color = DVec3::X;
+    assert_eq!(before.recompile(&scene, Some("all"), 9).reused_group_count(), 3, "a colour is in no tree");
+    scene.primitive_mut("b").unwrap().shape =
+        superegg_geom::Superquadric::new(DVec3::splat(0.5), superegg_geom::Exponents { e: 1.0, n: 1.0 })
+            .unwrap();
+    assert_eq!(before.recompile(&scene, Some("all"), 9).reused_group_count(), 1, "the left one stays");
+}
+
+/// A number in twice the precision: an unevaluated sum.
+#[derive(Clone, Copy)]
+struct Double(f64, f64);
+
+impl Double {
+    fn sum(a: f64, b: f64) -> Self {
+        let s = a + b;
+        let back = s - a;
+        Self(s, (a - (s - back)) + (b - back))
+    }
+
+    fn plus(self, other: Self) -> Self {
+        let s = Self::sum(self.0, other.0);
+        Self::sum(s.0, s.1 + self.1 + other.1)
+    }
+
+    fn times(self, factor: f64) -> Self {
+        let p = self.0 * factor;
+        Self::sum(p, self.0.mul_add(factor, -p) + self.1 * factor)
+    }
+}
+
+/// A point through a list of maps, the last one first.
+fn mapped(maps: &[superegg_geom::Transform], point: DVec3) -> [Double; 3] {
+    let mut at = point.to_array().map(|x| Double(x, 0.0));
+    for map in maps.iter().rev() {
+        let forward = map.forward();
+        let rows: DMat3 = forward.matrix3.transpose();
+        at = std::array::from_fn(|axis| {
+            let row = rows.col(axis);
+            (0..3).fold(Double(forward.translation[axis], 0.0), |sum, j| sum.plus(at[j].times(row[j])))
+        });
+    }
+    at
+}
+
+/// Forty levels, none of which can be folded into another.
+fn forty_levels(scale: &str) -> String {
+    let mut text = String::from(
+        "prm shape\nexp .3 .6\ncoeff .9 .5 .7\nprm mote\ncoeff .001 .001 .001\nobj o40\nap shape\nap mote\nxs 90 0 0\n",
+    );
+    for level in (0..40).rev() {
+        let turn = 17 + 13 * level % 90;
+        text += &format!(
+            "obj o{level}\nao o{} deeper\nss {scale}\nrs 1 2 {} {turn}\nxs .{level} .3 -.2\nap mote\nxs 90 {level} 3\n",
+            level + 1,
+            level % 5
+        );
+    }
+    text + "obj o0\n"
+}
+
+#[test]
+fn a_ray_through_forty_levels_meets_the_surface_within_a_twentieth_of_a_pixel() {
+    for scale in [".7 .7 .7", ".8 .6 .75", "1.1 .9 1"] {
+        let scene = load(&forty_levels(scale));
+        let compiled = CompiledScene::compile(&scene, Some("o0"), 64);
+        let maps: Vec<superegg_geom::Transform> = (0..40)
+            .map(|level| {
+                let object = scene.object(&format!("o{level}")).unwrap();
+                object.parent_from_child(object.child("deeper").unwrap()).unwrap()
+            })
+            .collect();
+        let center = DVec3::from_array(mapped(&maps, DVec3::ZERO).map(|x| x.0));
+        let reach = |axis: DVec3| (DVec3::from_array(mapped(&maps, axis).map(|x| x.0)) - center).length();
+        let size = reach(DVec3::X).max(reach(DVec3::Y)).max(reach(DVec3::Z));
+        let position = center + size * DVec3::new(3.0, 2.0, 4.0);
+        let camera = Camera { position, target: center, up: DVec3::Z, fov_deg: 30.0 };
+        let view = superegg_render::View::new(&camera, 1280, 960);
+        let shape = match scene.get("shape") {
+            Some(Entity::Primitive(primitive)) => primitive.shape,
+            _ => panic!("the shape is a primitive"),
+        };
+        let mut met = 0;
+        let rays: Vec<FlightRay> = (0..40 * 30)
+            .map(|i| {
+                view.ray(superegg_geom::glam::DVec2::new(
+                    f64::from(i % 40) * 32.0 + 0.5,
+                    f64::from(i / 40) * 32.0 + 0.5,
+                ))
+                .into()
+            })
+            .collect();
+        for (asked, hit) in rays.iter().zip(compiled.intersect_many(&rays)) {
+            let single = compiled.intersect(&asked.ray, None);
+            assert_eq!(hit.is_some(), single.is_some());
+            for hit in [hit, single].into_iter().flatten() {
+                met += 1;
+                assert!((shape.norm().value(hit.unit_point) - 1.0).abs() < 1e-6, "{hit:?}");
+                let world = mapped(&maps, hit.unit_point * shape.radii());
+                let from_eye = DVec3::from_array(std::array::from_fn(|axis| {
+                    world[axis].plus(Double(-position[axis], 0.0)).0
+                }));
+                let direction = asked.ray.direction.normalize();
+                let pixel = view.footprint(1).at(from_eye.dot(direction) / asked.ray.direction.length());
+                let beside = (from_eye - from_eye.dot(direction) * direction).length();
+                assert!(beside < 0.05 * pixel, "{} of a pixel: {hit:?}", beside / pixel);
+                let surface = compiled.interaction(&hit).position - position;
+                assert!((surface - from_eye).length() < 0.05 * pixel, "{surface} {from_eye}");
+            }
+        }
+        assert!(met > 100, "{met}");
+    }
+}
+
+#[test]
+fn boxes_of_turned_levels_do_not_swell() {
+    // A shell of 60 ribs, each turned by 24 degrees: boxes of corners would grow at every level.
+    let text =
+        "prm p\ncoeff .1 .1 .1\nobj shell\nap p\nxs 1 0 0\nao shell deeper\nss .97 .97 .97\nrs 0 0 1 24\n";
+    let compiled = CompiledScene::compile(&load(text), Some("shell"), 60);
+    let bounds = compiled.bounds().unwrap();
+    assert!(
+        bounds.half_extent().x < 1.2 && bounds.half_extent().y < 1.2 && bounds.half_extent().z < 0.11,
+        "{bounds:?}"
+    );
+    assert!(
+        compiled.swelling().instances == 58 && compiled.swelling().avoided > 1.05,
+        "{:?}",
+        compiled.swelling()
+    );
+}
+
+#[test]
+fn what_is_smaller_than_half_a_pixel_stands_in_and_what_is_not_is_opened() {
+    let text = "prm p\ncolor 1 0 0\nobj dust\nap p a\nap p b\nxs 1 0 0\nobj all\nao dust near\nxs 0 0 5\nao dust far\nss .001 .001 .001\n";
+    let compiled = CompiledScene::compile(&load(text), Some("all"), 9);
+    let ray = Ray::new(DVec3::new(0.0005, 0.0, 4.5), DVec3::NEG_Z);
+    let exact = compiled.intersect(&Ray::new(DVec3::new(0.0005, 0.0, 2.0), DVec3::NEG_Z), None).unwrap();
+    let at = |width: f64| {
+        let asked = Ray { origin: DVec3::new(0.0005, 0.0, 2.0), ..ray };
+        compiled.intersect_footprint(&asked, None, Footprint { width, spread: 0.0 })
+    };
+    assert_eq!(at(1e-5).as_ref(), Some(&exact));
+    let seen = at(0.02).expect("two balls side by side stop every ray through their middle");
+    assert!(seen.path.is_stand_in() && (seen.t - exact.t).abs() < 0.002, "{seen:?}");
+    let surface = compiled.interaction(&seen);
+    assert!((surface.position.z - 0.001).abs() < 1e-3 && surface.material.color == DVec3::X);
+    assert_eq!(compiled.path_name(&seen.path), "all/far");
+}

@@ -1,0 +1,343 @@
+//! Scenes made by rule for benchmarks, from a seed: clouds, grids of glyphs, fractals.
+
+use std::fmt::Write;
+
+use anyhow::{Context, Result, bail};
+use superegg_geom::glam::DVec3;
+use superegg_geom::{Exponents, Superquadric, TransformStep};
+use superegg_scene::{Camera, Light, MAX_DEPTH, Scene};
+
+/// The object that a made scene shows.
+pub(crate) const ROOT: &str = "all";
+
+/// A scene by its name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Made {
+    /// `cloud:N`: N superquadrics with e, n in [0.1, 2], turned at random, in a cube.
+    Cloud(u32),
+    /// `glyphs:N`: N glyphs of 64 shapes on a grid.
+    Glyphs(u32),
+    /// `fractal:B,D`: a ball that bears B smaller ones of its kind, D levels deep.
+    Fractal(u32, u32),
+}
+
+/// Random numbers, the same from the same seed (SplitMix64).
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ (mixed >> 31)
+    }
+
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * ((self.next() >> 11) as f64 / (1u64 << 53) as f64)
+    }
+
+    /// A number that has as many digits in text as it needs, and no more than six.
+    fn rounded(&mut self, low: f64, high: f64) -> f64 {
+        (self.between(low, high) * 1e6).round() / 1e6
+    }
+}
+
+/// A primitive of a made scene.
+struct Shape {
+    name: String,
+    radii: [f64; 3],
+    exponents: [f64; 2],
+    color: [f64; 3],
+}
+
+/// A child of its root object.
+struct Placed {
+    target: String,
+    alias: String,
+    steps: Vec<TransformStep>,
+}
+
+/// Where parts of a scene go: into a scene, or into text.
+trait Sink {
+    fn shape(&mut self, shape: &Shape) -> Result<()>;
+    fn child(&mut self, child: &Placed) -> Result<()>;
+}
+
+const COLORS: [[f64; 3]; 8] = [
+    [0.85, 0.35, 0.25],
+    [0.9, 0.6, 0.2],
+    [0.85, 0.8, 0.35],
+    [0.4, 0.7, 0.35],
+    [0.3, 0.65, 0.65],
+    [0.3, 0.45, 0.8],
+    [0.6, 0.4, 0.7],
+    [0.8, 0.8, 0.8],
+];
+
+impl Made {
+    /// The scene of a name; `None` for a name of another kind.
+    pub(crate) fn parse(name: &str) -> Result<Option<Self>> {
+        let Some((kind, numbers)) = name.split_once(':') else { return Ok(None) };
+        let count = |text: &str, most: u32| -> Result<u32> {
+            let count =
+                text.parse().with_context(|| format!("'{text}' in '{name}' is not a whole number"))?;
+            if !(1..=most).contains(&count) {
+                bail!("'{text}' in '{name}' must be 1 to {most}");
+            }
+            Ok(count)
+        };
+        Ok(match kind {
+            "cloud" => Some(Self::Cloud(count(numbers, 10_000_000)?)),
+            "glyphs" => Some(Self::Glyphs(count(numbers, 10_000_000)?)),
+            "fractal" => {
+                let (branches, depth) = numbers.split_once(',').with_context(|| {
+                    format!("'{name}' should say branches and depth, as in fractal:20,64")
+                })?;
+                Some(Self::Fractal(count(branches, 1000)?, count(depth, MAX_DEPTH)?))
+            }
+            _ => None,
+        })
+    }
+
+    /// The scene itself.
+    pub(crate) fn scene(self, seed: u64) -> Result<Scene> {
+        let mut scene = Scene::default();
+        scene.camera = self.camera();
+        scene.depth = self.depth();
+        scene.background = DVec3::new(0.6, 0.7, 0.8);
+        for (name, light) in self.lights() {
+            scene.set_light(name, light);
+        }
+        scene.ensure_object(ROOT)?;
+        self.fill(seed, &mut SceneSink(&mut scene))?;
+        Ok(scene)
+    }
+
+    /// The scene as commands.
+    pub(crate) fn text(self, seed: u64) -> String {
+        let mut text = String::new();
+        let Camera { position: p, target: t, up, fov_deg } = self.camera();
+        let _ = writeln!(text, "# Made by rule: {self:?}, seed {seed}.\n");
+        let _ = writeln!(text, "camera {} {} {} {} {} {} {fov_deg}", p.x, p.y, p.z, t.x, t.y, t.z);
+        let _ = writeln!(
+            text,
+            "cameraUp {} {} {}\nbackground 0.6 0.7 0.8\nsetDepth {}",
+            up.x,
+            up.y,
+            up.z,
+            self.depth()
+        );
+        for (name, Light { position: p, color: c, falloff }) in self.lights() {
+            let _ = writeln!(text, "light {name} {} {} {} {} {} {} {falloff}", p.x, p.y, p.z, c.x, c.y, c.z);
+        }
+        let mut sink = TextSink { shapes: String::new(), children: String::new() };
+        // Text takes everything.
+        let _ = self.fill(seed, &mut sink);
+        let _ = write!(text, "\n{}\nobject {ROOT}\n{}", sink.shapes, sink.children);
+        text
+    }
+
+    fn depth(self) -> u32 {
+        match self {
+            Self::Fractal(_, depth) => depth,
+            _ => superegg_scene::DEFAULT_DEPTH,
+        }
+    }
+
+    fn camera(self) -> Camera {
+        let (position, target, fov_deg) = match self {
+            Self::Cloud(_) => (DVec3::new(2.2, 1.6, 2.9), DVec3::ZERO, 36.0),
+            Self::Glyphs(_) => (DVec3::new(0.0, -1.9, 1.9), DVec3::new(0.0, -0.1, 0.0), 40.0),
+            Self::Fractal(..) => (DVec3::new(0.0, -4.6, 2.3), DVec3::ZERO, 40.0),
+        };
+        let up = if matches!(self, Self::Cloud(_)) { DVec3::Y } else { DVec3::Z };
+        Camera { position, target, up, fov_deg }
+    }
+
+    fn lights(self) -> [(&'static str, Light); 1] {
+        let position = match self {
+            Self::Cloud(_) => DVec3::new(3.0, 6.0, 4.0),
+            Self::Glyphs(_) | Self::Fractal(..) => DVec3::new(-3.0, -4.0, 6.0),
+        };
+        [("sun", Light { position, color: DVec3::ONE, falloff: 0.0 })]
+    }
+
+    fn fill(self, seed: u64, sink: &mut dyn Sink) -> Result<()> {
+        let mut random = Random::new(seed);
+        match self {
+            Self::Cloud(count) => cloud(count, &mut random, sink),
+            Self::Glyphs(count) => glyphs(count, &mut random, sink),
+            Self::Fractal(branches, _) => fractal(branches, sink),
+        }
+    }
+}
+
+/// The spacing is that of N points on a grid; semi-axes are 0.15 to 0.45 of it.
+fn cloud(count: u32, random: &mut Random, sink: &mut dyn Sink) -> Result<()> {
+    let spacing = 2.0 / f64::from(count).cbrt();
+    for i in 0..count {
+        let name = format!("p{i}");
+        let shape = Shape {
+            radii: std::array::from_fn(|_| random.rounded(0.15, 0.45) * spacing),
+            exponents: std::array::from_fn(|_| random.rounded(0.1, 2.0)),
+            color: COLORS[random.between(0.0, 8.0) as usize],
+            name: name.clone(),
+        };
+        sink.shape(&shape)?;
+        let mut within = || DVec3::from_array(std::array::from_fn(|_| random.rounded(-1.0, 1.0)));
+        let axis = within() + DVec3::splat(1e-3);
+        let place = within();
+        let angle_deg = random.rounded(0.0, 360.0);
+        let steps = vec![TransformStep::Rotate { axis, angle_deg }, TransformStep::Translate(place)];
+        sink.child(&Placed { target: name.clone(), alias: name, steps })?;
+    }
+    Ok(())
+}
+
+/// Glyphs of 64 shapes, sized and turned by a smooth field.
+fn glyphs(count: u32, random: &mut Random, sink: &mut dyn Sink) -> Result<()> {
+    for i in 0..64u32 {
+        sink.shape(&Shape {
+            name: format!("g{i}"),
+            radii: std::array::from_fn(|_| random.rounded(0.4, 1.0)),
+            exponents: [0.25 * f64::from(i % 8) + 0.2, 0.25 * f64::from(i / 8) + 0.2],
+            color: COLORS[(i % 8) as usize],
+        })?;
+    }
+    let columns = f64::from(count).sqrt().ceil();
+    let spacing = 2.0 / columns;
+    for i in 0..count {
+        let (row, column) = ((f64::from(i) / columns).floor(), f64::from(i) % columns);
+        let (x, y) = (spacing * (column + 0.5) - 1.0, spacing * (row + 0.5) - 1.0);
+        let field = (3.0 * x).sin() * (2.0 * y).cos();
+        let size = spacing * (0.3 + 0.12 * field);
+        let kind = ((field + 1.0) * 31.9) as u32;
+        let steps = vec![
+            TransformStep::Scale(DVec3::splat(size)),
+            TransformStep::Rotate { axis: DVec3::new(x, y, 1.0), angle_deg: 120.0 * field },
+            TransformStep::Translate(DVec3::new(x, y, 0.1 * field)),
+        ];
+        sink.child(&Placed { target: format!("g{kind}"), alias: format!("a{i}"), steps })?;
+    }
+    Ok(())
+}
+
+/// A ball with smaller ones of its kind evenly all over it, on a spiral from pole to pole, as large as find place.
+fn fractal(branches: u32, sink: &mut dyn Sink) -> Result<()> {
+    sink.shape(&Shape { name: "ball".to_owned(), radii: [0.6; 3], exponents: [1.0; 2], color: COLORS[1] })?;
+    sink.child(&Placed { target: "ball".to_owned(), alias: "ball".to_owned(), steps: Vec::new() })?;
+    let golden = 180.0 * (3.0 - 5f64.sqrt());
+    let scale = (0.9 / f64::from(branches).sqrt()).min(0.45);
+    for i in 0..branches {
+        let height = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(branches);
+        let polar_deg = height.acos().to_degrees();
+        let steps = vec![
+            TransformStep::Scale(DVec3::splat(scale)),
+            TransformStep::Translate(DVec3::new(0.0, 0.0, 0.6 + 0.6 * scale)),
+            TransformStep::Rotate { axis: DVec3::Y, angle_deg: polar_deg },
+            TransformStep::Rotate { axis: DVec3::Z, angle_deg: golden * f64::from(i) },
+        ];
+        sink.child(&Placed { target: ROOT.to_owned(), alias: format!("c{i}"), steps })?;
+    }
+    Ok(())
+}
+
+struct SceneSink<'a>(&'a mut Scene);
+
+impl Sink for SceneSink<'_> {
+    fn shape(&mut self, shape: &Shape) -> Result<()> {
+        self.0.ensure_primitive(&shape.name)?;
+        let primitive = self.0.primitive_mut(&shape.name)?;
+        let [e, n] = shape.exponents;
+        primitive.shape = Superquadric::new(shape.radii.into(), Exponents { e, n })?;
+        primitive.material.color = shape.color.into();
+        Ok(())
+    }
+
+    fn child(&mut self, child: &Placed) -> Result<()> {
+        self.0.add_child(ROOT, &child.alias, &child.target)?;
+        for step in &child.steps {
+            self.0.transform_child(ROOT, *step)?;
+        }
+        Ok(())
+    }
+}
+
+struct TextSink {
+    shapes: String,
+    children: String,
+}
+
+impl Sink for TextSink {
+    fn shape(&mut self, shape: &Shape) -> Result<()> {
+        let Shape { name, radii: [x, y, z], exponents: [e, n], color: [r, g, b] } = shape;
+        writeln!(self.shapes, "primitive {name}\ncoeff {x} {y} {z}\nexp {e} {n}\ncolor {r} {g} {b}")?;
+        Ok(())
+    }
+
+    fn child(&mut self, child: &Placed) -> Result<()> {
+        let word = if child.target == ROOT { "addObject" } else { "addPrimitive" };
+        writeln!(self.children, "{word} {} {}", child.target, child.alias)?;
+        for step in &child.steps {
+            match *step {
+                TransformStep::Translate(v) => writeln!(self.children, "translate {} {} {}", v.x, v.y, v.z)?,
+                TransformStep::Scale(v) => writeln!(self.children, "scale {} {} {}", v.x, v.y, v.z)?,
+                TransformStep::Rotate { axis: v, angle_deg } => {
+                    writeln!(self.children, "rotate {} {} {} {angle_deg}", v.x, v.y, v.z)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_lang::load_text;
+    use superegg_render::CompiledScene;
+
+    use super::*;
+
+    #[test]
+    fn text_and_scene_are_the_same() {
+        for name in ["cloud:50", "glyphs:30", "fractal:7,5"] {
+            let made = Made::parse(name).unwrap().unwrap();
+            let scene = made.scene(3).unwrap();
+            let (session, diagnostics) = load_text(name, &made.text(3));
+            assert!(diagnostics.is_empty(), "{diagnostics:?}");
+            assert_eq!(session.selected(), Some(ROOT));
+            let count = |scene: &Scene| {
+                CompiledScene::compile(scene, Some(ROOT), scene.depth).instance_count().clone()
+            };
+            assert_eq!(count(&scene), count(session.scene()));
+            for (name, object) in scene.objects() {
+                assert_eq!(session.scene().object(name).unwrap(), object);
+            }
+            assert_eq!(session.scene().camera, scene.camera);
+            assert_eq!(session.scene().lights(), scene.lights());
+        }
+    }
+
+    #[test]
+    fn names_that_are_none_say_why() {
+        for bad in [
+            "cloud:",
+            "cloud:0",
+            "cloud:x",
+            "cloud:-1",
+            "cloud:99999999",
+            "fractal:20",
+            "fractal:0,1",
+            "fractal:2,65",
+        ] {
+            assert!(Made::parse(bad).is_err(), "{bad}");
+        }
+        assert_eq!(Made::parse("scene.scn").unwrap(), None);
+        assert_eq!(Made::parse("C:stuff.scn").unwrap(), None);
+    }
+}
