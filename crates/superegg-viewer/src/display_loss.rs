@@ -67,14 +67,17 @@ mod x11 {
     // Xlib calls exit() on this thread when its server has gone, and only a C function registered with it can come before that.
     #![allow(unsafe_code)]
 
-    use std::ffi::c_void;
+    use std::ffi::{c_int, c_void};
 
     use winit::event_loop::EventLoop;
     use winit::raw_window_handle::{HasDisplayHandle, RawDisplayHandle};
 
     use super::Guard;
 
-    type Handler = unsafe extern "C" fn(*mut c_void, *mut c_void);
+    type OnError = unsafe extern "C" fn(*mut c_void) -> c_int;
+    type OnExit = unsafe extern "C" fn(*mut c_void, *mut c_void);
+    type SetOnError = unsafe extern "C" fn(Option<OnError>) -> Option<OnError>;
+    type SetOnExit = unsafe extern "C" fn(*mut c_void, OnExit, *mut c_void);
 
     /// Called by Xlib instead of exit(), with what was registered.
     unsafe extern "C" fn on_exit(_display: *mut c_void, guard: *mut c_void) {
@@ -87,22 +90,27 @@ mod x11 {
         }
     }
 
+    /// Takes the place of Xlib's message on the terminal, after which it would exit by itself.
+    unsafe extern "C" fn on_error(_display: *mut c_void) -> c_int {
+        0
+    }
+
     pub(super) fn watch<T>(guard: &Guard, event_loop: &EventLoop<T>) {
         let Ok(handle) = event_loop.display_handle() else { return };
         let RawDisplayHandle::Xlib(handle) = handle.as_raw() else { return };
         let Some(display) = handle.display else { return };
-        // SAFETY: libX11 is loaded already, by the event loop that has this handle; loading it runs nothing new. It stays loaded. The
-        // function has this type since libX11 1.7 and is missing before; display and guard outlive the process's last call to it.
+        // SAFETY: libX11 is loaded already, by the event loop that has this handle; loading it runs nothing new, and it stays loaded. The
+        // functions have these types since libX11 1.7, and the second is missing before. Display and guard outlive the last call.
         unsafe {
             let Ok(library) = libloading::Library::new("libX11.so.6") else { return };
             let library = Box::leak(Box::new(library));
-            let set: libloading::Symbol<'_, unsafe extern "C" fn(*mut c_void, Handler, *mut c_void)> =
-                match library.get(b"XSetIOErrorExitHandler\0") {
-                    Ok(function) => function,
-                    Err(_) => return,
-                };
-            let guard: *mut Guard = Box::into_raw(Box::new(guard.clone()));
-            set(display.as_ptr(), on_exit, guard.cast());
+            let set_on_exit = library.get::<SetOnExit>(b"XSetIOErrorExitHandler\0");
+            let set_on_error = library.get::<SetOnError>(b"XSetIOErrorHandler\0");
+            if let (Ok(set_on_exit), Ok(set_on_error)) = (set_on_exit, set_on_error) {
+                let guard: *mut Guard = Box::into_raw(Box::new(guard.clone()));
+                set_on_exit(display.as_ptr(), on_exit, guard.cast());
+                set_on_error(Some(on_error));
+            }
         }
     }
 }

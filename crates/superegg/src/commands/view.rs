@@ -1,6 +1,7 @@
 //! `superegg view`: a window onto a scene, without a prompt.
 
 use std::sync::mpsc::{self, Receiver};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
 use anyhow::{Context, Result};
@@ -32,9 +33,18 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
         .spawn(move || desk.serve(&from_viewer, &handle))
         .context("cannot start the session's thread")?;
     let exit_code = i32::from(outcome != Outcome::Fine);
-    viewer.run(Some(first), out, move || std::process::exit(exit_code));
-    // It ends when the viewer's end of the channel is gone.
-    let _ = session.join();
+    let session = Arc::new(Mutex::new(Some(session)));
+    // It ends when the window is closed.
+    let wait = |session: &Mutex<Option<JoinHandle<()>>>| {
+        let session = session.lock().unwrap_or_else(PoisonError::into_inner).take();
+        session.map(JoinHandle::join)
+    };
+    let session_after_loss = Arc::clone(&session);
+    viewer.run(Some(first), out, move || {
+        wait(&session_after_loss);
+        std::process::exit(exit_code);
+    });
+    wait(&session);
     Ok(outcome)
 }
 
@@ -81,7 +91,11 @@ impl Desk {
                     let _ = say::out(text);
                 }
                 // There is no prompt to go back to.
-                FromViewer::KeyboardBack | FromViewer::Closed => viewer.quit(),
+                FromViewer::KeyboardBack => viewer.quit(),
+                FromViewer::Closed => {
+                    viewer.quit();
+                    return;
+                }
             }
         }
     }

@@ -1,0 +1,242 @@
+//! The real program in a real window: every key is pressed and the picture looked at. Where there is no Xvfb, xdotool, ImageMagick or
+//! graphics driver the tests say so and pass.
+
+// A test that is skipped says so.
+#![allow(clippy::print_stderr)]
+
+mod display;
+
+use std::process::Command;
+
+use image::RgbImage;
+
+use crate::display::Viewer;
+
+/// A coarse ball that shines, before a box that it casts a shadow on.
+const SCENE: &str = "
+primitive ball
+  setPatch 9 7
+  setColor 0.9 0.1 0.1
+  setSpecular 0.7
+  setGloss 0.2
+primitive wall
+  setExponent 0.01 0.01
+  setColor 0.8 0.8 0.8
+object scene
+  addPrimitive ball
+    scale 1.5 1.5 1.5
+    translate 0 0 1.5
+  addPrimitive wall
+    scale 4 3 0.2
+    translate 0 0 -1
+light lamp -4 6 9
+camera 0 0 14 0 0 0 45
+";
+
+/// A viewer of the scene with the panel away, or none with a word on why.
+fn open() -> Option<(Viewer, RgbImage)> {
+    match Viewer::open(SCENE) {
+        Ok(viewer) => {
+            let bare =
+                viewer.until("the panel away", |viewer| viewer.key("Tab"), |picture| blue(picture) > 1000);
+            Some((viewer, bare))
+        }
+        Err(reason) => {
+            eprintln!("skipped: {reason}");
+            None
+        }
+    }
+}
+
+fn count(picture: &RgbImage, is: impl Fn(i32, i32, i32) -> bool) -> usize {
+    picture.pixels().filter(|pixel| is(pixel.0[0].into(), pixel.0[1].into(), pixel.0[2].into())).count()
+}
+
+/// Of the marks outside, over black.
+fn blue(picture: &RgbImage) -> usize {
+    count(picture, |r, g, b| b > g + 8 && g > r)
+}
+
+/// Of the ball.
+fn red(picture: &RgbImage) -> usize {
+    count(picture, |r, g, b| r > g + 40 && r > b + 40)
+}
+
+/// Of the normals.
+fn yellow(picture: &RgbImage) -> usize {
+    count(picture, |r, g, b| r > 180 && g > 180 && b < 130)
+}
+
+/// Of the normal where the ray hits.
+fn green(picture: &RgbImage) -> usize {
+    count(picture, |r, g, b| g > r + 60 && b > r && g > b + 40)
+}
+
+/// Pixels that differ visibly.
+fn difference(a: &RgbImage, b: &RgbImage) -> usize {
+    a.pixels().zip(b.pixels()).filter(|(a, b)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 12)).count()
+}
+
+fn is_same(a: &RgbImage, b: &RgbImage) -> bool {
+    difference(a, b) < 60
+}
+
+/// Presses a key that changes the picture so, and again to have it back.
+fn switch(viewer: &Viewer, key: &str, before: &RgbImage, holds: impl Fn(&RgbImage) -> bool) -> RgbImage {
+    let press = |viewer: &Viewer| viewer.key(key);
+    let after = viewer.until(key, press, |picture| !is_same(picture, before) && holds(picture));
+    viewer.until(&format!("{key} again"), press, |picture| is_same(picture, before));
+    after
+}
+
+#[test]
+fn every_key_does_what_it_says() {
+    let Some((mut viewer, with_grid)) = open() else { return };
+    switch(&viewer, "o", &with_grid, |picture| blue(picture) < blue(&with_grid) / 20);
+    viewer.key("o");
+    let base = viewer.until("o", |_| (), |picture| blue(picture) < 500);
+
+    switch(&viewer, "i", &base, |picture| green(picture) < green(&base) / 2);
+    viewer.key("i");
+    let base = viewer.until("i", |_| (), |picture| !is_same(picture, &base));
+
+    switch(&viewer, "m", &base, |picture| red(picture).abs_diff(red(&base)) < red(&base) / 2);
+    switch(&viewer, "a", &base, |_| true);
+    for key in ["h", "question", "Tab"] {
+        switch(&viewer, key, &base, |_| true);
+    }
+
+    // n changes nothing but in wireframe.
+    viewer.until("n on surfaces", |viewer| viewer.key("n"), |picture| is_same(picture, &base));
+    viewer.key("n");
+    let wires = viewer.until(
+        "t",
+        |viewer| viewer.key("t"),
+        |picture| red(picture) < red(&base) / 2 && red(picture) > 300,
+    );
+    switch(&viewer, "n", &wires, |picture| yellow(picture) > yellow(&wires) + 100);
+    // The grid is seen in wireframe too, the points inside through the wires.
+    switch(&viewer, "o", &wires, |picture| blue(picture) > 1000 && red(picture) > red(&wires));
+    viewer.until("t again", |viewer| viewer.key("t"), |picture| is_same(picture, &base));
+
+    let larger = viewer.until("w", |viewer| viewer.key("w"), |picture| red(picture) > red(&base) * 11 / 10);
+    viewer.until("s", |viewer| viewer.key("s"), |picture| is_same(picture, &base));
+    viewer.until("s again", |viewer| viewer.key("s"), |picture| red(picture) < red(&base) * 9 / 10);
+    viewer.until("Home", |viewer| viewer.key("Home"), |picture| is_same(picture, &base));
+    viewer.until(
+        "wheel",
+        |viewer| viewer.xdotool(&["mousemove", "500", "300", "click", "4"]),
+        |picture| is_same(picture, &larger),
+    );
+    viewer.until("wheel back", |viewer| viewer.xdotool(&["click", "5"]), |picture| is_same(picture, &base));
+    viewer.until("f", |viewer| viewer.key("f"), |picture| !is_same(picture, &base));
+    viewer.until("Home", |viewer| viewer.key("Home"), |picture| is_same(picture, &base));
+    viewer.until(
+        "pan",
+        |viewer| viewer.drag("2", (500, 300), (600, 350)),
+        |picture| !is_same(picture, &base),
+    );
+    viewer.until("Home", |viewer| viewer.key("Home"), |picture| is_same(picture, &base));
+
+    // The arcball, there and back.
+    let turned = viewer.until(
+        "drag",
+        |viewer| viewer.drag("1", (500, 380), (620, 330)),
+        |picture| !is_same(picture, &base),
+    );
+    switch(&viewer, "b", &turned, |_| true);
+    viewer.until("r", |viewer| viewer.key("r"), |picture| is_same(picture, &turned));
+
+    // Ray traced there are shadows; it follows the drag.
+    let traced = viewer.until("p", |viewer| viewer.key("p"), |picture| difference(picture, &turned) > 5000);
+    viewer.until(
+        "drag while traced",
+        |viewer| viewer.drag("1", (500, 380), (420, 420)),
+        |picture| difference(picture, &traced) > 5000,
+    );
+    viewer.until("Home while traced", |viewer| viewer.key("Home"), |picture| !is_same(picture, &traced));
+    viewer.until("p again", |viewer| viewer.key("p"), |picture| is_same(picture, &base));
+
+    // The view becomes the camera, by commands that are undone.
+    viewer.until(
+        "drag",
+        |viewer| viewer.drag("1", (500, 380), (620, 330)),
+        |picture| is_same(picture, &turned),
+    );
+    viewer.until("c", |viewer| viewer.key("c"), |picture| is_same(picture, &turned));
+    viewer.wait_until_said("> camera ");
+    viewer.until("Home is there now", |viewer| viewer.key("Home"), |picture| is_same(picture, &turned));
+    viewer.key("ctrl+z");
+    viewer.until("undo", |viewer| viewer.key("ctrl+z"), |picture| is_same(picture, &base));
+    viewer.key("ctrl+y");
+    viewer.until("redo", |viewer| viewer.key("ctrl+y"), |picture| is_same(picture, &turned));
+    viewer.key("ctrl+z");
+    viewer.until("undo", |viewer| viewer.key("ctrl+z"), |picture| is_same(picture, &base));
+
+    for (key, name) in [("F12", "superegg-0001.png"), ("Print", "superegg-0002.png")] {
+        viewer.key(key);
+        viewer.wait_until_said(name);
+        let picture = image::open(viewer.path(name)).expect("a picture").to_rgb8();
+        assert!(
+            picture.dimensions() == (1000, 760) && red(&picture) > red(&base) / 2,
+            "{:?}",
+            picture.dimensions()
+        );
+    }
+
+    // A click casts its ray, a double click selects, and beside everything the whole.
+    viewer.key("i");
+    viewer.xdotool(&["mousemove", "560", "330", "click", "1"]);
+    let cast = viewer.until("click", |_| (), |picture| green(picture) > 20 && !is_same(picture, &base));
+    viewer.xdotool(&["mousemove", "500", "380", "click", "--repeat", "2", "1"]);
+    viewer.wait_until_said("selected ball at scene/ball");
+    viewer.until("double click", |_| (), |picture| !is_same(picture, &cast));
+    viewer.xdotool(&["mousemove", "20", "20", "click", "--repeat", "2", "1"]);
+    viewer.wait_until_said("> object scene");
+
+    viewer.key("q");
+    assert_eq!(viewer.exit_code(), Some(0));
+}
+
+#[test]
+fn a_window_of_any_size_and_none_at_all_goes_on() {
+    let Some((mut viewer, base)) = open() else { return };
+    let window = viewer.window();
+    for size in [["1", "1"], ["37", "900"], ["1280", "3"], ["300", "200"]] {
+        viewer.xdotool(&["windowsize", &window, size[0], size[1]]);
+        viewer.settled();
+    }
+    viewer.xdotool(&["windowunmap", &window]);
+    viewer.settled();
+    viewer.xdotool(&["windowmap", &window, "windowsize", &window, "1000", "760", "windowfocus", &window]);
+    viewer.until("the size as before", |_| (), |picture| is_same(picture, &base));
+    viewer.key("Escape");
+    assert_eq!(viewer.exit_code(), Some(0));
+}
+
+#[test]
+fn a_display_that_goes_away_is_told_and_survived() {
+    let Some((mut viewer, _)) = open() else { return };
+    viewer.display.kill();
+    assert_eq!(viewer.exit_code(), Some(0), "{}", viewer.said());
+    viewer.wait_until_said("the display has gone away");
+}
+
+#[test]
+fn without_a_display_there_is_a_sentence() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("scene.scn"), SCENE).expect("a scene");
+    let output = Command::new(env!("CARGO_BIN_EXE_superegg"))
+        .args(["view", "scene.scn"])
+        .current_dir(folder.path())
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .expect("the program");
+    if cfg!(target_os = "linux") {
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains("there is no display to open a window on"), "{text}");
+    }
+}
