@@ -75,6 +75,8 @@ impl Panel {
     pub(crate) fn show(&mut self, ui: &mut Ui, view: &mut ViewState, model: &Model<'_>) -> Vec<Done> {
         let mut done = Vec::new();
         if view.has_panel {
+            // The theme's own grey is hard to read on a dark panel.
+            ui.visuals_mut().override_text_color = Some(Color32::from_gray(215));
             egui::Panel::right("panel").default_size(PANEL_WIDTH).show(ui, |ui| {
                 egui::ScrollArea::vertical().auto_shrink([false; 2]).show(ui, |ui| {
                     self.sections(ui, view, model, &mut done);
@@ -596,6 +598,7 @@ fn help(ui: &Ui, model: &Model<'_>) {
             egui::Frame::new().fill(Color32::from_black_alpha(225)).inner_margin(16).corner_radius(8).show(
                 ui,
                 |ui| {
+                    ui.visuals_mut().override_text_color = Some(Color32::from_gray(225));
                     ui.heading("Keys");
                     egui::Grid::new("keys").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
                         for row in BINDINGS {
