@@ -135,12 +135,41 @@ struct InstanceData {
     rows: [[f32; 4]; 3],
     color_ambient: [f32; 4],
     surface: [f32; 4],
+    /// Columns of the map for normals.
+    normals: [[f32; 3]; 3],
+}
+
+/// Which of its triangles an instance shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sides {
+    /// Those that face the eye.
+    Front,
+    /// The same of a mirrored instance, whose triangles go round the other way.
+    MirroredFront,
+    /// All: the eye may be inside.
+    Both,
+}
+
+impl Sides {
+    const ALL: [Self; 3] = [Self::Front, Self::MirroredFront, Self::Both];
+
+    fn of(space: &EyeSpace, instance: &PreviewInstance, data: &InstanceData) -> Self {
+        let center = space.eye_from_world.transform_point3(instance.world_from_unit.translation);
+        if center.length() <= 1.001 * instance.radius / space.unit + NEAR {
+            Self::Both
+        } else if data.surface[3] < 0.0 {
+            Self::MirroredFront
+        } else {
+            Self::Front
+        }
+    }
 }
 
 /// Instances of one mesh, next to each other in the buffer.
 #[derive(Clone, Copy, Debug)]
 struct Batch {
     mesh: usize,
+    sides: Sides,
     first: u32,
     count: u32,
 }
@@ -464,21 +493,24 @@ impl Drawing {
                 let mesh = *mesh_of
                     .entry((instance.shape, level))
                     .or_insert_with(|| self.meshes.ensure(&self.device, MeshKey::new(shape, level)));
-                if counts.len() <= mesh {
-                    counts.resize(mesh + 1, 0);
+                let data = instance_data(space, instance, &shape.material);
+                let place = 3 * mesh + Sides::of(space, instance, &data) as usize;
+                if counts.len() <= place {
+                    counts.resize(place + 1, 0);
                 }
-                counts[mesh] += 1;
-                (mesh, instance_data(space, instance, &shape.material), instance.shape)
+                counts[place] += 1;
+                (place, data, instance.shape)
             })
             .collect();
 
         let mut batches = Vec::new();
         let mut next: Vec<u32> = Vec::with_capacity(counts.len());
         let mut first = 0;
-        for (mesh, &count) in counts.iter().enumerate() {
+        for (place, &count) in counts.iter().enumerate() {
             next.push(first);
             if count > 0 {
-                batches.push(Batch { mesh, first, count });
+                let (mesh, sides) = (place / 3, Sides::ALL[place % 3]);
+                batches.push(Batch { mesh, sides, first, count });
                 let size = self.meshes.get(mesh);
                 let cost = if is_wireframe { size.edge_count } else { size.triangle_count };
                 stats.triangles += cost as usize * count as usize;
@@ -488,9 +520,9 @@ impl Drawing {
         let mut sorted = vec![InstanceData::default(); placed.len()];
         let mut selected: Vec<InstanceData> = Vec::new();
         let mut selected_mesh = 0;
-        for (mesh, data, shape) in &placed {
-            sorted[next[*mesh] as usize] = *data;
-            next[*mesh] += 1;
+        for (place, data, shape) in &placed {
+            sorted[next[*place] as usize] = *data;
+            next[*place] += 1;
             if picture.selected == Some(*shape) {
                 // One mesh for all of them: the finest.
                 selected_mesh =
@@ -501,6 +533,7 @@ impl Drawing {
         stats.instances = placed.len();
         let selected_batch = (!selected.is_empty()).then_some(Batch {
             mesh: selected_mesh,
+            sides: Sides::Both,
             first: sorted.len() as u32,
             count: selected.len() as u32,
         });
@@ -540,13 +573,17 @@ impl Drawing {
     fn draw_triangles(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
-        pipeline: &wgpu::RenderPipeline,
+        pipelines: &[wgpu::RenderPipeline; 3],
         batches: &[Batch],
     ) {
         let Some(instances) = &self.instances.buffer else { return };
-        pass.set_pipeline(pipeline);
         pass.set_vertex_buffer(1, instances.slice(..));
+        let mut sides = None;
         for batch in batches {
+            if sides != Some(batch.sides) {
+                pass.set_pipeline(&pipelines[batch.sides as usize]);
+                sides = Some(batch.sides);
+            }
             let mesh = self.meshes.get(batch.mesh);
             pass.set_vertex_buffer(0, mesh.vertices.slice(..));
             pass.set_index_buffer(mesh.triangles.slice(..), wgpu::IndexFormat::Uint32);
@@ -561,8 +598,8 @@ impl Drawing {
         batches: &[Batch],
     ) {
         let Some(instances) = &self.instances.buffer else { return };
-        pass.set_pipeline(pipeline);
         pass.set_vertex_buffer(1, instances.slice(..));
+        pass.set_pipeline(pipeline);
         for batch in batches {
             let mesh = self.meshes.get(batch.mesh);
             pass.set_vertex_buffer(0, mesh.vertices.slice(..));
@@ -722,9 +759,15 @@ fn instance_data(
         row(m.x_axis.z, m.y_axis.z, m.z_axis.z, map.translation.z),
     ];
     let [r, g, b] = material.color.as_vec3().to_array();
-    // The sign of the product of unit columns, whose determinant cannot vanish by their size.
+    // Of unit columns, so that no product leaves the range of numbers.
+    let size = m.x_axis.abs().max(m.y_axis.abs()).max(m.z_axis.abs()).max_element().max(1e-300);
     let column = |v: DVec3| v / v.abs().max_element().max(1e-300);
-    let mirrored = DMat3::from_cols(column(m.x_axis), column(m.y_axis), column(m.z_axis)).determinant() < 0.0;
+    let (x, y, z) = (column(m.x_axis), column(m.y_axis), column(m.z_axis));
+    let sign = if DMat3::from_cols(x, y, z).determinant() < 0.0 { -1.0 } else { 1.0 };
+    // The cofactors are the inverse transpose but for the determinant.
+    let m = m * (1.0 / size);
+    let cofactors = [m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)];
+    let largest = cofactors.iter().fold(1e-300, |all: f64, c| all.max(c.abs().max_element()));
     InstanceData {
         rows,
         color_ambient: [r, g, b, material.ambient as f32],
@@ -732,8 +775,9 @@ fn instance_data(
             material.diffuse as f32,
             material.specular as f32,
             material.highlight_exponent().min(1e6) as f32,
-            if mirrored { -1.0 } else { 1.0 },
+            sign as f32,
         ],
+        normals: cofactors.map(|c| (c * (sign / largest)).as_vec3().to_array()),
     }
 }
 

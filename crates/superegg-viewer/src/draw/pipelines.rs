@@ -8,9 +8,9 @@ pub(super) struct Pipelines {
     pub(super) frame_layout: wgpu::BindGroupLayout,
     film_layout: wgpu::BindGroupLayout,
     film_sampler: wgpu::Sampler,
-    pub(super) phong: wgpu::RenderPipeline,
-    pub(super) gouraud: wgpu::RenderPipeline,
-    pub(super) depth: wgpu::RenderPipeline,
+    pub(super) phong: [wgpu::RenderPipeline; 3],
+    pub(super) gouraud: [wgpu::RenderPipeline; 3],
+    pub(super) depth: [wgpu::RenderPipeline; 3],
     pub(super) edge: wgpu::RenderPipeline,
     pub(super) dim_edge: wgpu::RenderPipeline,
     pub(super) selected_edge: wgpu::RenderPipeline,
@@ -43,7 +43,7 @@ const MESH: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
     Some(wgpu::VertexBufferLayout {
         array_stride: size_of::<InstanceData>() as u64,
         step_mode: wgpu::VertexStepMode::Instance,
-        attributes: &wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4],
+        attributes: &wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4, 7 => Float32x3, 8 => Float32x3, 9 => Float32x3],
     }),
 ];
 const MARKS: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
@@ -109,24 +109,31 @@ impl Pipelines {
 
         use wgpu::PrimitiveTopology::{LineList, TriangleList};
         let make = |layout, vertex, fragment, buffers, topology, depth| {
-            pipeline(
-                device,
-                &shaders,
-                layout,
-                (vertex, fragment),
-                buffers,
-                topology,
-                depth,
-                (format, samples),
-            )
+            let shaders = (&shaders, vertex, fragment);
+            pipeline(device, shaders, layout, buffers, (topology, None), depth, (format, samples))
         };
         let scene = |vertex, fragment, buffers, topology, depth| {
             make(&scene_layout, vertex, fragment, buffers, topology, depth)
         };
+        // In the order of `Sides`.
+        let solid = |vertex, fragment| {
+            [Some(wgpu::Face::Back), Some(wgpu::Face::Front), None].map(|hidden| {
+                let shaders = (&shaders, vertex, fragment);
+                pipeline(
+                    device,
+                    shaders,
+                    &scene_layout,
+                    MESH,
+                    (TriangleList, hidden),
+                    Depth::Behind,
+                    (format, samples),
+                )
+            })
+        };
         Self {
-            phong: scene("phong_vertex", "phong_fragment", MESH, TriangleList, Depth::Behind),
-            gouraud: scene("gouraud_vertex", "gouraud_fragment", MESH, TriangleList, Depth::Behind),
-            depth: scene("depth_vertex", "depth_fragment", MESH, TriangleList, Depth::Behind),
+            phong: solid("phong_vertex", "phong_fragment"),
+            gouraud: solid("gouraud_vertex", "gouraud_fragment"),
+            depth: solid("depth_vertex", "depth_fragment"),
             edge: scene("edge_vertex", "colored_fragment", MESH, LineList, Depth::Tested),
             dim_edge: scene("dim_edge_vertex", "colored_fragment", MESH, LineList, Depth::Tested),
             selected_edge: scene("selected_edge_vertex", "colored_fragment", MESH, LineList, Depth::Tested),
@@ -161,15 +168,12 @@ impl Pipelines {
     }
 }
 
-// Every part of a pipeline that differs is a parameter.
-#[allow(clippy::too_many_arguments)]
 fn pipeline(
     device: &wgpu::Device,
-    shaders: &wgpu::ShaderModule,
+    (shaders, vertex, fragment): (&wgpu::ShaderModule, &'static str, &'static str),
     layout: &wgpu::PipelineLayout,
-    (vertex, fragment): (&'static str, &'static str),
     buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
-    topology: wgpu::PrimitiveTopology,
+    (topology, cull_mode): (wgpu::PrimitiveTopology, Option<wgpu::Face>),
     depth: Depth,
     (format, samples): (wgpu::TextureFormat, u32),
 ) -> wgpu::RenderPipeline {
@@ -191,7 +195,7 @@ fn pipeline(
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers,
         },
-        primitive: wgpu::PrimitiveState { topology, ..wgpu::PrimitiveState::default() },
+        primitive: wgpu::PrimitiveState { topology, cull_mode, ..wgpu::PrimitiveState::default() },
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(matches!(depth, Depth::Behind | Depth::Solid)),

@@ -28,7 +28,10 @@ fn encode(linear: vec3<f32>) -> vec3<f32> {
     if frame.projection.w == 0.0 {
         return c;
     }
-    let curved = 1.055 * pow(max(c, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;
+    // The sRGB curve by roots, right to a third of a step of an 8-bit colour: powers cost a software driver dearly.
+    let a = sqrt(c);
+    let b = sqrt(a);
+    let curved = 0.662002687 * a + 0.684122060 * b - 0.323583601 * sqrt(b) - 0.0225411470 * c;
     return select(curved, 12.92 * c, c <= vec3(0.0031308));
 }
 
@@ -78,6 +81,10 @@ struct Instance {
     @location(5) color_ambient: vec4<f32>,
     // Diffuse, specular, exponent; the sign of the map's determinant.
     @location(6) surface: vec4<f32>,
+    // Columns of the map for normals: the inverse transpose but for a factor.
+    @location(7) normal_x: vec3<f32>,
+    @location(8) normal_y: vec3<f32>,
+    @location(9) normal_z: vec3<f32>,
 }
 
 fn place(i: Instance, p: vec3<f32>) -> vec3<f32> {
@@ -85,18 +92,10 @@ fn place(i: Instance, p: vec3<f32>) -> vec3<f32> {
     return vec3(dot(i.row_x, q), dot(i.row_y, q), dot(i.row_z, q));
 }
 
-// By the cofactors of the map, which are its inverse transpose but for a factor; the columns are scaled so that no product leaves f32.
 fn turn_normal(i: Instance, n: vec3<f32>) -> vec3<f32> {
-    let cx = vec3(i.row_x.x, i.row_y.x, i.row_z.x);
-    let cy = vec3(i.row_x.y, i.row_y.y, i.row_z.y);
-    let cz = vec3(i.row_x.z, i.row_y.z, i.row_z.z);
-    let scale = 1.0 / max(max(length(cx), length(cy)), max(length(cz), 1e-30));
-    let a = cx * scale;
-    let b = cy * scale;
-    let c = cz * scale;
-    let turned = (cross(b, c) * n.x + cross(c, a) * n.y + cross(a, b) * n.z) * i.surface.w;
-    let size = length(turned);
-    return select(vec3(0.0, 0.0, 1.0), turned / size, size > 0.0);
+    let turned = i.normal_x * n.x + i.normal_y * n.y + i.normal_z * n.z;
+    let size = dot(turned, turned);
+    return select(vec3(0.0, 0.0, 1.0), turned * inverseSqrt(size), size > 0.0);
 }
 
 fn material_of(i: Instance) -> Material {
