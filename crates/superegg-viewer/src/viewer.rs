@@ -79,7 +79,12 @@ impl Viewer {
         let built = std::panic::catch_unwind(|| EventLoop::with_user_event().build());
         match built {
             Ok(Ok(event_loop)) => Ok(Self { event_loop }),
-            Ok(Err(error)) => Err(NoDisplay(first_line(&error.to_string()))),
+            Ok(Err(error)) => {
+                let text = first_line(&error.to_string());
+                // It begins with the line of the library's source that says it.
+                let reason = text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
+                Err(NoDisplay(reason.map_or(text.clone(), |(_, reason)| reason.to_owned())))
+            }
             Err(_) => Err(NoDisplay("the window library is incomplete".to_owned())),
         }
     }

@@ -115,6 +115,8 @@ struct OpenWindow {
     stats: DrawStats,
     /// Attempts to draw that failed since the last that did not.
     failures: u32,
+    /// Lines at the bottom of the scene in the last frame.
+    status_lines: usize,
 }
 
 impl OpenWindow {
@@ -199,6 +201,7 @@ impl OpenWindow {
             window,
             stats: DrawStats::default(),
             failures: 0,
+            status_lines: 0,
         })
     }
 
@@ -700,12 +703,15 @@ impl App {
         let status = self.status();
         let Some(mut open) = self.window.take() else { return };
         let (repaint_after, paint, done) = self.run_egui(&mut open, &composed, &status);
+        // A text that has grown is placed by its size in the frame before.
+        let has_grown = status.len() != open.status_lines;
+        open.status_lines = status.len();
         self.window = Some(open);
-        let had_done = !done.is_empty();
+        let is_due = has_grown || !done.is_empty();
         done.into_iter().for_each(|done| self.take_done(done));
         self.order();
         self.paint(&paint);
-        self.schedule(event_loop, repaint_after, had_done);
+        self.schedule(event_loop, repaint_after, is_due);
     }
 
     fn run_egui(

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -14,8 +14,12 @@ use tempfile::TempDir;
 const PATIENCE: usize = 600;
 const POLL: Duration = Duration::from_millis(100);
 
-/// An X server without a screen. Dropping it ends it.
+/// Servers that start at a time take each other's numbers.
+static TURN: Mutex<()> = Mutex::new(());
+
+/// An X server without a screen, the only one of the tests. Dropping it ends it.
 pub(crate) struct Display {
+    _turn: MutexGuard<'static, ()>,
     server: Child,
     name: String,
 }
@@ -29,6 +33,7 @@ impl Display {
                 return Err(format!("{tool} is not on this machine"));
             }
         }
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1280x900x24", "-nolisten", "tcp"])
             .stdout(Stdio::piped())
@@ -44,7 +49,7 @@ impl Display {
             let _ = server.wait();
             return Err("Xvfb does not start".to_owned());
         }
-        Ok(Self { server, name: format!(":{}", number.trim()) })
+        Ok(Self { _turn: turn, server, name: format!(":{}", number.trim()) })
     }
 
     pub(crate) fn kill(&mut self) {
