@@ -27,7 +27,7 @@ pub(crate) fn info(session: &Session, names: &[String]) -> Result<String, (usize
         }
         match name.to_ascii_lowercase().as_str() {
             "all" => {
-                texts.extend(sorted(scene.entities()).iter().map(|(name, entity)| details(name, entity)))
+                texts.extend(sorted(scene.entities()).iter().map(|(name, entity)| details(name, entity)));
             }
             "selected" => {
                 texts.push(match session.selected().and_then(|name| Some((name, scene.get(name)?))) {

@@ -56,6 +56,7 @@ fn beside_viewer(mut prompt: Prompt, viewer: Viewer, scene: Option<String>) -> R
     prompt.modeller().attach_viewer(handle.clone());
     let first = prompt.modeller().shown();
     let (out, from_viewer) = channel();
+    let modeller_after_loss = Arc::clone(&modeller);
     std::thread::spawn(move || {
         for said in from_viewer {
             modeller.lock().unwrap_or_else(PoisonError::into_inner).take_from_viewer(said);
@@ -77,6 +78,9 @@ fn beside_viewer(mut prompt: Prompt, viewer: Viewer, scene: Option<String>) -> R
         conversation.recv().unwrap_or(Ok(()))
     };
     viewer.run(Some(first), out, move || {
+        let mut modeller = modeller_after_loss.lock().unwrap_or_else(PoisonError::into_inner);
+        modeller.do_without_viewer("its display has gone away".to_owned());
+        drop(modeller);
         let is_fine = result_of(&end).is_ok();
         std::process::exit(i32::from(!is_fine));
     });

@@ -21,8 +21,9 @@ impl Modeller {
         self.viewer.handle = Some(handle);
     }
 
-    /// Remembers why there is no viewer, for whoever asks for it.
+    /// Goes on without a viewer, and remembers why for whoever asks for it.
     pub(crate) fn do_without_viewer(&mut self, why: String) {
+        self.viewer.handle = None;
         self.viewer.why_not = Some(why);
     }
 
