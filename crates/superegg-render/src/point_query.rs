@@ -1,5 +1,7 @@
 //! Questions about places: the inside-outside test at a point, and what is in a box.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Transform, inverse_of};
 
@@ -20,12 +22,60 @@ pub struct PointAnswer {
 impl CompiledScene {
     /// Tests a point of world space.
     pub fn query_point(&self, point: DVec3) -> PointAnswer {
-        let mut query = PointQuery { scene: self, point, path: InstancePath::default(), least: None };
+        let unbroken = AtomicBool::new(false);
+        self.query_point_unless(point, &unbroken).unwrap_or(PointAnswer { inside: false, least: None })
+    }
+
+    /// The same, but `None` when `cancel` turns true: where the parts of a deep fractal overlap, a point may be in the boxes of more than can ever be
+    /// asked.
+    pub fn query_point_unless(&self, point: DVec3, cancel: &AtomicBool) -> Option<PointAnswer> {
+        let mut query = PointQuery { scene: self, point, path: InstancePath::default(), least: None, cancel };
         if let Some(root) = self.root.as_deref() {
             query.visit_group(root, &Transform::IDENTITY, point);
         }
         let inside = query.least.as_ref().is_some_and(|(value, _)| *value < 0.0);
-        PointAnswer { inside, least: query.least }
+        (!cancel.load(Ordering::Relaxed)).then_some(PointAnswer { inside, least: query.least })
+    }
+
+    /// Whether a point of world space is inside any primitive, as [`PointAnswer::inside`] tells it, but for rounding. It ends with the first that
+    /// has it inside, and looks only into boxes that hold the point in their own space. `None` when `cancel` turns true.
+    pub fn contains_point_unless(&self, point: DVec3, cancel: &AtomicBool) -> Option<bool> {
+        self.root.as_deref().map_or(Some(false), |root| self.group_contains(root, point, cancel))
+    }
+
+    fn group_contains(&self, group: &Group, local: DVec3, cancel: &AtomicBool) -> Option<bool> {
+        if cancel.load(Ordering::Relaxed) {
+            return None;
+        }
+        let mut pending = vec![0u32];
+        while let Some(node) = pending.pop() {
+            let node = &group.nodes[node as usize];
+            for (place, slot) in node.slots().enumerate() {
+                if !group.space.group_box(&node.child_box(place)).contains(local) {
+                    continue;
+                }
+                let holds = match slot {
+                    Slot::Node(child) => {
+                        pending.push(child);
+                        false
+                    }
+                    Slot::Leaf(leaf) => {
+                        let leaf = &group.leaves[leaf as usize];
+                        let shape = self.primitives[leaf.primitive as usize].unit_shape();
+                        shape.inside_outside(leaf.unit_from_group.transform_point3(local)) < 0.0
+                    }
+                    Slot::Instance(place) => {
+                        let instance = &group.instances[place as usize];
+                        let local = instance.map().inverse().transform_point3(local);
+                        self.group_contains(&instance.group, local, cancel)?
+                    }
+                };
+                if holds {
+                    return Some(true);
+                }
+            }
+        }
+        Some(false)
     }
 }
 
@@ -99,11 +149,15 @@ struct PointQuery<'a> {
     point: DVec3,
     path: InstancePath,
     least: Option<(f64, InstancePath)>,
+    cancel: &'a AtomicBool,
 }
 
 impl PointQuery<'_> {
     /// Everything in the space that `world_from_group` leads out of; `local` is the point in it.
     fn visit_group(&mut self, group: &Group, world_from_group: &Transform, local: DVec3) {
+        if self.cancel.load(Ordering::Relaxed) {
+            return;
+        }
         let mut pending = vec![0u32];
         while let Some(node) = pending.pop() {
             let node = &group.nodes[node as usize];

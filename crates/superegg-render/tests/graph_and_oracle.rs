@@ -3,6 +3,8 @@
 use num_bigint::BigUint;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
+use std::sync::atomic::AtomicBool;
+
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::load_text;
@@ -100,6 +102,10 @@ proptest! {
         let Some((compiled, flat)) = both(&text, depth) else { return Ok(()) };
         for point in points {
             let answer = compiled.query_point(point.into());
+            let contains = compiled.contains_point_unless(point.into(), &AtomicBool::new(false));
+            let is_at_surface = answer.least.as_ref().is_some_and(|(value, _)| value.abs() < 1e-9);
+            assert!(is_at_surface || contains == Some(answer.inside), "{point:?}");
+            assert_eq!(compiled.contains_point_unless(point.into(), &AtomicBool::new(true)), None);
             let expected = flatten::least_value(&flat, point.into());
             prop_assert_eq!(answer.least.is_some(), expected.is_some());
             if let (Some((value, path)), Some((i, least))) = (&answer.least, expected) {

@@ -80,7 +80,7 @@ impl IoGrid {
         let points: Vec<(DVec3, bool)> = spec
             .points()
             .into_par_iter()
-            .map(|point| (point, !cancel.load(Ordering::Relaxed) && scene.query_point(point).inside))
+            .map(|point| (point, scene.contains_point_unless(point, cancel) == Some(true)))
             .collect();
         (!cancel.load(Ordering::Relaxed)).then_some(Self { points, is_cut: spec.reach().1 })
     }

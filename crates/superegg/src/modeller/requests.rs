@@ -432,7 +432,9 @@ impl Modeller {
     fn inside_outside(&mut self, point: Option<DVec3>) -> Result<(), Fault> {
         let compiled = self.compile()?;
         let Some(point) = point else { return self.count_grid(&compiled) };
-        let answer = compiled.query_point(point);
+        let Some(answer) = compiled.query_point_unless(point, &self.interrupt) else {
+            return Err(broken_off());
+        };
         let verdict = match answer.least {
             _ if answer.inside => "inside",
             Some((0.0, _)) => "on the surface",
@@ -459,10 +461,8 @@ impl Modeller {
         })?;
         let (mut inside, mut count) = (0u64, 0u64);
         for point in grid.points() {
-            if self.interrupt.load(Ordering::Relaxed) {
-                return Err(Fault::new("interrupted", "the test was broken off").warning());
-            }
-            inside += u64::from(compiled.query_point(point).inside);
+            let is_inside = compiled.contains_point_unless(point, &self.interrupt).ok_or_else(broken_off)?;
+            inside += u64::from(is_inside);
             count += 1;
         }
         self.print(&format!(
@@ -519,6 +519,12 @@ fn replay(text: &str) -> Timeline {
 /// A journal without what was cut off at its end.
 fn whole_records(text: &str) -> &str {
     text.rfind('\n').map_or("", |end| &text[..=end])
+}
+
+fn broken_off() -> Fault {
+    Fault::new("interrupted", "the test was broken off")
+        .help("'setDepth' opens a fractal less deep")
+        .warning()
 }
 
 fn unreadable(error: &anyhow::Error) -> Fault {
