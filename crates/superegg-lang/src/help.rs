@@ -55,12 +55,14 @@ const RIGHT: usize = 32;
 
 /// A word or two at the left, and what there is to say about it at the right, broken into lines; below, where the left is too long.
 pub(crate) fn two_columns(left: &str, right: &str) -> String {
+    let gap = if left.chars().count() + 2 > RIGHT { "\n" } else { "" };
+    beside(&format!("{left}{gap}"), right, RIGHT)
+}
+
+/// Text from a column on, beside what stands before it, broken into lines.
+fn beside(left: &str, right: &str, column: usize) -> String {
     let mut text = left.to_owned();
-    let mut at = left.chars().count();
-    if at + 2 > RIGHT {
-        text.push('\n');
-        at = 0;
-    }
+    let mut at = left.rsplit('\n').next().map_or(0, |line| line.chars().count());
     let mut is_first = true;
     for word in right.split_whitespace() {
         let length = word.chars().count();
@@ -69,7 +71,7 @@ pub(crate) fn two_columns(left: &str, right: &str) -> String {
             at = 0;
             is_first = true;
         }
-        let gap = if is_first { RIGHT.saturating_sub(at) } else { 1 };
+        let gap = if is_first { column.saturating_sub(at) } else { 1 };
         text.push_str(&" ".repeat(gap));
         text.push_str(word);
         at += gap + length;
@@ -80,7 +82,7 @@ pub(crate) fn two_columns(left: &str, right: &str) -> String {
 
 fn explain(spec: &CommandSpec) -> String {
     let mut text = format!("{} {}", spec.name, spec.usage()).trim_end().to_owned();
-    text.push_str(&format!("\n  {}", spec.summary));
+    text.push_str(&beside("\n", spec.summary, 2));
     if !spec.spellings.is_empty() {
         text.push_str(&format!("\n  also: {}", spec.spellings.join(", ")));
     }
@@ -100,7 +102,7 @@ fn explain(spec: &CommandSpec) -> String {
         text.push_str(&format!("\n{}", two_columns("  settings:", &names)));
     }
     if !spec.default.is_empty() {
-        text.push_str(&format!("\n  default: {}", spec.default));
+        text.push_str(&beside("\n  default:", spec.default, 11));
     }
     text.push_str(&format!("\n  example: {}", spec.example));
     text
@@ -128,7 +130,10 @@ mod tests {
     fn one_command_is_explained_by_any_spelling() {
         let text = help(&["XS".into(), "coeff".into()]).unwrap();
         assert!(
-            text.contains("translate x y z") && text.contains("x: above 0") && text.contains("also: coeff")
+            text.lines().all(|line| line.chars().count() < 80)
+                && text.contains("translate x y z")
+                && text.contains("x: above 0")
+                && text.contains("also: coeff")
         );
     }
 }
