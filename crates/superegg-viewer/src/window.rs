@@ -663,8 +663,9 @@ impl App {
             None => {
                 let stats = &open.stats;
                 let kind = if self.view.settings.wireframe { "edges" } else { "triangles" };
-                first +=
-                    &format!("  |  {} instances, {} {kind}", self.preview.instances.len(), stats.triangles);
+                let count = self.preview.instances.len();
+                let plural = if count == 1 { "" } else { "s" };
+                first += &format!("  |  {count} instance{plural}, {} {kind}", stats.triangles);
             }
         }
         first += "  |  h: keys";

@@ -1,6 +1,6 @@
 //! A display of our own with the real program in a window on it, used through keys and pointer.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -85,14 +85,34 @@ pub(crate) struct Viewer {
 impl Viewer {
     /// Opens a scene, or says why that cannot be tried here.
     pub(crate) fn open(scene: &str) -> Result<Self, String> {
-        let display = Display::start()?;
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("scene.scn"), scene).expect("a scene");
-        let mut process = Command::new(env!("CARGO_BIN_EXE_superegg"))
-            .args(["view", "scene.scn"])
+        let mut program = Command::new(env!("CARGO_BIN_EXE_superegg"));
+        program.args(["view", "scene.scn"]);
+        Self::start(program, folder)
+    }
+
+    /// Opens the prompt at a terminal that `script` makes, with the window beside it, or says why that cannot be tried here.
+    pub(crate) fn open_beside_prompt() -> Result<Self, String> {
+        let can_script =
+            Command::new("script").args(["-qec", "true", "/dev/null"]).stdin(Stdio::null()).output();
+        if !can_script.is_ok_and(|output| output.status.success()) {
+            return Err("script (util-linux) is not on this machine".to_owned());
+        }
+        let mut program = Command::new("script");
+        program.args(["-qec", env!("CARGO_BIN_EXE_superegg"), "/dev/null"]).stdin(Stdio::piped());
+        Self::start(program, tempfile::tempdir().expect("a folder"))
+    }
+
+    fn start(mut program: Command, folder: TempDir) -> Result<Self, String> {
+        let display = Display::start()?;
+        for name in ["HOME", "XDG_RUNTIME_DIR", "XDG_STATE_HOME", "XDG_DATA_HOME"] {
+            program.env(name, folder.path());
+        }
+        let mut process = program
             .current_dir(folder.path())
             .env("DISPLAY", &display.name)
-            .env("XDG_RUNTIME_DIR", folder.path())
+            .env("TERM", "xterm-256color")
             .env_remove("WAYLAND_DISPLAY")
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -129,6 +149,12 @@ impl Viewer {
             sleep(POLL);
         }
         panic!("no window: {}", viewer.said());
+    }
+
+    /// Types a line at the prompt.
+    pub(crate) fn line(&mut self, line: &str) {
+        let keys = self.process.stdin.as_mut().expect("a prompt");
+        writeln!(keys, "{line}").expect("the prompt takes it");
     }
 
     pub(crate) fn said(&self) -> String {

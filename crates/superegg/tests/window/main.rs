@@ -222,6 +222,42 @@ fn a_display_that_goes_away_is_told_and_survived() {
 }
 
 #[test]
+fn the_window_follows_the_prompt_and_the_prompt_outlives_it() {
+    let mut viewer = match Viewer::open_beside_prompt() {
+        Ok(viewer) => viewer,
+        Err(reason) => return eprintln!("skipped: {reason}"),
+    };
+    for line in ["set ioTest off", "set axes off", "camera 0 0 5 0 0 0", "primitive ball"] {
+        viewer.line(line);
+    }
+    let white = viewer.until(
+        "a white ball",
+        |_| (),
+        |picture| count(picture, |r, g, b| r > 150 && g > 150 && b > 150) > 5000,
+    );
+    viewer.line("setColor 1 0 0");
+    let solid = viewer.until("a red ball", |_| (), |picture| red(picture) > 5000);
+    // A key in the window is a setting at the prompt, and the window's undo is the prompt's.
+    viewer.key("t");
+    viewer.until("its edges", |_| (), |picture| difference(picture, &solid) > 5000);
+    viewer.line("get wireframe");
+    viewer.wait_until_said("wireframe      on");
+    viewer.key("t");
+    viewer.key("ctrl+z");
+    viewer.wait_until_said("undone: setColor 1 0 0");
+    viewer.until("the white ball again", |_| (), |picture| difference(picture, &white) < 200);
+    viewer.display.kill();
+    viewer.wait_until_said("the display has gone away");
+    viewer.line("primitive after");
+    viewer.line("view");
+    viewer.wait_until_said("there is no viewer: its display has gone away");
+    viewer.line("save after");
+    viewer.wait_until_said("saved as after.scn");
+    viewer.line("stop");
+    assert_eq!(viewer.exit_code(), Some(0), "{}", viewer.said());
+}
+
+#[test]
 fn without_a_display_there_is_a_sentence() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("scene.scn"), SCENE).expect("a scene");
