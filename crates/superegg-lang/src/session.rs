@@ -45,6 +45,11 @@ impl Session {
         self.selected.as_deref()
     }
 
+    /// The name of what is selected, and the alias of the child at its cursor.
+    pub fn place(&self) -> (Option<&str>, Option<&str>) {
+        place(&self.scene, self.selected())
+    }
+
     /// What there is, in words, or the details of each thing named, as the command `info` tells them.
     ///
     /// # Errors
@@ -266,6 +271,12 @@ impl Session {
         };
         at_word(Fault::new(code, error.to_string()).help(help), parsed, word)
     }
+}
+
+/// What is selected, and the alias of the child at its cursor.
+pub(crate) fn place<'a>(scene: &'a Scene, selected: Option<&'a str>) -> (Option<&'a str>, Option<&'a str>) {
+    let object = selected.and_then(|name| scene.object(name).ok());
+    (selected, object.and_then(|object| object.cursor()).map(|(alias, _)| alias))
 }
 
 /// What went with a deleted primitive or object, in words.

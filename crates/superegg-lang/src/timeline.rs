@@ -5,7 +5,7 @@ use superegg_scene::Scene;
 use crate::command::{Command, Request};
 use crate::diagnostic::Fault;
 use crate::parser::{Parsed, parse_line};
-use crate::session::{Effect, Session};
+use crate::session::{Effect, Session, place};
 use crate::settings::Settings;
 
 /// The last so many steps keep what was before them, so that undoing them takes no time.
@@ -124,7 +124,8 @@ impl Timeline {
             );
             if is_same
                 && selects
-                && place(&self.now.scene, &self.now.selected) == place(&before.scene, &before.selected)
+                && place(&self.now.scene, self.now.selected())
+                    == place(&before.scene, before.selected.as_deref())
             {
                 return Ok(Effect::Done);
             }
@@ -241,13 +242,6 @@ impl Timeline {
     fn last_change(&self) -> u64 {
         self.past.iter().rev().find(|step| !step.is_selection).map_or(0, |step| step.number)
     }
-}
-
-/// What is selected, and the alias at its cursor.
-fn place<'a>(scene: &'a Scene, selected: &'a Option<String>) -> (Option<&'a str>, Option<&'a str>) {
-    let selected = selected.as_deref();
-    let object = selected.and_then(|name| scene.object(name).ok());
-    (selected, object.and_then(|object| object.cursor()).map(|(alias, _)| alias))
 }
 
 fn told(verb: &str, count: usize, label: &str) -> String {

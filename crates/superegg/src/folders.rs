@@ -25,6 +25,11 @@ impl Folders {
         }
     }
 
+    /// Where the journals of sessions are.
+    pub(crate) fn journals(&self) -> Option<PathBuf> {
+        self.state.as_ref().map(|state| state.join("journals"))
+    }
+
     /// Where `save` goes without a file.
     pub(crate) fn quicksave(&self) -> Option<PathBuf> {
         self.data.as_ref().map(|data| data.join("quicksave.scn"))

@@ -84,7 +84,7 @@ impl Modeller {
     /// An empty scene. A journal is kept where `is_journaled`.
     pub(crate) fn new(input: Input, is_journaled: bool, voice: Voice, interrupt: Arc<AtomicBool>) -> Self {
         let folders = Folders::of_user();
-        let journals = folders.state.as_ref().filter(|_| is_journaled).map(|state| state.join("journals"));
+        let journals = folders.journals().filter(|_| is_journaled);
         Self {
             timeline: Timeline::default(),
             input,
@@ -119,14 +119,6 @@ impl Modeller {
 
     pub(crate) fn has_person(&self) -> bool {
         self.input == Input::Person
-    }
-
-    /// The name of what is selected and the alias at its cursor, for a prompt.
-    pub(crate) fn place(&self) -> (Option<&str>, Option<&str>) {
-        let session = self.session();
-        let selected = session.selected();
-        let object = selected.and_then(|name| session.scene().object(name).ok());
-        (selected, object.and_then(|object| object.cursor()).map(|(alias, _)| alias))
     }
 
     /// Opens a scene as if its name had been loaded.
@@ -238,8 +230,7 @@ impl Modeller {
 
     /// The sessions that ended without being saved.
     fn left_behind(&self) -> Vec<LeftBehind> {
-        let journals = self.folders.state.as_ref().map(|state| state.join("journals"));
-        journals.map_or_else(Vec::new, |journals| left_behind(&journals))
+        self.folders.journals().map_or_else(Vec::new, |journals| left_behind(&journals))
     }
 
     /// Tells a person of sessions that ended without being saved.
