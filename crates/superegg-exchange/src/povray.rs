@@ -86,7 +86,7 @@ impl<'a> Writer<'a> {
     }
 
     fn light(&mut self, light: &Light) {
-        let position = vector(light.position);
+        let position = vector(light.position().unwrap_or_default());
         let _ = if light.falloff > 0.0 {
             let distance = light.falloff.sqrt().recip();
             let color = vector(0.5 * light.color);

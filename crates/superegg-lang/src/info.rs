@@ -88,7 +88,7 @@ fn sorted<'a, T>(entries: impl Iterator<Item = (&'a str, T)>) -> Vec<(&'a str, T
 fn light_words(light: &Light) -> String {
     format!(
         "at {}, colour {}, k {}",
-        vector(light.position),
+        vector(light.position().unwrap_or_default()),
         vector(light.color),
         format_number(light.falloff)
     )

@@ -3,7 +3,7 @@
 use superegg_geom::Exponents;
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Camera, Light, MAX_DEPTH, MaterialShare, Patches};
+use superegg_scene::{Camera, Light, LightKind, MAX_DEPTH, MaterialShare, Patches};
 
 use crate::command::{Command, Recovery, Request};
 use crate::spec::{Arg, ArgKind, CommandSpec, Group, Needs, Of, Range};
@@ -561,7 +561,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         example: "light lamp 3 4 5 1 0.9 0.7 0.01",
         build: |args| {
             let light = Light {
-                position: args.vector(0),
+                kind: LightKind::Point { position: args.vector(0) },
+                radius: 0.0,
                 color: args.optional_vector(3).unwrap_or(DVec3::ONE),
                 falloff: args.numbers.get(6).copied().unwrap_or(0.0),
             };

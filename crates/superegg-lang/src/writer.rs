@@ -105,7 +105,7 @@ fn bits(v: DVec3) -> [u64; 3] {
 
 fn write_settings(text: &mut String, scene: &Scene) {
     let default = Scene::default();
-    let Camera { position, target, up, fov_deg } = scene.camera;
+    let Camera { position, target, up, fov_deg, .. } = scene.camera;
     let numbers = |camera: &Camera| (bits(camera.position), bits(camera.target), camera.fov_deg.to_bits());
     if numbers(&scene.camera) != numbers(&default.camera) {
         line(text, &format!("camera {} {} {}", vector(position), vector(target), format_number(fov_deg)));
@@ -122,8 +122,9 @@ fn write_settings(text: &mut String, scene: &Scene) {
     for setting in settings::lines_of_scene(&scene.picture) {
         line(text, &setting);
     }
-    for (name, Light { position, color, falloff }) in scene.named_lights() {
-        let numbers = [vector(*position), vector(*color), format_number(*falloff)].join(" ");
+    for (name, light @ Light { color, falloff, .. }) in scene.named_lights() {
+        let numbers =
+            [vector(light.position().unwrap_or_default()), vector(*color), format_number(*falloff)].join(" ");
         line(text, &format!("light {name} {numbers}"));
     }
 }

@@ -890,8 +890,13 @@ mod tests {
         [(9.0, -7.0, 5.0), (0.3, -0.9, 0.9), (2.0, 2.0, 0.2), (0.0, 0.0, 30.0), (900.0, 300.0, 200.0)]
             .map(|(x, y, z)| {
                 let fov_deg = if x > 100.0 { 0.6 } else { 50.0 };
-                let camera =
-                    Camera { position: DVec3::new(x, y, z), target: DVec3::ZERO, up: DVec3::Z, fov_deg };
+                let camera = Camera {
+                    position: DVec3::new(x, y, z),
+                    target: DVec3::ZERO,
+                    up: DVec3::Z,
+                    fov_deg,
+                    ..Camera::default()
+                };
                 View::new(&camera, 96, 96)
             })
             .to_vec()

@@ -7,7 +7,7 @@ use num_bigint::BigUint;
 use rayon::prelude::*;
 use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Aabb, Superquadric, Transform, inverse_of};
-use superegg_scene::{Child, Entity, MAX_DEPTH, Material, Object, Scene};
+use superegg_scene::{Child, Entity, MAX_DEPTH, Material, Object, Pattern, Scene};
 
 use crate::bvh::{PackedSlot, Slot, Tree, TreeSpace, UnitBox};
 use crate::compiled::{
@@ -572,7 +572,7 @@ impl<T: Sync, F> Each<'_, T, F> {
 #[derive(Default)]
 struct Materials {
     all: Vec<Material>,
-    places: HashMap<[u64; 13], u32>,
+    places: HashMap<[u64; 23], u32>,
 }
 
 impl Materials {
@@ -584,11 +584,28 @@ impl Materials {
     }
 }
 
-fn material_bits(material: &Material) -> [u64; 13] {
-    let Material { color, ambient, reflected, refracted, gloss, diffuse, specular, index, shininess } =
-        material;
+fn material_bits(material: &Material) -> [u64; 23] {
+    let Material {
+        color,
+        ambient,
+        reflected,
+        refracted,
+        gloss,
+        diffuse,
+        specular,
+        index,
+        shininess,
+        fresnel,
+        absorb,
+        pattern,
+    } = material;
     // No share is negative, so -1 can stand for one that is not set.
     let optional = |share: &Option<f64>| share.unwrap_or(-1.0);
+    let (kind, second, detail) = match *pattern {
+        Pattern::None => (0.0, DVec3::ZERO, DVec3::ZERO),
+        Pattern::Checker { color, size } => (1.0, color, DVec3::splat(size)),
+        Pattern::Gradient { color, direction } => (2.0, color, direction),
+    };
     let numbers = [
         color.x,
         color.y,
@@ -601,7 +618,17 @@ fn material_bits(material: &Material) -> [u64; 13] {
         *specular,
         *index,
         optional(shininess),
-        0.0,
+        f64::from(u8::from(*fresnel)),
+        absorb.x,
+        absorb.y,
+        absorb.z,
+        kind,
+        second.x,
+        second.y,
+        second.z,
+        detail.x,
+        detail.y,
+        detail.z,
         0.0,
     ];
     numbers.map(f64::to_bits)

@@ -175,7 +175,7 @@ fn light_ray(
         return None;
     }
     // Not the unit direction: t = 1 is the light's own place.
-    let (ray, departure) = surface.spawn_ray(light.position - surface.position);
+    let (ray, departure) = surface.spawn_ray(light.position().unwrap_or_default() - surface.position);
     let footprint = Footprint { spread: 0.0, ..footprint };
     let color = shading::direct(&surface.material, shares, color, normal, to_eye, to_light);
     Some((FlightRay { ray, departure: Some(departure), footprint }, color))

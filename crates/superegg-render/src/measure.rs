@@ -45,6 +45,7 @@ impl<'s> TileProbe<'s> {
     /// Traces the shadow rays from what a tile sees to a light: how many there are, how many are stopped, and the time for them
     /// alone by a clock of seconds.
     pub fn shadows(&mut self, rays: &[Ray], light: &Light, clock: &dyn Fn() -> f64) -> (usize, usize, f64) {
+        let place = light.position().unwrap_or_default();
         self.beam.start_tile();
         let mut found = Vec::new();
         self.beam.closest(rays, self.footprint, &mut found);
@@ -54,7 +55,7 @@ impl<'s> TileProbe<'s> {
             let Some(hit) = hit else { continue };
             let candidate = &self.beam.candidates[hit.candidate as usize];
             let position = candidate.world_from_unit().transform_point3(hit.unit_point);
-            let direction = light.position - position;
+            let direction = place - position;
             let normal = unit_vector(candidate.unit_from_world.matrix3.transpose() * hit.gradient);
             if normal.is_some_and(|normal| normal.dot(direction) > 0.0) {
                 let origin_error = 16.0 * f64::EPSILON * position.abs().max_element();
@@ -68,7 +69,7 @@ impl<'s> TileProbe<'s> {
         let shadow = Shadow { rays: &shadow_rays, starts: &starts, widths: &widths };
         let footprint = Footprint { width: if least.is_finite() { least } else { 0.0 }, spread: 0.0 };
         let before = clock();
-        let occluded = self.beam.occluded(light.position, &shadow, footprint);
+        let occluded = self.beam.occluded(place, &shadow, footprint);
         let seconds = clock() - before;
         let stopped = occluded.iter().map(|lanes| lanes.count_ones() as usize).sum();
         (shadow_rays.iter().flatten().count(), stopped, seconds)

@@ -17,7 +17,6 @@
 //! out is coloured once. Where kr + kt is above 1 both are scaled down to 1. A share that the scene does not set counts as 0.
 
 use superegg_geom::glam::DVec3;
-use superegg_geom::unit_vector;
 use superegg_scene::{Light, Material};
 
 /// How a surface divides its light.
@@ -65,9 +64,7 @@ pub(crate) fn direct(
 
 /// A light as seen from a point: direction (unit), and colour after falloff. `None` where the point is the light's own place.
 pub(crate) fn towards(light: &Light, point: DVec3) -> Option<(DVec3, DVec3)> {
-    let to_light = light.position - point;
-    let direction = unit_vector(to_light).filter(|_| to_light.is_finite())?;
-    Some((direction, light.color_at(to_light.length_squared())))
+    Some((light.direction_from(point)?, light.color_at(point)))
 }
 
 /// The mirrored direction of a unit `direction` at a unit normal.

@@ -139,7 +139,7 @@ impl<'a> TileTracer<'a> {
             }
             count += 1;
             // Not the unit direction: t = 1 is the light's own place.
-            let direction = light.position - point.position;
+            let direction = light.position().unwrap_or_default() - point.position;
             let start = if point.normal.dot(direction) >= 0.0 {
                 RayStart::SurfaceOutward
             } else {
@@ -156,8 +156,11 @@ impl<'a> TileTracer<'a> {
         }
         self.taken.rays.shadow += count;
         let shadow = Shadow { rays: &shadow_rays, starts: &starts, widths: &widths };
-        let occluded =
-            self.beam.occluded(light.position, &shadow, Footprint { width: least_width, spread: 0.0 });
+        let occluded = self.beam.occluded(
+            light.position().unwrap_or_default(),
+            &shadow,
+            Footprint { width: least_width, spread: 0.0 },
+        );
         for point in seen.iter_mut() {
             let i = point.ray;
             let is_asked = shadow_rays[i].is_some();

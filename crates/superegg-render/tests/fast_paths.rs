@@ -182,7 +182,7 @@ fn a_ray_through_forty_levels_meets_the_surface_within_a_twentieth_of_a_pixel() 
         let reach = |axis: DVec3| (DVec3::from_array(mapped(&maps, axis).map(|x| x.0)) - center).length();
         let size = reach(DVec3::X).max(reach(DVec3::Y)).max(reach(DVec3::Z));
         let position = center + size * DVec3::new(3.0, 2.0, 4.0);
-        let camera = Camera { position, target: center, up: DVec3::Z, fov_deg: 30.0 };
+        let camera = Camera { position, target: center, up: DVec3::Z, fov_deg: 30.0, ..Camera::default() };
         let view = superegg_render::View::new(&camera, 1280, 960);
         let shape = match scene.get("shape") {
             Some(Entity::Primitive(primitive)) => primitive.shape,

@@ -3,7 +3,16 @@
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 
-/// A pinhole camera. By default at (0, 0, 10) looking along -z, up +y, with a vertical field of view of 60 degrees.
+/// A thin lens: what is in focus is sharp, the rest is spread over discs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Its radius in world units, above 0.
+    pub radius: f64,
+    /// The distance from the camera at which things are sharp, along the line of sight, above 0.
+    pub focus: f64,
+}
+
+/// A camera. By default at (0, 0, 10) looking along -z, up +y, with a vertical field of view of 60 degrees and a pinhole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Where it stands, in world units.
@@ -14,6 +23,10 @@ pub struct Camera {
     pub up: DVec3,
     /// The vertical field of view, in degrees, above 0 and below 180.
     pub fov_deg: f64,
+    /// The height of the picture in world units where the camera is orthographic: its rays are parallel, and the field of view does not count.
+    pub ortho_height: Option<f64>,
+    /// Its lens; a pinhole where there is none.
+    pub lens: Option<Lens>,
 }
 
 impl Camera {
@@ -53,6 +66,8 @@ impl Default for Camera {
             target: DVec3::ZERO,
             up: DVec3::Y,
             fov_deg: Self::DEFAULT_FOV_DEG,
+            ortho_height: None,
+            lens: None,
         }
     }
 }

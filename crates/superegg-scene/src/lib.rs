@@ -11,12 +11,14 @@ mod ordered_map;
 mod picture;
 mod primitive;
 mod scene;
+mod surroundings;
 mod view_settings;
 
-pub use camera::Camera;
-pub use light::Light;
+pub use camera::{Camera, Lens};
+pub use light::{Light, LightKind};
 pub use object::{Child, Object};
-pub use picture::{Encoding, Picture};
-pub use primitive::{Material, MaterialShare, Patches, Primitive};
+pub use picture::{Encoding, Filter, Picture, Tone};
+pub use primitive::{Material, MaterialShare, Patches, Pattern, Primitive};
 pub use scene::{DEFAULT_DEPTH, Entity, MAX_DEPTH, Scene, SceneError};
+pub use surroundings::{AmbientOcclusion, Floor, Sky};
 pub use view_settings::{Shading, ViewSettings};

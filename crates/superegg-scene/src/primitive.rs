@@ -29,6 +29,28 @@ pub enum MaterialShare {
     Specular,
 }
 
+/// A second colour on a surface, in coordinates of the primitive's own space (for a floor: along it, from the origin).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Pattern {
+    /// One colour throughout.
+    #[default]
+    None,
+    /// Cubes of two colours by turns; the one that begins at the origin has the base colour.
+    Checker {
+        /// The other linear colour.
+        color: DVec3,
+        /// The edge of a cube, above 0.
+        size: f64,
+    },
+    /// From the base colour over into another along a direction, across the whole shape (a floor: across one unit, again and again).
+    Gradient {
+        /// The linear colour at the far end.
+        color: DVec3,
+        /// The direction in the primitive's own space; not zero, of any length.
+        direction: DVec3,
+    },
+}
+
 /// What a surface is like. Colours are linear values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
@@ -51,6 +73,12 @@ pub struct Material {
     pub index: f64,
     /// An explicit exponent of the highlight, instead of what `gloss` gives.
     pub shininess: Option<f64>,
+    /// Whether the mirrored share counts only as far as Fresnel's reflectance of the index goes: little head-on, all at grazing angles.
+    pub fresnel: bool,
+    /// What the inside takes away of light let through, each part >= 0, per world unit: `exp(-absorb * way)` is left.
+    pub absorb: DVec3,
+    /// A second colour.
+    pub pattern: Pattern,
 }
 
 impl Material {
@@ -93,6 +121,9 @@ impl Default for Material {
             specular: 0.1,
             index: 1.5,
             shininess: None,
+            fresnel: false,
+            absorb: DVec3::ZERO,
+            pattern: Pattern::None,
         }
     }
 }

@@ -9,7 +9,8 @@ use crate::light::Light;
 use crate::object::{Child, Object};
 use crate::ordered_map::OrderedMap;
 use crate::picture::Picture;
-use crate::primitive::Primitive;
+use crate::primitive::{Material, Primitive};
+use crate::surroundings::{AmbientOcclusion, Floor, Sky};
 
 /// How deep objects are opened unless the scene says otherwise.
 pub const DEFAULT_DEPTH: u32 = 25;
@@ -84,8 +85,14 @@ pub struct Scene {
     lights: OrderedMap<Light>,
     /// The camera.
     pub camera: Camera,
-    /// The linear colour where nothing is.
+    /// The linear colour where nothing is, unless there is a sky.
     pub background: DVec3,
+    /// What is seen where nothing is, instead of the background.
+    pub sky: Option<Sky>,
+    /// A plane without end.
+    pub floor: Option<Floor>,
+    /// Whether, and how, ambient light is kept from corners.
+    pub ambient_occlusion: Option<AmbientOcclusion>,
     /// How deep objects are opened; the selected one is level 1, and primitives of the last level are included. 0 to [`MAX_DEPTH`].
     pub depth: u32,
     /// How the picture is taken.
@@ -99,6 +106,9 @@ impl PartialEq for Scene {
             && self.lights == other.lights
             && self.camera == other.camera
             && self.background == other.background
+            && self.sky == other.sky
+            && self.floor == other.floor
+            && self.ambient_occlusion == other.ambient_occlusion
             && self.depth == other.depth
             && self.picture == other.picture
     }
@@ -111,6 +121,9 @@ impl Default for Scene {
             lights: OrderedMap::default(),
             camera: Camera::default(),
             background: DVec3::ZERO,
+            sky: None,
+            floor: None,
+            ambient_occlusion: None,
             depth: DEFAULT_DEPTH,
             picture: Picture::default(),
         }
@@ -153,6 +166,15 @@ impl Scene {
     pub fn lights(&self) -> Vec<Light> {
         let named: Vec<Light> = self.lights.iter().map(|(_, light)| *light).collect();
         if named.is_empty() { vec![Light::DEFAULT] } else { named }
+    }
+
+    /// The surface of the floor: that of the primitive it names, or of a new one.
+    pub fn floor_material(&self) -> Material {
+        let name = self.floor.as_ref().and_then(|floor| floor.surface.as_deref());
+        match name.and_then(|name| self.get(name)) {
+            Some(Entity::Primitive(primitive)) => primitive.material,
+            _ => Material::default(),
+        }
     }
 
     /// Makes a primitive of this name where there is none.
@@ -267,6 +289,9 @@ impl Scene {
             self.remove_child(object, alias)?;
         }
         self.entities.remove(name);
+        if let Some(floor) = &mut self.floor {
+            floor.surface.take_if(|surface| **surface == *name);
+        }
         Ok(uses)
     }
 
@@ -282,6 +307,11 @@ impl Scene {
             if self.object(&object)?.aliases_of(name).next().is_some() {
                 self.object_mut(&object)?.retarget(name, new);
             }
+        }
+        if let Some(surface) = self.floor.as_mut().and_then(|floor| floor.surface.as_mut())
+            && **surface == *name
+        {
+            *surface = new.into();
         }
         Ok(())
     }

@@ -732,7 +732,7 @@ fn frame_uniform(space: &EyeSpace, picture: &Picture<'_>) -> FrameUniform {
     let mut lights = [[0.0; 8]; MOST_LIGHTS];
     let shining = picture.lights.iter().take(MOST_LIGHTS);
     for (place, light) in lights.iter_mut().zip(shining.clone()) {
-        let [x, y, z] = space.point(light.position);
+        let [x, y, z] = space.point(light.position().unwrap_or_default());
         let falloff = (light.falloff * space.unit * space.unit).min(1e30) as f32;
         let [r, g, b] = light.color.min(DVec3::splat(1e30)).as_vec3().to_array();
         *place = [x, y, z, falloff, r, g, b, 0.0];

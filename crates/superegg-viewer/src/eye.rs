@@ -1,7 +1,7 @@
 //! The viewer's eye: the scene's camera, turned, moved and brought nearer by the person who looks.
 
 use superegg_geom::Aabb;
-use superegg_geom::glam::{DMat3, DQuat, DVec2, DVec3};
+use superegg_geom::glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 use superegg_scene::{Camera, Light};
 
 use crate::arcball::Arcball;
@@ -130,12 +130,7 @@ impl Eye {
         }
         let axes = self.home_axes() * DMat3::from_quat(self.arcball.turn().inverse());
         let target = self.pivot - axes.x_axis * self.pan.x - axes.y_axis * self.pan.y;
-        Camera {
-            position: target + axes.z_axis * self.distance,
-            target,
-            up: axes.y_axis,
-            fov_deg: self.home.fov_deg,
-        }
+        Camera { position: target + axes.z_axis * self.distance, target, up: axes.y_axis, ..self.home }
     }
 
     /// The lights in the unturned scene: as they are where they turn with it, or turned back about the pivot where they stay with the eye.
@@ -144,15 +139,17 @@ impl Eye {
             return lights.to_vec();
         }
         let back = self.world_turn().inverse();
-        let turned =
-            |light: &Light| Light { position: self.pivot + back * (light.position - self.pivot), ..*light };
-        lights.iter().map(turned).collect()
+        let map = DAffine3::from_translation(self.pivot)
+            * DAffine3::from_quat(back)
+            * DAffine3::from_translation(-self.pivot);
+        lights.iter().map(|light| light.through(&map)).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use superegg_scene::LightKind;
 
     use super::*;
 
@@ -165,7 +162,13 @@ mod tests {
             .prop_filter("a line of sight", |(position, target, up, _)| {
                 (*position - *target).length() > 0.1 && up.length() > 0.1
             })
-            .prop_map(|(position, target, up, fov_deg)| Camera { position, target, up, fov_deg })
+            .prop_map(|(position, target, up, fov_deg)| Camera {
+                position,
+                target,
+                up,
+                fov_deg,
+                ..Camera::default()
+            })
     }
 
     fn place() -> impl Strategy<Value = DVec2> {
@@ -203,11 +206,11 @@ mod tests {
 
         #[test]
         fn lights_that_stay_are_seen_where_they_were(camera in camera(), from in place(), to in place(), position in vector(9.0)) {
-            let light = Light { position, ..Light::DEFAULT };
+            let light = Light { kind: LightKind::Point { position }, ..Light::DEFAULT };
             let mut eye = Eye::new(&camera);
             eye.press(from);
             eye.drag(to);
-            let staying = eye.lights(&[light], false)[0].position;
+            let staying = eye.lights(&[light], false)[0].position().unwrap();
             prop_assert!((seen(&eye.camera(), staying) - seen(&camera, position)).length() < 1e-9);
             prop_assert_eq!(eye.lights(&[light], true)[0], light);
         }

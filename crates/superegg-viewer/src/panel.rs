@@ -3,7 +3,9 @@
 use egui::{Align2, Color32, DragValue, RichText, Slider, Ui};
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, Superquadric, TransformStep};
-use superegg_scene::{Camera, Encoding, Entity, Light, Material, Object, Patches, Primitive, Scene, Shading};
+use superegg_scene::{
+    Camera, Encoding, Entity, Light, LightKind, Material, Object, Patches, Primitive, Scene, Shading,
+};
 
 use crate::cast::CastHit;
 use crate::keys::{Action, BINDINGS, POINTER_HELP};
@@ -467,7 +469,12 @@ fn edit_material(ui: &mut Ui, material: &mut Material) -> Option<String> {
 }
 
 fn edit_light(ui: &mut Ui, light: &mut Light) -> bool {
-    let mut has_changed = vector(ui, "place", &mut light.position, 0.05);
+    let mut has_changed = match &mut light.kind {
+        LightKind::Point { position } | LightKind::Spot { position, .. } => {
+            vector(ui, "place", position, 0.05)
+        }
+        LightKind::Sun { direction } => vector(ui, "towards", direction, 0.05),
+    };
     ui.horizontal(|ui| {
         ui.label("colour");
         has_changed |= color(ui, &mut light.color);
@@ -648,7 +655,11 @@ fn vector_text(v: DVec3) -> String {
 
 fn light_line(name: &str, light: &Light) -> String {
     let falloff = number_text(light.falloff, DECIMALS);
-    format!("light {name} {} {} {falloff}", vector_text(light.position), vector_text(light.color))
+    format!(
+        "light {name} {} {} {falloff}",
+        vector_text(light.position().unwrap_or_default()),
+        vector_text(light.color)
+    )
 }
 
 fn camera_line(camera: &Camera) -> String {
@@ -680,7 +691,11 @@ mod tests {
         for line in ["prm ball", "obj o", "ap ball"] {
             assert!(session.run_line(line).is_ok());
         }
-        let light = Light { position: DVec3::new(1.5, -2.0, 0.0), color: DVec3::splat(0.25), falloff: 0.01 };
+        let light = Light {
+            kind: LightKind::Point { position: DVec3::new(1.5, -2.0, 0.0) },
+            color: DVec3::splat(0.25),
+            ..Light::DEFAULT
+        };
         let camera = Camera { position: DVec3::new(1.0, 2.0, -3.0), fov_deg: 45.5, ..Camera::default() };
         let steps = [
             TransformStep::Translate(DVec3::new(0.1, 0.0, -2.0)),

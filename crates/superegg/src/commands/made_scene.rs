@@ -5,7 +5,7 @@ use std::fmt::Write;
 use anyhow::{Context, Result, bail};
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, Superquadric, TransformStep};
-use superegg_scene::{Camera, Light, MAX_DEPTH, Scene};
+use superegg_scene::{Camera, Light, LightKind, MAX_DEPTH, Scene};
 
 /// The object that a made scene shows.
 pub(crate) const ROOT: &str = "all";
@@ -121,7 +121,7 @@ impl Made {
     /// The scene as commands.
     pub(crate) fn text(self, seed: u64) -> String {
         let mut text = String::new();
-        let Camera { position: p, target: t, up, fov_deg } = self.camera();
+        let Camera { position: p, target: t, up, fov_deg, .. } = self.camera();
         let _ = writeln!(text, "# Made by rule: {self:?}, seed {seed}.\n");
         let _ = writeln!(text, "camera {} {} {} {} {} {} {fov_deg}", p.x, p.y, p.z, t.x, t.y, t.z);
         let _ = writeln!(
@@ -132,7 +132,8 @@ impl Made {
             up.z,
             self.depth()
         );
-        for (name, Light { position: p, color: c, falloff }) in self.lights() {
+        for (name, light) in self.lights() {
+            let (p, c, falloff) = (light.position().unwrap_or_default(), light.color, light.falloff);
             let _ = writeln!(text, "light {name} {} {} {} {} {} {} {falloff}", p.x, p.y, p.z, c.x, c.y, c.z);
         }
         let mut sink = TextSink { shapes: String::new(), children: String::new() };
@@ -156,7 +157,7 @@ impl Made {
             Self::Fractal(..) => (DVec3::new(0.0, -4.6, 2.3), DVec3::ZERO, 40.0),
         };
         let up = if matches!(self, Self::Cloud(_)) { DVec3::Y } else { DVec3::Z };
-        Camera { position, target, up, fov_deg }
+        Camera { position, target, up, fov_deg, ..Camera::default() }
     }
 
     fn lights(self) -> [(&'static str, Light); 1] {
@@ -164,7 +165,7 @@ impl Made {
             Self::Cloud(_) => DVec3::new(3.0, 6.0, 4.0),
             Self::Glyphs(_) | Self::Fractal(..) => DVec3::new(-3.0, -4.0, 6.0),
         };
-        [("sun", Light { position, color: DVec3::ONE, falloff: 0.0 })]
+        [("sun", Light { kind: LightKind::Point { position }, falloff: 0.0, ..Light::DEFAULT })]
     }
 
     fn fill(self, seed: u64, sink: &mut dyn Sink) -> Result<()> {

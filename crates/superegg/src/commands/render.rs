@@ -89,6 +89,7 @@ fn picture_of(args: &RenderArgs, scene: Picture) -> Picture {
         height,
         samples: args.samples.unwrap_or(scene.samples),
         encoding: args.encoding.map_or(scene.encoding, Into::into),
+        ..scene
     }
 }
 
