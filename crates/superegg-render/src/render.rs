@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
-use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_scene::{Camera, Light};
 
@@ -12,7 +11,7 @@ use crate::compiled::CompiledScene;
 use crate::film::Film;
 use crate::integrator::{RayCounts, Setting, Taken};
 use crate::sampler::Sampler;
-use crate::tile::TileTracer;
+use crate::tile::{FilmSample, TileTracer};
 use crate::view::View;
 
 /// What picture is to be made. The same settings give the same picture, whatever the budget.
@@ -129,23 +128,27 @@ struct Job<'a> {
 
 impl Job<'_> {
     fn render_tile(&self, tile: &Tile) -> (Vec<[f32; 3]>, Taken) {
-        let mut tracer = TileTracer::new(Setting {
+        let setting = Setting {
             scene: self.scene,
             lights: &self.settings.lights,
             background: self.settings.background,
-        });
+        };
         let pixels = tile.pixels_by_block();
-        let samples = self.settings.samples.max(1);
-        let footprint = self.view.footprint(samples);
+        let count = self.settings.samples.max(1);
+        let mut tracer = TileTracer::new(setting, &self.view, count);
         let mut sums = vec![DVec3::ZERO; pixels.len()];
-        for place in Sampler::new(samples).places() {
-            let ray = |&(x, y): &(u32, u32)| self.view.ray(DVec2::new(f64::from(x), f64::from(y)) + place);
-            let rays: Vec<Ray> = pixels.iter().map(ray).collect();
-            for (sum, color) in sums.iter_mut().zip(tracer.trace(&rays, footprint)) {
-                *sum += color;
+        for (place, index) in Sampler::new(count).places().zip(0..) {
+            let sample = |&(x, y): &(u32, u32)| FilmSample {
+                pixel: (x, y),
+                index,
+                film_px: DVec2::new(f64::from(x), f64::from(y)) + place,
+            };
+            let samples: Vec<FilmSample> = pixels.iter().map(sample).collect();
+            for (sum, seen) in sums.iter_mut().zip(tracer.trace(&samples)) {
+                *sum += seen.color;
             }
         }
-        let colors = sums.iter().map(|sum| (sum / f64::from(samples)).as_vec3().to_array()).collect();
+        let colors = sums.iter().map(|sum| (sum / f64::from(count)).as_vec3().to_array()).collect();
         (colors, tracer.taken)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::glam::{DAffine3, DVec2, DVec3};
 use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::Material;
 
@@ -11,10 +11,45 @@ use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken, Wave};
 use crate::interaction::SurfaceInteraction;
 use crate::shading::{self, Shares};
+use crate::view::View;
+
+/// A sample of the picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FilmSample {
+    /// The pixel, from the top left corner, and the number of the sample within it: what its random numbers are drawn from.
+    pub(crate) pixel: (u32, u32),
+    pub(crate) index: u32,
+    /// The place on the film in pixels from the top left corner: the centre of the first pixel is (0.5, 0.5).
+    pub(crate) film_px: DVec2,
+}
+
+/// What a camera ray sees.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighting {
+    /// Linear light.
+    pub(crate) color: DVec3,
+    /// The surface that it meets first.
+    pub(crate) first: Option<FirstSurface>,
+}
+
+/// The surface that a camera ray meets first.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FirstSurface {
+    /// Its distance from the plane of the camera, along the line of sight, in world units.
+    pub(crate) depth: f64,
+    /// The unit normal on the camera's side, in world space.
+    pub(crate) normal: DVec3,
+    /// The colour of the surface itself, linear.
+    pub(crate) albedo: DVec3,
+    /// A number that differs from instance to instance, never 0.
+    pub(crate) id: u32,
+}
 
 /// Traces tiles, one after the other.
 pub(crate) struct TileTracer<'a> {
     setting: Setting<'a>,
+    view: &'a View,
+    footprint: Footprint,
     pub(crate) taken: Taken,
     beam: Beam<'a>,
     hits: Vec<Option<BeamHit>>,
@@ -51,19 +86,22 @@ impl Seen {
 }
 
 impl<'a> TileTracer<'a> {
-    pub(crate) fn new(setting: Setting<'a>) -> Self {
+    /// For pictures of so many samples a pixel.
+    pub(crate) fn new(setting: Setting<'a>, view: &'a View, samples: u32) -> Self {
         let beam = Beam::new(setting.scene);
-        Self { setting, taken: Taken::default(), beam, hits: Vec::new(), looks: Vec::new() }
+        let footprint = view.footprint(samples);
+        Self { setting, view, footprint, taken: Taken::default(), beam, hits: Vec::new(), looks: Vec::new() }
     }
 
-    /// The linear colour that each of some rays of a camera sees: at most [`crate::beam::MOST_RAYS`] rays from one place, neighbours by
-    /// the sixteen.
-    pub(crate) fn trace(&mut self, rays: &[Ray], footprint: Footprint) -> Vec<DVec3> {
+    /// What each of some samples sees: at most [`crate::beam::MOST_RAYS`] of them, neighbours by the sixteen.
+    pub(crate) fn trace(&mut self, samples: &[FilmSample]) -> Vec<Sighting> {
+        let rays: Vec<Ray> = samples.iter().map(|sample| self.view.ray(sample.film_px)).collect();
+        let footprint = self.footprint;
         self.taken.rays.camera += rays.len() as u64;
         self.beam.start_tile();
         self.looks.clear();
         let mut hits = std::mem::take(&mut self.hits);
-        self.beam.closest(rays, footprint, &mut hits);
+        self.beam.closest(&rays, footprint, &mut hits);
         let mut seen: Vec<Seen> = hits
             .iter()
             .enumerate()
@@ -74,13 +112,21 @@ impl<'a> TileTracer<'a> {
             self.add_light(light, rays.len(), &mut seen);
         }
         let mut colors = vec![self.setting.background; rays.len()];
+        let mut firsts: Vec<Option<FirstSurface>> = vec![None; rays.len()];
         let mut wave = Wave::new(self.setting);
         for point in &seen {
             colors[point.ray] = point.color;
+            let look = self.look(point.candidate);
+            firsts[point.ray] = Some(FirstSurface {
+                depth: 0.0,
+                normal: point.facing_normal(),
+                albedo: look.material.color,
+                id: 1,
+            });
             self.leave(point, &rays[point.ray], footprint, &mut wave);
         }
         wave.follow(&mut colors, &mut self.taken);
-        colors
+        colors.into_iter().zip(firsts).map(|(color, first)| Sighting { color, first }).collect()
     }
 
     fn look(&mut self, candidate: u32) -> &Look<'a> {
