@@ -35,6 +35,6 @@ pub use integrator::RayCounts;
 pub use interaction::SurfaceInteraction;
 pub use path::InstancePath;
 pub use point_query::PointAnswer;
-pub use render::{RenderBudget, RenderSettings, Rendered, render};
+pub use render::{RenderBudget, RenderSettings, Rendered, Surroundings, render};
 pub use traverse::{Departure, Hit, Side};
 pub use view::View;

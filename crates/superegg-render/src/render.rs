@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use superegg_geom::glam::{DVec2, DVec3};
-use superegg_scene::{Camera, Light};
+use superegg_scene::{AmbientOcclusion, Camera, Floor, Light, Material, Picture, Scene, Sky};
 
 use crate::compiled::CompiledScene;
 use crate::film::Film;
@@ -15,20 +15,46 @@ use crate::tile::{FilmSample, TileTracer};
 use crate::view::View;
 
 /// What picture is to be made. The same settings give the same picture, whatever the budget.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
-    /// Samples a pixel, at least 1.
-    pub samples: u32,
+    /// Size and quality.
+    pub picture: Picture,
     /// The camera.
     pub camera: Camera,
-    /// The lights.
+    /// What is around the objects.
+    pub surroundings: Surroundings,
+}
+
+/// What is around the objects of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surroundings {
+    /// The lights that shine.
     pub lights: Vec<Light>,
-    /// The linear colour where nothing is.
+    /// The linear colour where nothing is, unless there is a sky.
     pub background: DVec3,
+    /// What is seen where nothing is, instead of the background.
+    pub sky: Option<Sky>,
+    /// A plane without end, and its surface.
+    pub floor: Option<(Floor, Material)>,
+    /// Whether, and how, ambient light is kept from corners.
+    pub ambient_occlusion: Option<AmbientOcclusion>,
+}
+
+impl RenderSettings {
+    /// The picture that a scene describes.
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            picture: scene.picture,
+            camera: scene.camera,
+            surroundings: Surroundings {
+                lights: scene.lights(),
+                background: scene.background,
+                sky: scene.sky,
+                floor: scene.floor.clone().map(|floor| (floor, scene.floor_material())),
+                ambient_occlusion: scene.ambient_occlusion,
+            },
+        }
+    }
 }
 
 /// What making it may take, and how it is watched.
@@ -67,10 +93,11 @@ pub fn render(
     settings: &RenderSettings,
     budget: &RenderBudget<'_>,
 ) -> Result<Rendered, rayon::ThreadPoolBuildError> {
+    let Picture { width, height, .. } = settings.picture;
     let threads = rayon::ThreadPoolBuilder::new().num_threads(budget.threads).build()?;
-    let job = Job { scene, settings, view: View::new(&settings.camera, settings.width, settings.height) };
+    let job = Job { scene, settings, view: View::new(&settings.camera, width, height) };
     let done = AtomicU64::new(0);
-    let tiles = tiles(settings.width, settings.height);
+    let tiles = tiles(width, height);
     let finished: Vec<(Tile, Vec<[f32; 3]>, Taken)> = threads.install(|| {
         let unless_cancelled = tiles.into_par_iter().filter(|_| !budget.cancel.load(Ordering::Relaxed));
         unless_cancelled
@@ -83,7 +110,7 @@ pub fn render(
             .collect()
     });
 
-    let mut film = Film::new(settings.width, settings.height);
+    let mut film = Film::new(width, height);
     let mut total = Taken::default();
     for (tile, colors, counts) in finished {
         tile.pixels_by_block().into_iter().zip(colors).for_each(|((x, y), color)| film.set(x, y, color));
@@ -130,11 +157,11 @@ impl Job<'_> {
     fn render_tile(&self, tile: &Tile) -> (Vec<[f32; 3]>, Taken) {
         let setting = Setting {
             scene: self.scene,
-            lights: &self.settings.lights,
-            background: self.settings.background,
+            lights: &self.settings.surroundings.lights,
+            background: self.settings.surroundings.background,
         };
         let pixels = tile.pixels_by_block();
-        let count = self.settings.samples.max(1);
+        let count = self.settings.picture.samples.max(1);
         let mut tracer = TileTracer::new(setting, &self.view, count);
         let mut sums = vec![DVec3::ZERO; pixels.len()];
         for (place, index) in Sampler::new(count).places().zip(0..) {

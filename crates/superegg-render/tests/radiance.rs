@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use superegg_lang::load_text;
 use superegg_render::{CompiledScene, Film, RenderBudget, RenderSettings, Rendered, render};
+use superegg_scene::Picture;
 
 fn rendered(text: &str, side: u32, samples: u32, threads: usize) -> Rendered {
     let (session, diagnostics) = load_text("known.scn", text);
@@ -11,12 +12,8 @@ fn rendered(text: &str, side: u32, samples: u32, threads: usize) -> Rendered {
     let scene = session.scene();
     let compiled = CompiledScene::compile(scene, session.selected(), scene.depth);
     let settings = RenderSettings {
-        width: side,
-        height: side,
-        samples,
-        camera: scene.camera,
-        lights: scene.lights(),
-        background: scene.background,
+        picture: Picture { width: side, height: side, samples, ..scene.picture },
+        ..RenderSettings::of(scene)
     };
     let budget = RenderBudget { threads, cancel: &AtomicBool::new(false), progress: &|_| {} };
     render(&compiled, &settings, &budget).unwrap()

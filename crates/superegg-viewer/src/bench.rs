@@ -135,12 +135,9 @@ pub fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: 
     let job = |frame: usize| TraceJob {
         compiled: Arc::clone(&compiled),
         settings: RenderSettings {
-            width: size.0,
-            height: size.1,
-            samples: 1,
+            picture: superegg_scene::Picture { width: size.0, height: size.1, samples: 1, ..scene.picture },
             camera: eye_at(scene, frame, frames).camera(),
-            lights: scene.lights(),
-            background: scene.background,
+            ..RenderSettings::of(scene)
         },
         number: 0,
     };

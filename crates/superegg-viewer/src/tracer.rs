@@ -5,6 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use superegg_render::{CompiledScene, Film, RenderBudget, RenderSettings, render};
+use superegg_scene::Picture;
 
 /// A view to be traced.
 #[derive(Clone, Debug)]
@@ -79,9 +80,12 @@ pub fn trace_pass(
     let begin = Instant::now();
     let side = |length: u32| length.div_ceil(coarseness).max(1);
     let settings = RenderSettings {
-        width: side(job.settings.width),
-        height: side(job.settings.height),
-        samples,
+        picture: Picture {
+            width: side(job.settings.picture.width),
+            height: side(job.settings.picture.height),
+            samples,
+            ..job.settings.picture
+        },
         ..job.settings.clone()
     };
     let budget = RenderBudget { threads, cancel, progress: &|_| () };
@@ -91,7 +95,7 @@ pub fn trace_pass(
         number: job.number,
         coarseness,
         samples,
-        is_last: coarseness == 1 && samples >= job.settings.samples,
+        is_last: coarseness == 1 && samples >= job.settings.picture.samples,
         seconds: begin.elapsed().as_secs_f64(),
     })
 }
@@ -180,7 +184,7 @@ fn work(desk: &Desk, done: &impl Fn(Pass)) {
                 next = desk.has_news.wait(next).unwrap_or_else(PoisonError::into_inner);
             }
         };
-        let size = (job.settings.width, job.settings.height);
+        let size = (job.settings.picture.width, job.settings.picture.height);
         let mut coarseness = pace.coarseness(size, FIRST_PASS_SECONDS);
         let mut samples = 1;
         let mut is_first = true;
@@ -198,7 +202,7 @@ fn work(desk: &Desk, done: &impl Fn(Pass)) {
             if coarseness > 1 {
                 coarseness = coarseness.div_ceil(2);
             } else {
-                samples = job.settings.samples;
+                samples = job.settings.picture.samples;
             }
         }
     }
@@ -208,8 +212,7 @@ fn work(desk: &Desk, done: &impl Fn(Pass)) {
 mod tests {
     use std::sync::mpsc;
 
-    use superegg_geom::glam::DVec3;
-    use superegg_scene::{Camera, Light, Scene};
+    use superegg_scene::Scene;
 
     use super::*;
 
@@ -219,12 +222,8 @@ mod tests {
         TraceJob {
             compiled: Arc::new(CompiledScene::compile(&scene, Some("ball"), 1)),
             settings: RenderSettings {
-                width: size.0,
-                height: size.1,
-                samples,
-                camera: Camera::default(),
-                lights: vec![Light::DEFAULT],
-                background: DVec3::ZERO,
+                picture: Picture { width: size.0, height: size.1, samples, ..Picture::default() },
+                ..RenderSettings::of(&Scene::default())
             },
             number,
         }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use superegg_geom::glam::DVec2;
 use superegg_geom::{Aabb, Ray};
-use superegg_render::{CompiledScene, RenderSettings};
+use superegg_render::{CompiledScene, RenderSettings, Surroundings};
 use superegg_scene::{Camera, Light, Scene};
 use wgpu::CurrentSurfaceTexture;
 use winit::application::ApplicationHandler;
@@ -527,15 +527,18 @@ impl App {
             return;
         }
         let number = self.traced.number + 1;
+        let settings = RenderSettings::of(scene);
         tracer.trace(TraceJob {
             compiled: Arc::clone(compiled),
             settings: RenderSettings {
-                width: key.size.0,
-                height: key.size.1,
-                samples: scene.picture.samples.clamp(1, MOST_SAMPLES),
+                picture: superegg_scene::Picture {
+                    width: key.size.0,
+                    height: key.size.1,
+                    samples: scene.picture.samples.clamp(1, MOST_SAMPLES),
+                    ..scene.picture
+                },
                 camera: key.camera,
-                lights: key.lights.clone(),
-                background: scene.background,
+                surroundings: Surroundings { lights: key.lights.clone(), ..settings.surroundings },
             },
             number,
         });

@@ -191,12 +191,13 @@ fn light_is_that_of_the_ray_tracer_where_nothing_casts_a_shadow() {
     let session = session(lines);
     let compiled = CompiledScene::compile(session.scene(), session.selected(), 1);
     let settings = superegg_render::RenderSettings {
-        width: SIZE.0,
-        height: SIZE.1,
-        samples: 1,
-        camera: session.scene().camera,
-        lights: session.scene().lights(),
-        background: session.scene().background,
+        picture: superegg_scene::Picture {
+            width: SIZE.0,
+            height: SIZE.1,
+            samples: 1,
+            ..session.scene().picture
+        },
+        ..superegg_render::RenderSettings::of(session.scene())
     };
     let budget = superegg_render::RenderBudget {
         threads: 2,

@@ -12,7 +12,7 @@ use superegg_geom::glam::DVec3;
 use superegg_lang::load_text;
 use superegg_render::measure::{TileProbe, camera_tiles};
 use superegg_render::{CompiledScene, FlightRay, RenderBudget, RenderSettings, View, render};
-use superegg_scene::Scene;
+use superegg_scene::{Picture, Scene};
 
 use crate::args::BenchArgs;
 use crate::commands::{Outcome, made_scene};
@@ -243,12 +243,8 @@ fn measure(name: &str, is_first: bool, args: &BenchArgs) -> Result<Row> {
 /// The processor seconds of a picture.
 fn picture(scene: &Scene, compiled: &CompiledScene, args: &BenchArgs) -> Result<f64> {
     let settings = RenderSettings {
-        width: args.size.width,
-        height: args.size.height,
-        samples: 1,
-        camera: scene.camera,
-        lights: scene.lights(),
-        background: scene.background,
+        picture: Picture { width: args.size.width, height: args.size.height, samples: 1, ..scene.picture },
+        ..RenderSettings::of(scene)
     };
     let budget = RenderBudget { threads: 1, cancel: &AtomicBool::new(false), progress: &|_| {} };
     let before = process_seconds();

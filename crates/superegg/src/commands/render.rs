@@ -123,15 +123,8 @@ fn draw(
     quiet: bool,
     threads: usize,
 ) -> Result<Rendered> {
-    let settings = RenderSettings {
-        width: picture.width,
-        height: picture.height,
-        samples: picture.samples,
-        camera: scene.camera,
-        lights: scene.lights(),
-        background: scene.background,
-    };
-    let bar = progress_bar(u64::from(settings.width) * u64::from(settings.height), quiet);
+    let settings = RenderSettings { picture, ..RenderSettings::of(scene) };
+    let bar = progress_bar(u64::from(picture.width) * u64::from(picture.height), quiet);
     let budget = RenderBudget {
         threads,
         cancel: &AtomicBool::new(false),

@@ -7,7 +7,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use superegg_render::{CompiledScene, RenderBudget, RenderSettings, render};
-use superegg_scene::Scene;
+use superegg_scene::{Picture, Scene};
 
 use crate::commands::{available_threads, counted};
 use crate::files;
@@ -121,12 +121,8 @@ fn make(job: &Job, cancel: &AtomicBool, voice: &Voice) -> Said {
     let compiled = CompiledScene::compile(&job.scene, Some(&job.root), job.scene.depth);
     let (width, height) = job.size;
     let settings = RenderSettings {
-        width,
-        height,
-        samples: job.scene.picture.samples,
-        camera: job.scene.camera,
-        lights: job.scene.lights(),
-        background: job.scene.background,
+        picture: Picture { width, height, ..job.scene.picture },
+        ..RenderSettings::of(&job.scene)
     };
     let threads = if job.threads == 0 { available_threads() } else { job.threads };
     let meter = Meter::new(job, voice);

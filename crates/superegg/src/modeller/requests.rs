@@ -8,6 +8,7 @@ use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::{Fault, Recovery, Request, Timeline, format_number, write_session};
 use superegg_render::{CompiledScene, RenderBudget, RenderSettings, render};
+use superegg_scene::Picture;
 
 use crate::commands::intersect::{tell_camera_ray, tell_hit};
 use crate::commands::iotest::Grid;
@@ -404,12 +405,8 @@ impl Modeller {
         let shape = (scene.picture.width, scene.picture.height);
         let (width, height) = canvas.size_px(shape, columns.max(1), rows.saturating_sub(2).max(1));
         let settings = RenderSettings {
-            width,
-            height,
-            samples: scene.picture.samples.min(4),
-            camera: scene.camera,
-            lights: scene.lights(),
-            background: scene.background,
+            picture: Picture { width, height, samples: scene.picture.samples.min(4), ..scene.picture },
+            ..RenderSettings::of(scene)
         };
         let threads = match session.settings.threads {
             0 => available_threads(),
