@@ -23,8 +23,6 @@ use crate::render::RenderSettings;
 use crate::share::Share;
 use crate::tiling::{Tile, tiles};
 
-/// What every partial file begins with, of any version.
-const FAMILY: &[u8] = b"superegg part ";
 /// What those of this version begin with. A change of anything that this file writes is a new version.
 const FIRST_LINE: &[u8] = b"superegg part 1\n";
 /// No header is longer, in bytes.
@@ -148,10 +146,16 @@ impl PartHeader {
         bytes
     }
 
+    /// What every partial file begins with, of any version.
+    pub const FAMILY: &[u8] = b"superegg part ";
+
+    /// No header is longer.
+    pub const MOST_BYTES: u64 = (FIRST_LINE.len() + 4 + CHECK + LONGEST_HEADER) as u64;
+
     /// The most bytes that a file of this picture should have: each tile twice.
     pub fn most_bytes(&self) -> u64 {
         let record = |tile: &Tile| (HEAD + tile.pixel_count() * Pixel::BYTES + CHECK) as u64;
-        2 * self.tiles().iter().map(record).sum::<u64>() + LONGEST_HEADER as u64
+        Self::MOST_BYTES + 2 * self.tiles().iter().map(record).sum::<u64>()
     }
 
     /// A finished tile as a record, with its pixels row by row.
@@ -177,7 +181,7 @@ impl PartHeader {
             return Err(PartError::BrokenOff);
         }
         let Some(rest) = bytes.strip_prefix(FIRST_LINE) else {
-            let is_part = bytes.starts_with(FAMILY);
+            let is_part = bytes.starts_with(Self::FAMILY);
             return Err(if is_part { PartError::OtherVersion } else { PartError::NotAPart });
         };
         let (length, rest) = rest.split_first_chunk().ok_or(PartError::BrokenOff)?;

@@ -7,13 +7,15 @@ use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use superegg_lang::{ArgKind, Range, find_command, nearest, parse_number, parse_size};
 use superegg_scene::{Encoding, Picture};
 
+use crate::share::ShareArg;
+
 /// A modeller and exact ray tracer for superquadrics.
 #[derive(Debug, Parser)]
 #[command(
     version,
     args_conflicts_with_subcommands = true,
     before_help = "Without a command: the modeller, a prompt to build scenes at; lines from standard input where that is no terminal.",
-    after_help = "Exit codes: 0 fine; 1 errors in the input; 2 wrong usage, or a file that cannot be read or written."
+    after_help = "Exit codes: 0 fine; 1 errors in the input; 2 wrong usage, or a file that cannot be read or written; 130 stopped by ctrl-c."
 )]
 pub(crate) struct Args {
     /// A scene to open the modeller with
@@ -26,6 +28,8 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Ray trace a scene into a PNG picture
     Render(RenderArgs),
+    /// Put the shares of a picture together
+    Merge(MergeArgs),
     /// Find where rays first cross a surface
     Intersect(IntersectArgs),
     /// Test points with the inside-outside function
@@ -71,6 +75,36 @@ pub(crate) struct RenderArgs {
     /// Write counts, seconds and memory as JSON to this file
     #[arg(long, value_name = "FILE.json")]
     pub(crate) stats: Option<PathBuf>,
+    /// Print nothing but errors and warnings
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) long: LongArgs,
+}
+
+/// How long work is divided, and gone on with.
+#[derive(Debug, clap::Args)]
+pub(crate) struct LongArgs {
+    /// Go on with a render that was stopped or killed, from its partial file, OUT.png.part; begin anew where there is none
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Render share K of N (1/N to N/N, never 0) into the partial file that -o names; 'superegg merge' puts the shares together. 'auto' takes
+    /// the share that a Slurm array or an indexed Kubernetes job means this one to do; auto/N says of how many
+    #[arg(long, value_name = "K/N")]
+    pub(crate) tiles: Option<ShareArg>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct MergeArgs {
+    /// The partial files: shares of one picture, or what a stopped render left
+    #[arg(required = true, value_name = "FILE.part")]
+    pub(crate) parts: Vec<PathBuf>,
+    /// The picture
+    #[arg(short, long, value_name = "OUT.png")]
+    pub(crate) output: PathBuf,
+    /// Write the picture even if tiles are missing; they are left black
+    #[arg(long)]
+    pub(crate) partial: bool,
     /// Print nothing but errors and warnings
     #[arg(long)]
     pub(crate) quiet: bool,

@@ -1,24 +1,30 @@
 //! `superegg render`: a scene into a picture.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use superegg_render::{CompiledScene, RayCounts, RenderBudget, RenderSettings, Rendered, render};
-use superegg_scene::{Picture, Scene};
+use superegg_lang::write_session;
+use superegg_render::{CompiledScene, PartHeader, RayCounts, RenderBudget, RenderSettings, Share};
+use superegg_scene::Picture;
 
 use crate::args::RenderArgs;
 use crate::commands::{Outcome, available_threads, counted};
 use crate::files;
+use crate::interrupt::Interrupt;
 use crate::load::load;
+use crate::long_render::LongRender;
 use crate::memory::peak_rss_bytes;
 use crate::say;
+use crate::share::ShareArg;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
-    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene));
+    let share =
+        args.long.tiles.map(ShareArg::share).transpose().context("cannot tell the share for --tiles")?;
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene, share));
+    check_ending(&output, share)?;
     for place in [Some(output.as_path()), args.stats.as_deref()] {
         files::check_writable_place(place, &args.scene)?;
     }
@@ -29,9 +35,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
 
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let scene = loaded.session.scene();
-    let compiled = CompiledScene::compile(scene, root.as_deref(), args.depth.unwrap_or(scene.depth));
+    let depth = args.depth.unwrap_or(scene.depth);
+    let compiled = CompiledScene::compile(scene, root.as_deref(), depth);
     let compile = clock.lap();
-    if let Some(root) = root.filter(|_| compiled.instance_count().to_string() == "0") {
+    if let Some(root) = root.as_deref().filter(|_| compiled.instance_count().to_string() == "0") {
         say::complain(format_args!(
             "superegg: warning: '{root}' comes to nothing: the picture will show only the background"
         ));
@@ -39,9 +46,29 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
 
     let threads = args.threads.map_or_else(available_threads, usize::from);
     let picture = picture_of(args, scene.picture);
-    let rendered = draw(scene, &compiled, picture, args.quiet, threads)?;
+    let settings = RenderSettings { picture, ..RenderSettings::of(scene) };
+    let header = || {
+        let text = write_session(&loaded.session);
+        let whole = share.unwrap_or(Share::WHOLE);
+        PartHeader::new(env!("CARGO_PKG_VERSION"), &text, root.as_deref(), depth, &settings, whole)
+    };
+    let tell = |told: &str| say::complain(format_args!("superegg: {told}"));
+    let inform = |told: &str| {
+        if !args.quiet {
+            tell(told);
+        }
+    };
+    let mut work = LongRender::new(&output, share, args.long.resume, &picture, header, &inform)?;
+    let interrupt = Interrupt::listen()?;
+    let bar = progress_bar(work.wanted_pixels(), args.quiet);
+    let budget =
+        RenderBudget { threads, cancel: interrupt.flag(), progress: &|pixels| bar.set_position(pixels) };
+    let rendered = work.render(&compiled, &settings, &budget, &|told| bar.suspend(|| tell(told)));
+    bar.finish_and_clear();
+    let rendered = rendered?;
     let render = clock.lap();
-    files::write(&output, &rendered.film.to_png(picture.encoding)?)?;
+    let stopped =
+        work.conclude(&output, || files::write(&output, &rendered.film.to_png(picture.encoding)?))?;
     let write = clock.lap();
 
     let stats = Stats {
@@ -68,12 +95,17 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     }
     let is_piped =
         [Some(output.as_path()), args.stats.as_deref()].into_iter().flatten().any(files::is_standard_stream);
+    if let Some(stopped) = stopped {
+        tell(&format!("stopped: {stopped}"));
+        return Ok(Outcome::Stopped(interrupt.exit_code()));
+    }
     if !args.quiet && !is_piped {
         say::out(format_args!(
-            "{}: {}x{}, {}, {render:.1} s{}",
+            "{}: {}x{}, {}{}, {render:.1} s{}",
             output.display(),
             stats.width,
             stats.height,
+            share.map_or_else(String::new, |share| format!("share {share}, ")),
             counted(&stats.instances, "instance"),
             limits(&stats)
         ))?;
@@ -108,31 +140,36 @@ fn limits(stats: &Stats) -> String {
     limits
 }
 
-/// The scene's name with .png, in the current folder.
-fn default_output(scene: &Path) -> PathBuf {
+/// The scene's name with .png, or with the share and .part, in the current folder.
+fn default_output(scene: &Path, share: Option<Share>) -> PathBuf {
     let stem = scene.file_stem().filter(|_| !files::is_standard_stream(scene));
     let mut name = stem.unwrap_or("scene".as_ref()).to_owned();
-    name.push(".png");
+    name.push(match share {
+        // As many digits for each, so that names are in order.
+        Some(share) => {
+            let digits = share.count().to_string().len();
+            format!("-{:0digits$}-of-{}.part", share.number(), share.count())
+        }
+        None => ".png".to_owned(),
+    });
     PathBuf::from(name)
 }
 
-fn draw(
-    scene: &Scene,
-    compiled: &CompiledScene,
-    picture: Picture,
-    quiet: bool,
-    threads: usize,
-) -> Result<Rendered> {
-    let settings = RenderSettings { picture, ..RenderSettings::of(scene) };
-    let bar = progress_bar(u64::from(picture.width) * u64::from(picture.height), quiet);
-    let budget = RenderBudget {
-        threads,
-        cancel: &AtomicBool::new(false),
-        progress: &|pixels| bar.set_position(pixels),
-    };
-    let rendered = render(compiled, &settings, &budget).context("cannot start the threads");
-    bar.finish_and_clear();
-    rendered
+/// Refuses to write a share where a picture would be expected, and the other way round.
+fn check_ending(output: &Path, share: Option<Share>) -> Result<()> {
+    let is_part = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("part"));
+    let name = output.display();
+    match share {
+        Some(_) if !is_part => {
+            bail!(
+                "a share is no picture, so -o takes NAME.part, not '{name}'; 'superegg merge' makes the picture"
+            )
+        }
+        None if is_part => {
+            bail!("'{name}' would be a partial file; --tiles K/N renders one, or name a picture")
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A bar on standard error; hidden where that is no terminal.
