@@ -346,7 +346,7 @@ impl<'a> Wave<'a> {
         while !self.rays.is_empty() {
             let points = self.arrive(colors, taken);
             let lights = self.setting.lights();
-            lighting::add_light(self.setting, &points, lights, false, colors, taken);
+            lighting::add_light(self.setting, &points, &lights, false, colors, taken);
             let mut next = Self::new(self.setting, self.bounces + 1);
             points.iter().for_each(|point| next.leave(point, colors, taken));
             self = next;

@@ -53,7 +53,7 @@ pub(crate) struct ShadowRays {
 pub(crate) fn add_light<'l>(
     setting: Setting<'_>,
     points: &[SurfacePoint<'_>],
-    lights: impl Iterator<Item = (u32, &'l Light)> + Clone,
+    lights: &(impl Iterator<Item = (u32, &'l Light)> + Clone),
     is_first: bool,
     colors: &mut [DVec3],
     taken: &mut Taken,

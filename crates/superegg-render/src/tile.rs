@@ -144,7 +144,7 @@ impl<'a> TileTracer<'a> {
             wave.push(FlightRay { ray: *ray, departure: None, footprint: self.footprint }, arrival);
         }
         let points = wave.arrive(colors, &mut self.taken);
-        lighting::add_light(self.setting, &points, self.setting.lights(), true, colors, &mut self.taken);
+        lighting::add_light(self.setting, &points, &self.setting.lights(), true, colors, &mut self.taken);
         points
     }
 
@@ -184,7 +184,7 @@ impl<'a> TileTracer<'a> {
             self.add_point_light(light, rays.len(), &points, &candidates, colors);
         }
         let others = self.setting.lights().filter(|(_, light)| !is_point(light));
-        lighting::add_light(self.setting, &points, others, true, colors, &mut self.taken);
+        lighting::add_light(self.setting, &points, &others, true, colors, &mut self.taken);
         points
     }
 
