@@ -5,14 +5,20 @@
 //! are; the camera's own vectors make the picture come out the right way round. Glass is near, not the same: POV-Ray filters light by the surface's
 //! colour where this program takes its root.
 //!
+//! The same: an absorbing inside, checkers, gradients, a floor, a sky, an orthographic camera, point lights and suns without a radius.
+//! Near: a spot's rim (POV-Ray fades it in the cosine, this program in the angle), soft shadows (a disc of light that faces what it shines at, for a
+//! ball), a mirror by Fresnel's reflectance (it takes from the surface's own colour there as head-on), a lens (POV-Ray spreads it over a polygon).
+//! Not there: ambient occlusion, gloss in mirrors, filters, exposure and tone, which belong to how POV-Ray is called.
+//!
 //! An object is declared once for each depth that it is opened to. POV-Ray copies what it refers to, so a scene of very many instances is refused.
 
 use std::collections::HashMap;
 use std::fmt::Write;
 
 use superegg_geom::Transform;
-use superegg_geom::glam::{DAffine3, DVec3};
-use superegg_scene::{Camera, Entity, Light, Material, Object, Primitive, Scene};
+use superegg_geom::glam::{DAffine3, DMat3, DVec3};
+use superegg_geom::unit_vector;
+use superegg_scene::{Camera, Entity, Floor, Light, LightKind, Material, Object, Pattern, Primitive, Scene};
 use thiserror::Error;
 
 /// POV-Ray holds every instance in memory, some kilobytes each.
@@ -60,43 +66,76 @@ struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     fn head(&mut self) {
-        let background = vector(self.scene.background);
+        let most_levels = self.scene.picture.bounces.saturating_add(1).min(MOST_LEVELS);
         let _ = write!(
             self.text,
             "// Written by superegg. Render with the picture's own size, for example:\n\
              //   povray +W1280 +H960 FILE.pov\n\
              #version 3.7;\n\
-             global_settings {{ assumed_gamma 1.0 max_trace_level 17 ambient_light rgb 1 }}\n\
-             background {{ color rgb {background} }}\n"
+             global_settings {{ assumed_gamma 1.0 max_trace_level {most_levels} ambient_light rgb 1 }}\n\
+"
         );
+        self.text.push_str(&self.sky());
         self.camera(&self.scene.camera);
-        self.scene.lights().iter().for_each(|light| self.light(light));
+        self.scene.lights().iter().for_each(|light| self.text.push_str(&light_source(light)));
+        if let Some(floor) = &self.scene.floor {
+            self.floor(floor);
+        }
         self.text.push('\n');
+    }
+
+    fn sky(&self) -> String {
+        let Some(sky) = self.scene.sky else {
+            return format!("background {{ color rgb {} }}\n", vector(self.scene.background));
+        };
+        let up = unit_vector(sky.up).unwrap_or(DVec3::Y);
+        let (horizon, zenith) = (vector(sky.horizon), vector(sky.zenith));
+        // From straight down to straight up; nothing changes below the horizon.
+        let colors = format!("[0.5 color rgb {horizon}] [1 color rgb {zenith}]");
+        format!("sky_sphere {{ pigment {{ {} }} }}\n", gradient(up, -1.0, 1.0, &colors))
     }
 
     fn camera(&mut self, camera: &Camera) {
         let (right, up, forward) = camera.frame();
-        let height = 2.0 * (0.5 * camera.fov_deg.to_radians()).tan();
+        let kind = if camera.ortho_height.is_some() { "orthographic" } else { "perspective" };
+        let of_angle = 2.0 * (0.5 * camera.fov_deg.to_radians()).tan();
+        let height = camera.ortho_height.unwrap_or(of_angle);
+        let lens = camera.lens.map_or(String::new(), |lens| {
+            let focus = vector(camera.position + forward * lens.focus);
+            let diameter = 2.0 * lens.radius;
+            format!("\n  aperture {diameter} focal_point {focus} blur_samples 64 variance 0")
+        });
         let [position, right, up, forward] =
             [camera.position, right * height, up * height, forward].map(vector);
         let _ = writeln!(
             self.text,
-            "camera {{ perspective location {position} direction {forward} up {up}\n  right {right} * (image_width / image_height) }}"
+            "camera {{ {kind} location {position} direction {forward} up {up}\n  right {right} * (image_width / image_height){lens} }}"
         );
     }
 
-    fn light(&mut self, light: &Light) {
-        let position = vector(light.position().unwrap_or_default());
-        let _ = if light.falloff > 0.0 {
-            let distance = light.falloff.sqrt().recip();
-            let color = vector(0.5 * light.color);
-            writeln!(
-                self.text,
-                "light_source {{ {position} color rgb {color} fade_distance {distance} fade_power 2 }}"
-            )
-        } else {
-            writeln!(self.text, "light_source {{ {position} color rgb {} }}", vector(light.color))
+    /// A plane. Its pattern lies along its own axes, half a cell above where a checker would change.
+    fn floor(&mut self, floor: &Floor) {
+        let [first, second, up] = floor.axes();
+        let material = self.scene.floor_material();
+        let pigment = match material.pattern {
+            Pattern::Checker { size, .. } => {
+                let map = DAffine3 {
+                    matrix3: DMat3::from_cols(first, second, up),
+                    translation: (floor.height - 0.5 * size) * up,
+                };
+                format!("{} {}", pattern(&material, None), affine(&map))
+            }
+            Pattern::Gradient { color, direction } => {
+                let along = unit_vector(direction).unwrap_or(DVec3::Z);
+                let along = DMat3::from_cols(first, second, up) * along;
+                let colors = format!("[0 {}] [1 {}]", rgb(&material, material.color), rgb(&material, color));
+                // To and fro, each over one unit.
+                format!("gradient {} triangle_wave color_map {{ {colors} }} scale 2", vector(along))
+            }
+            Pattern::None => pattern(&material, None),
         };
+        let look = look(&material, &pigment);
+        let _ = writeln!(self.text, "plane {{ {}, {}\n  {look} }}", vector(up), floor.height);
     }
 
     /// Declares what a name stands for when objects may be opened `remaining` levels deep.
@@ -140,7 +179,11 @@ impl<'a> Writer<'a> {
             format!("superellipsoid {{ <{}, {}>", exponents.e, exponents.n)
         };
         let radii = vector(primitive.shape.radii());
-        let look = look(&primitive.material);
+        let reach = |direction: DVec3| {
+            let linear = DMat3::from_cols(direction, DVec3::ZERO, DVec3::ZERO).transpose();
+            primitive.shape.half_extent_under(&linear).x
+        };
+        let look = look(&primitive.material, &pattern(&primitive.material, Some(&reach)));
         let _ = writeln!(self.text, "#declare {identifier} = {shape} scale {radii}\n  {look} }}");
     }
 
@@ -200,42 +243,136 @@ fn vector(v: DVec3) -> String {
 
 /// The images of the axes, and that of the origin.
 fn matrix(map: &Transform) -> String {
-    if *map == Transform::IDENTITY {
-        return String::new();
-    }
-    let DAffine3 { matrix3: m, translation } = *map.forward();
+    if *map == Transform::IDENTITY { String::new() } else { affine(map.forward()) }
+}
+
+fn affine(map: &DAffine3) -> String {
+    let DAffine3 { matrix3: m, translation } = *map;
     let rows = [m.x_axis, m.y_axis, m.z_axis, translation].map(|v| format!("{},{},{}", v.x, v.y, v.z));
     format!("matrix <{}>", rows.join(", "))
 }
 
-fn look(material: &Material) -> String {
+/// A sun stands so far away, in world units; POV-Ray knows no light at infinity.
+const SUN_DISTANCE: f64 = 1e6;
+/// POV-Ray follows no ray further.
+const MOST_LEVELS: u32 = 256;
+/// Rays along each side of a light of some radius.
+const LIGHT_RAYS: u32 = 9;
+
+fn light_source(light: &Light) -> String {
+    let mut color = light.color;
+    let mut words = String::new();
+    let (position, radius) = match light.kind {
+        LightKind::Point { position } => (position, light.radius),
+        LightKind::Spot { position, target, cone_deg, soft } => {
+            let half_deg = 0.5 * cone_deg;
+            let _ = write!(
+                words,
+                " spotlight point_at {} radius {} falloff {half_deg} tightness 0",
+                vector(target),
+                half_deg * (1.0 - soft)
+            );
+            (position, light.radius)
+        }
+        LightKind::Sun { direction } => {
+            if light.radius == 0.0 {
+                words.push_str(" parallel point_at <0, 0, 0>");
+            }
+            let towards = unit_vector(direction).unwrap_or(DVec3::Y);
+            (SUN_DISTANCE * towards, SUN_DISTANCE * light.radius)
+        }
+    };
+    if light.falloff > 0.0 && light.position().is_some() {
+        color *= 0.5;
+        let _ = write!(words, " fade_distance {} fade_power 2", light.falloff.sqrt().recip());
+    }
+    if radius > 0.0 {
+        let width = 2.0 * radius;
+        let _ = write!(
+            words,
+            " area_light <{width}, 0, 0>, <0, 0, {width}>, {LIGHT_RAYS}, {LIGHT_RAYS} adaptive 1 jitter circular orient"
+        );
+    }
+    format!("light_source {{ {} color rgb {}{words} }}\n", vector(position), vector(color))
+}
+
+/// A gradient whose colours go from `least` to `most` along a unit direction.
+fn gradient(along: DVec3, least: f64, most: f64, colors: &str) -> String {
+    // A little wider: at its very end the pattern would begin again.
+    let width = (most - least) * (1.0 + 1e-6);
+    let start = vector(along * (least - (most - least) * 5e-7));
+    format!("gradient {} color_map {{ {colors} }} scale {width} translate {start}", vector(along))
+}
+
+/// A colour with the share that it lets through.
+fn rgb(material: &Material, color: DVec3) -> String {
+    let (_, through) = shares(material);
+    let filter = if through > 0.0 { format!(" filter {through}") } else { String::new() };
+    format!("rgb {}{filter}", vector(color))
+}
+
+/// What is in a pigment. `reach` is how far the shape goes along a unit direction; a gradient needs it.
+fn pattern(material: &Material, reach: Option<&dyn Fn(DVec3) -> f64>) -> String {
+    let base = rgb(material, material.color);
+    match (material.pattern, reach) {
+        (Pattern::Checker { color, size }, _) => {
+            format!("checker color {base}, color {} scale {size}", rgb(material, color))
+        }
+        (Pattern::Gradient { color, direction }, Some(reach)) => {
+            let along = unit_vector(direction).unwrap_or(DVec3::Z);
+            let colors = format!("[0 color {base}] [1 color {}]", rgb(material, color));
+            let reach = reach(along);
+            gradient(along, -reach, reach, &colors)
+        }
+        (Pattern::Gradient { .. } | Pattern::None, _) => base,
+    }
+}
+
+/// The shares of light mirrored and let through, 1 together at most.
+fn shares(material: &Material) -> (f64, f64) {
     let mirror = material.reflected.unwrap_or(0.0);
     let through = material.refracted.unwrap_or(0.0);
     let total = (mirror + through).max(1.0);
-    let (mirror, through) = (mirror / total, through / total);
-    let local = (1.0 - mirror - through).max(0.0);
+    (mirror / total, through / total)
+}
+
+fn look(material: &Material, pigment: &str) -> String {
+    let (mirror, through) = shares(material);
+    // By Fresnel's reflectance little is mirrored head-on, and so much only is taken from the rest.
+    let head_on = ((material.index - 1.0) / (material.index + 1.0)).powi(2);
+    let taken = if material.fresnel { mirror * head_on } else { mirror };
+    let local = (1.0 - taken - through).max(0.0);
     // The colour's own part is lessened by what is let through there as well.
     let own = if through < 1.0 { local / (1.0 - through) } else { 0.0 };
-    let color = material.color;
     let roughness = material.highlight_exponent().max(1e-4).recip();
     let mut text = format!(
-        "pigment {{ rgb {} {} }} finish {{ ambient {} diffuse {} specular {} roughness {roughness}",
-        vector(color),
-        if through > 0.0 { format!("filter {through}") } else { String::new() },
+        "pigment {{ {pigment} }} finish {{ ambient {} diffuse {} specular {} roughness {roughness}",
         material.ambient * own,
         material.diffuse * own,
         material.specular
     );
     if through > 0.0 {
         let _ = write!(text, " reflection {{ {mirror}, 1 fresnel on }} conserve_energy }}");
-        let _ = write!(text, " interior {{ ior {} }}", material.index);
+        let _ = write!(text, " interior {{ ior {}{} }}", material.index, absorption(material.absorb));
+    } else if mirror > 0.0 && material.fresnel {
+        let _ =
+            write!(text, " reflection {{ 0, {mirror} fresnel on }} }} interior {{ ior {} }}", material.index);
+    } else if mirror > 0.0 {
+        let _ = write!(text, " reflection {mirror} }}");
     } else {
-        if mirror > 0.0 {
-            let _ = write!(text, " reflection {mirror}");
-        }
         text.push_str(" }");
     }
     text
+}
+
+/// Light that fades as `exp(-absorb * way)`: POV-Ray's is `exp(-(1 - color) * way / distance)` for powers above 1000.
+fn absorption(absorb: DVec3) -> String {
+    let most = absorb.max_element();
+    if most <= 0.0 {
+        return String::new();
+    }
+    let color = vector(DVec3::ONE - absorb / most);
+    format!(" fade_distance {} fade_power 1001 fade_color rgb {color}", most.recip())
 }
 
 #[cfg(test)]
@@ -267,6 +404,33 @@ mod tests {
                 place(&format!("#declare {identifier}")) < text.rfind(&format!("{{ {identifier} ")).unwrap()
             );
         }
+    }
+
+    #[test]
+    fn what_is_around_is_written() {
+        let mut scene = scene();
+        scene.set_light("sun", Light { kind: LightKind::Sun { direction: DVec3::Y }, ..Light::DEFAULT });
+        let spot = LightKind::Spot { position: DVec3::Z, target: DVec3::ZERO, cone_deg: 60.0, soft: 0.5 };
+        scene.set_light("spot", Light { kind: spot, radius: 0.5, falloff: 0.25, ..Light::DEFAULT });
+        scene.floor = Some(Floor { height: -1.0, up: DVec3::Y, surface: Some("sphere".into()) });
+        scene.camera.ortho_height = Some(4.0);
+        let sphere = scene.primitive_mut("sphere").unwrap();
+        sphere.material.pattern = Pattern::Checker { color: DVec3::X, size: 0.25 };
+        (sphere.material.refracted, sphere.material.absorb) = (Some(0.5), DVec3::new(0.0, 1.0, 2.0));
+        let text = to_povray(&scene, "my tree", 3).unwrap();
+        for part in [
+            "parallel point_at <0, 0, 0>",
+            "radius 15 falloff 30",
+            "fade_distance 2 fade_power 2",
+            "area_light <1, 0, 0>",
+            "plane { <0, 1, 0>, -1",
+            "checker color rgb <1, 1, 1> filter 0.5, color rgb <1, 0, 0> filter 0.5 scale 0.25",
+            "fade_distance 0.5 fade_power 1001 fade_color rgb <1, 0.5, 0>",
+            "camera { orthographic",
+        ] {
+            assert!(text.contains(part), "no {part} in\n{text}");
+        }
+        assert_eq!(text.matches('{').count(), text.matches('}').count());
     }
 
     #[test]

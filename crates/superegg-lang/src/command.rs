@@ -2,7 +2,7 @@
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, TransformStep};
-use superegg_scene::{Camera, Light, MaterialShare, Patches};
+use superegg_scene::{AmbientOcclusion, Camera, Light, MaterialShare, Patches, Sky};
 
 /// One command with its arguments, each within its range.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +58,17 @@ pub enum Command {
     SetIndex(f64),
     /// Set the exponent of the highlight.
     SetShininess(f64),
+    /// Set whether the mirrored share follows Fresnel's reflectance.
+    SetFresnel(bool),
+    /// Set what the inside takes away of light let through.
+    SetAbsorption(DVec3),
+    /// Set the second colour, in the words that say what it is like: which numbers fit depends on the word.
+    SetPattern {
+        /// `none`, `checker` or `gradient`.
+        word: String,
+        /// A colour, and perhaps a size or a direction.
+        numbers: Vec<f64>,
+    },
     /// Select an object, making it if new.
     Object(String),
     /// Append to the transform of the whole object.
@@ -86,12 +97,45 @@ pub enum Command {
     SetLight(String, Light),
     /// Take a light away.
     RemoveLight(String),
-    /// Set the camera's place, target and field of view; its up direction stays.
+    /// Set the radius of a light.
+    SetLightRadius {
+        /// Its name.
+        name: String,
+        /// The radius, in world units.
+        radius: f64,
+    },
+    /// Set the camera's place, target and field of view; the rest of it stays.
     SetCamera(Camera),
     /// Set the camera's up direction.
     SetCameraUp(DVec3),
+    /// Make the camera orthographic, with a picture of this height in world units; 0 for a perspective.
+    SetOrthographic(f64),
+    /// Give the camera a lens; a radius of 0 for a pinhole.
+    SetLens {
+        /// Its radius, in world units.
+        radius: f64,
+        /// The distance in focus, that of the target where it is not said.
+        focus: Option<f64>,
+    },
     /// Set the background colour.
     SetBackground(DVec3),
+    /// Set the sky, or take it away.
+    SetSky(Option<Sky>),
+    /// Lay a floor.
+    SetFloor {
+        /// Its height along `up`, in world units.
+        height: f64,
+        /// The primitive whose surface it has.
+        surface: Option<String>,
+        /// The direction at right angles to it.
+        up: DVec3,
+    },
+    /// Set the floor's up direction.
+    SetFloorUp(DVec3),
+    /// Take the floor away.
+    RemoveFloor,
+    /// Keep ambient light from corners, or no longer.
+    SetAmbientOcclusion(Option<AmbientOcclusion>),
     /// Set how deep objects are opened.
     SetDepth(u32),
 }

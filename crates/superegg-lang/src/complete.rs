@@ -5,7 +5,7 @@ use crate::parser::words_of_command;
 use crate::session::Session;
 use crate::settings::{SettingKind, find_setting};
 use crate::spec::{ArgKind, CommandSpec};
-use crate::table::{COMMANDS, find_command};
+use crate::table::{COMMANDS, command_of};
 
 /// The ways to go on from a cursor.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
     let Some((command, before)) = before.split_first() else {
         return Completion { start, candidates: commands(partial), file: None };
     };
-    let Some(spec) = find_command(command.text) else { return nothing };
+    let Some(spec) = command_of(command.text, before) else { return nothing };
     let mut candidates = Vec::new();
     let mut file = None;
     if partial.starts_with('-') {
@@ -69,7 +69,13 @@ fn line_at(line: &str, column: usize) -> char {
 /// Command names that begin so; other spellings only where no name does.
 fn commands(partial: &str) -> Vec<String> {
     let names = fitting(COMMANDS.iter().map(|spec| spec.name), partial);
-    let spellings = || fitting(COMMANDS.iter().flat_map(CommandSpec::all_spellings), partial);
+    let spellings = || {
+        let mut found = fitting(COMMANDS.iter().flat_map(CommandSpec::all_spellings), partial);
+        // One spelling may be two commands'.
+        found.sort();
+        found.dedup();
+        found
+    };
     if names.is_empty() { spellings() } else { names }
 }
 

@@ -5,7 +5,7 @@ use crate::parser::shorten;
 use crate::session::did_you_mean;
 use crate::settings::SETTINGS;
 use crate::spec::{ArgKind, CommandSpec, Group, Needs, Of};
-use crate::table::{COMMANDS, find_command};
+use crate::table::{COMMANDS, commands_spelt};
 
 /// The list of commands by groups, or the text of each of those named.
 ///
@@ -22,7 +22,9 @@ pub fn help(names: &[String]) -> Result<String, (usize, Fault)> {
 
 fn explain_named(i: usize, name: &str) -> Result<String, (usize, Fault)> {
     let group = || Group::ALL.into_iter().find(|group| group.word().eq_ignore_ascii_case(name));
-    find_command(name).map(explain).or_else(|| group().map(list_group)).ok_or_else(|| {
+    let texts: Vec<String> = commands_spelt(name).map(explain).collect();
+    let text = (!texts.is_empty()).then(|| texts.join("\n\n"));
+    text.or_else(|| group().map(list_group)).ok_or_else(|| {
         let words = COMMANDS.iter().flat_map(CommandSpec::all_spellings).chain(Group::ALL.map(Group::word));
         let fault = Fault::new("unknown-command", format!("there is no command '{}'", shorten(name)));
         (i, fault.help(did_you_mean(name, words, "'help' alone lists the commands")))
@@ -134,6 +136,10 @@ mod tests {
                 && text.contains("translate x y z")
                 && text.contains("x: above 0")
                 && text.contains("also: coeff")
+        );
+        let both = help(&["ao".into()]).unwrap();
+        assert!(
+            both.contains("addObject NAME [ALIAS]") && both.contains("ambientOcclusion samples distance")
         );
     }
 }

@@ -8,7 +8,7 @@ use crate::parser::{Word, words_of_command};
 use crate::session::Session;
 use crate::settings::can_be;
 use crate::spec::{ArgKind, CommandSpec, Of, parse_size, size_form};
-use crate::table::{COMMANDS, find_command};
+use crate::table::{COMMANDS, command_of};
 
 /// What a part of a line is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +34,7 @@ pub fn highlight(session: &Session, line: &str) -> Vec<(Range<usize>, Paint)> {
     let bytes = |columns: &Range<usize>| bytes_of_columns[columns.start]..bytes_of_columns[columns.end];
     let mut parts = Vec::new();
     if let Some((first, rest)) = words.split_first() {
-        let spec = find_command(first.text);
+        let spec = command_of(first.text, rest);
         let first_paint = match spec {
             Some(_) => Some(Paint::Command),
             None if rest.is_empty() && begins_command(first.text) => None,

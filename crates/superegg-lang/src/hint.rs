@@ -8,7 +8,7 @@ use crate::parser::{Word, words_of_command};
 use crate::session::Session;
 use crate::settings::find_setting;
 use crate::spec::{Arg, ArgKind, CommandSpec, Needs};
-use crate::table::{COMMANDS, find_command};
+use crate::table::{COMMANDS, commands_spelt, find_command};
 
 /// What to show behind the end of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,12 +27,16 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
     let words = words_of_command(line);
     let (first, rest) = words.split_first()?;
     let is_at_word = !line.ends_with(char::is_whitespace);
-    let (spec, rest_of_name) = match find_command(first.text) {
+    let (spec, rest_of_name) = match command_so_far(first.text, rest) {
         Some(spec) => (spec, String::new()),
         None if rest.is_empty() && is_at_word => only_command(first.text)?,
         None => return None,
     };
     let mut arguments = arguments_after(spec, rest.iter().filter(|word| !is_loose(spec, word.text)).count());
+    let others: Vec<_> = commands_spelt(first.text).skip(1).filter(|_| rest.is_empty()).collect();
+    for other in &others {
+        arguments.push_str(&format!(" or {}", arguments_after(other, 0)));
+    }
     if let Some(setting) = rest.first().and_then(|word| find_setting(word.text))
         && next_arg(spec, rest).is_some_and(|arg| arg.kind == ArgKind::Value)
     {
@@ -44,13 +48,20 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
     if let Some(wrong) = wrong_number(spec, rest).filter(|_| is_at_word) {
         arguments = wrong;
     }
-    if !is_selected(session, spec.needs) {
+    if others.is_empty() && !is_selected(session, spec.needs) {
         arguments.push_str(match spec.needs {
             Needs::Primitive => "   needs a selected primitive",
             _ => "   needs a selected object",
         });
     }
     (!arguments.is_empty() || !rest_of_name.is_empty()).then_some(Hint { rest_of_name, arguments })
+}
+
+/// The command of a line that may go on; of two with one spelling the one that takes numbers, once a number stands first.
+fn command_so_far(first: &str, rest: &[Word<'_>]) -> Option<&'static CommandSpec> {
+    let is_of_numbers =
+        (1..=2).contains(&rest.len()) && rest.iter().all(|word| parse_number(word.text).is_ok());
+    commands_spelt(first).nth(usize::from(is_of_numbers)).or_else(|| find_command(first))
 }
 
 /// What the last word must be, where it is a number that cannot be.
@@ -133,6 +144,10 @@ mod tests {
             ("render 64x48 ", "|[FILE] [WxH]"),
             ("set wireframe ", "|VALUE(on or off)"),
             ("stop", "| [render]"),
+            ("ao ", "|NAME [ALIAS] or samples(0, 1 .. 65536) distance(>0)"),
+            ("ao ball ", "|[ALIAS]   needs a selected object"),
+            ("ao 16 ", "|distance(>0)"),
+            ("setPattern", "| none|checker|gradient [r(0..1) g(0..1) b(0..1)] [size|x] [y z]"),
             ("exp 1 -3", "|   n must be above 0"),
         ] {
             assert_eq!(shown(line).as_deref(), Some(expected), "{line}");

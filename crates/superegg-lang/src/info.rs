@@ -2,7 +2,7 @@
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Entity, Light, Material, Object, Primitive};
+use superegg_scene::{Entity, Light, LightKind, Material, Object, Pattern, Primitive, Scene};
 
 use crate::diagnostic::Fault;
 use crate::number::format_number;
@@ -61,15 +61,9 @@ fn list(session: &Session) -> String {
     if scene.named_lights().len() == 0 {
         lines.push(format!("  the default: {}", light_words(&Light::DEFAULT)));
     }
-    let camera = &scene.camera;
-    lines.push(format!(
-        "camera at {} towards {}, up {}, field of view {} degrees",
-        vector(camera.position),
-        vector(camera.target),
-        vector(camera.up),
-        format_number(camera.fov_deg)
-    ));
+    lines.push(camera_words(scene));
     lines.push(format!("background {}", vector(scene.background)));
+    lines.extend(surroundings_words(scene));
     lines.push(format!("depth {}", scene.depth));
     lines.push(match session.selected() {
         Some(name) => format!("selected: {name}"),
@@ -85,13 +79,64 @@ fn sorted<'a, T>(entries: impl Iterator<Item = (&'a str, T)>) -> Vec<(&'a str, T
     entries
 }
 
+fn camera_words(scene: &Scene) -> String {
+    let camera = &scene.camera;
+    let mut words = format!(
+        "camera at {} towards {}, up {}",
+        vector(camera.position),
+        vector(camera.target),
+        vector(camera.up)
+    );
+    words += &match camera.ortho_height {
+        Some(height) => format!(", orthographic, {} high", format_number(height)),
+        None => format!(", field of view {} degrees", format_number(camera.fov_deg)),
+    };
+    if let Some(lens) = camera.lens {
+        let (radius, focus) = (format_number(lens.radius), format_number(lens.focus));
+        words += &format!(", lens of radius {radius} with focus at {focus}");
+    }
+    words
+}
+
+/// Sky, floor and ambient occlusion, where they are.
+fn surroundings_words(scene: &Scene) -> Vec<String> {
+    let sky = scene.sky.map(|sky| {
+        let (horizon, zenith) = (vector(sky.horizon), vector(sky.zenith));
+        format!("sky {horizon} at the horizon, {zenith} at the zenith, up {}", vector(sky.up))
+    });
+    let floor = scene.floor.as_ref().map(|floor| {
+        let surface = floor.surface.as_ref().map_or(String::new(), |name| format!(", surface of {name}"));
+        format!("floor at height {}, up {}{surface}", format_number(floor.height), vector(floor.up))
+    });
+    let occlusion = scene.ambient_occlusion.map(|occlusion| {
+        let distance = format_number(occlusion.distance);
+        format!("ambient occlusion: {} samples, distance {distance}", occlusion.samples)
+    });
+    [sky, floor, occlusion].into_iter().flatten().collect()
+}
+
 fn light_words(light: &Light) -> String {
-    format!(
-        "at {}, colour {}, k {}",
-        vector(light.position().unwrap_or_default()),
-        vector(light.color),
-        format_number(light.falloff)
-    )
+    let (color, falloff) = (vector(light.color), format_number(light.falloff));
+    let words = match light.kind {
+        LightKind::Point { position } => format!("at {}, colour {color}, k {falloff}", vector(position)),
+        LightKind::Spot { position, target, cone_deg, soft } => format!(
+            "spot at {} towards {}, {} degrees, colour {color}, k {falloff}, soft {}",
+            vector(position),
+            vector(target),
+            format_number(cone_deg),
+            format_number(soft)
+        ),
+        LightKind::Sun { direction } => format!("sun from {}, colour {color}", vector(direction)),
+    };
+    if light.radius > 0.0 { format!("{words}, radius {}", format_number(light.radius)) } else { words }
+}
+
+fn pattern_words(pattern: Pattern) -> String {
+    match pattern {
+        Pattern::None => "none".to_owned(),
+        Pattern::Checker { color, size } => format!("checker {} {}", vector(color), format_number(size)),
+        Pattern::Gradient { color, direction } => format!("gradient {} {}", vector(color), vector(direction)),
+    }
 }
 
 fn details(name: &str, entity: &Entity) -> String {
@@ -126,6 +171,9 @@ fn primitive_details(name: &str, primitive: &Primitive) -> String {
         ("specular", format_number(material.specular)),
         ("index", format_number(material.index)),
         ("shininess", shininess),
+        ("fresnel", if material.fresnel { "on" } else { "off" }.to_owned()),
+        ("absorb", vector(material.absorb)),
+        ("pattern", pattern_words(material.pattern)),
     ];
     let mut text = format!("primitive {name}");
     for (word, value) in rows {

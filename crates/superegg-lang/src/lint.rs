@@ -14,8 +14,10 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
     let mut warn =
         |code, message: String, help: &str| warnings.push(Diagnostic::of_file(file, code, message, help));
 
-    let used: HashSet<&str> =
-        scene.objects().flat_map(|(_, object)| object.children()).map(|(_, child)| child.target()).collect();
+    let in_objects =
+        scene.objects().flat_map(|(_, object)| object.children()).map(|(_, child)| child.target());
+    let of_floor = scene.floor.as_ref().and_then(|floor| floor.surface.as_deref());
+    let used: HashSet<&str> = in_objects.chain(of_floor).collect();
     for (name, entity) in scene.entities() {
         let is_selected = session.selected() == Some(name);
         match entity {

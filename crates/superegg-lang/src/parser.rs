@@ -8,7 +8,7 @@ use crate::number::parse_number;
 use crate::session::did_you_mean;
 use crate::spec::{ArgKind, Args, CommandSpec, Range as NumberRange, parse_size, size_form};
 use crate::suggest::nearest;
-use crate::table::{COMMANDS, find_command};
+use crate::table::{COMMANDS, command_of, find_command};
 
 /// A parsed line: the command, its row of the table, and where its words stand.
 #[derive(Clone, Debug)]
@@ -90,7 +90,7 @@ pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
     let Some((first, rest)) = words.split_first() else {
         return Ok(None);
     };
-    let spec = find_command(first.text).ok_or_else(|| unknown_command(first))?;
+    let spec = command_of(first.text, rest).ok_or_else(|| unknown_command(first))?;
     let mut args = Args {
         spelling: first.text,
         words: Vec::new(),

@@ -1,14 +1,16 @@
 //! The interpreter: commands change a scene.
 
 use superegg_geom::Superquadric;
-use superegg_scene::{Camera, Entity, Primitive, Scene, SceneError};
+use superegg_geom::glam::DVec3;
+use superegg_scene::{Camera, Entity, Floor, Lens, Light, LightKind, Pattern, Primitive, Scene, SceneError};
 
 use crate::command::{Command, Request};
 use crate::diagnostic::Fault;
 use crate::parser::{Parsed, parse_line, shorten};
 use crate::settings::{self, Settings};
-use crate::spec::Needs;
+use crate::spec::{ArgKind, Needs, Of};
 use crate::suggest::nearest;
+use crate::table::CHECKER_SIZE;
 use crate::{help, info};
 
 /// A scene with what is selected in it, and the settings. Every change goes through [`Session::run_line`] or [`Session::execute`]. A clone
@@ -127,21 +129,60 @@ impl Session {
                 self.scene.ensure_object(name).map_err(|error| scene_fault(self, error))?;
                 self.selected = Some(name.clone());
             }
-            Command::SetLight(name, light) => self.scene.set_light(name, *light),
+            Command::SetLight(name, light) => {
+                check_light(light, parsed)?;
+                self.scene.set_light(name, *light);
+            }
+            Command::SetLightRadius { name, radius } => {
+                let light = *self.scene.light(name).map_err(|error| scene_fault(self, error))?;
+                self.scene.set_light(name, Light { radius: *radius, ..light });
+            }
             Command::RemoveLight(name) => {
                 self.scene.remove_light(name).map_err(|error| scene_fault(self, error))?;
             }
             Command::SetCamera(camera) => self.set_camera(camera, parsed)?,
             Command::SetCameraUp(up) => {
-                if up.abs().max_element() == 0.0 {
-                    let fault = Fault::new("no-direction", "the direction 0 0 0 leads nowhere");
-                    return Err(fault
-                        .help("give the direction that goes up in the picture, such as 0 1 0")
-                        .at(arguments(parsed)));
-                }
+                check_direction(*up, "the direction that goes up in the picture, such as 0 1 0", parsed)?;
                 self.scene.camera.up = *up;
             }
+            Command::SetOrthographic(height) => {
+                self.scene.camera.ortho_height = (*height > 0.0).then_some(*height);
+            }
+            Command::SetLens { radius, focus } => {
+                let focus = focus.unwrap_or_else(|| distance_of_target(&self.scene.camera));
+                if !focus.is_finite() {
+                    let fault =
+                        Fault::new("out-of-range", "the camera's target is too far away to be in focus");
+                    return Err(fault
+                        .help("give the distance in focus: lens radius focus")
+                        .at(arguments(parsed)));
+                }
+                self.scene.camera.lens = (*radius > 0.0).then_some(Lens { radius: *radius, focus });
+            }
             Command::SetBackground(color) => self.scene.background = *color,
+            Command::SetSky(sky) => {
+                if let Some(sky) = sky {
+                    check_direction(sky.up, "the direction that is above, such as 0 1 0", parsed)?;
+                }
+                self.scene.sky = *sky;
+            }
+            Command::SetFloor { height, surface, up } => {
+                if let Some(name) = surface {
+                    self.scene.primitive(name).map_err(|error| self.fault_of(&error, parsed))?;
+                }
+                check_direction(*up, "the direction that is up from the floor, such as 0 1 0", parsed)?;
+                let surface = surface.as_deref().map(Into::into);
+                self.scene.floor = Some(Floor { height: *height, up: *up, surface });
+            }
+            Command::SetFloorUp(up) => {
+                check_direction(*up, "the direction that is up from the floor, such as 0 1 0", parsed)?;
+                self.floor_or_fault(parsed)?.up = *up;
+            }
+            Command::RemoveFloor => {
+                self.floor_or_fault(parsed)?;
+                self.scene.floor = None;
+            }
+            Command::SetAmbientOcclusion(occlusion) => self.scene.ambient_occlusion = *occlusion,
             Command::SetDepth(depth) => self.scene.depth = *depth,
             command => match parsed.spec.needs {
                 Needs::Object => {
@@ -176,6 +217,11 @@ impl Session {
             Command::SetShare(share, value) => primitive.material.set_share(*share, *value),
             Command::SetIndex(index) => primitive.material.index = *index,
             Command::SetShininess(exponent) => primitive.material.shininess = Some(*exponent),
+            Command::SetFresnel(on) => primitive.material.fresnel = *on,
+            Command::SetAbsorption(absorb) => primitive.material.absorb = *absorb,
+            Command::SetPattern { word, numbers } => {
+                primitive.material.pattern = pattern(word, numbers, parsed)?;
+            }
             _ => {}
         }
         Ok(())
@@ -190,7 +236,7 @@ impl Session {
                 self.scene.add_child(&name, alias.as_ref().unwrap_or(target), target)
             }
             Command::AddPrimitive { target, alias } => {
-                self.scene.primitive_mut(target)?;
+                self.scene.primitive(target)?;
                 self.scene.add_child(&name, alias.as_ref().unwrap_or(target), target)
             }
             Command::RemoveChild(alias) => self.scene.remove_child(&name, alias),
@@ -210,8 +256,15 @@ impl Session {
                 .help("the first three numbers place the camera, the next three what it looks at")
                 .at(arguments(parsed)));
         }
-        self.scene.camera = Camera { up: self.scene.camera.up, ..*camera };
+        let Camera { position, target, fov_deg, .. } = *camera;
+        self.scene.camera = Camera { position, target, fov_deg, ..self.scene.camera };
         Ok(())
+    }
+
+    fn floor_or_fault(&mut self, parsed: &Parsed) -> Result<&mut Floor, Fault> {
+        let fault = Fault::new("no-floor", "there is no floor");
+        let fault = fault.help("floor lays one, for example: floor -1").at(parsed.columns[0].clone());
+        self.scene.floor.as_mut().ok_or(fault)
     }
 
     fn check_selection(&self, parsed: &Parsed) -> Result<(), Fault> {
@@ -234,17 +287,24 @@ impl Session {
     /// A refusal of the scene as a fault that points to the word it is about.
     fn fault_of(&self, error: &SceneError, parsed: &Parsed) -> Fault {
         let names = || self.scene.entities().map(|(name, _)| name);
+        // Where the name stands that is of something.
+        let place =
+            parsed.spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Name(of) if of != Of::New));
+        let place = place.unwrap_or(0) + 1;
         let (code, word, help) = match error {
             SceneError::Unknown(name) => {
-                ("unknown-name", 1, did_you_mean(name, names(), "'info' lists what there is"))
+                ("unknown-name", place, did_you_mean(name, names(), "'info' lists what there is"))
             }
             SceneError::NotAnObject(_) => (
                 "wrong-kind",
                 1,
                 "addPrimitive adds a primitive, and 'primitive NAME' selects one".to_owned(),
             ),
+            SceneError::NotAPrimitive(_) if parsed.spec.name == "floor" => {
+                ("wrong-kind", place, "a floor has the surface of a primitive".to_owned())
+            }
             SceneError::NotAPrimitive(_) => {
-                ("wrong-kind", 1, "addObject adds an object, and 'object NAME' selects one".to_owned())
+                ("wrong-kind", place, "addObject adds an object, and 'object NAME' selects one".to_owned())
             }
             SceneError::AliasTaken { .. } => (
                 "alias-taken",
@@ -300,6 +360,76 @@ pub(crate) fn did_you_mean<'a>(word: &str, known: impl Iterator<Item = &'a str>,
     }
 }
 
+/// Refuses the direction 0 0 0.
+fn check_direction(direction: DVec3, wanted: &str, parsed: &Parsed) -> Result<(), Fault> {
+    if direction.abs().max_element() > 0.0 {
+        return Ok(());
+    }
+    let fault = Fault::new("no-direction", "the direction 0 0 0 leads nowhere");
+    Err(fault.help(format!("give {wanted}")).at(arguments(parsed)))
+}
+
+/// Refuses a spot without an axis and a sun without a direction.
+fn check_light(light: &Light, parsed: &Parsed) -> Result<(), Fault> {
+    match light.kind {
+        LightKind::Point { .. } => Ok(()),
+        LightKind::Sun { direction } => {
+            check_direction(direction, "the direction towards the sun, such as 1 3 2", parsed)
+        }
+        LightKind::Spot { position, target, .. } => {
+            let axis = target - position;
+            if axis.is_finite() && axis.abs().max_element() > 0.0 {
+                return Ok(());
+            }
+            let fault =
+                Fault::new("no-direction", "a spot and its target must be two places, not too far apart");
+            Err(fault
+                .help("the first three numbers place the light, the next three what it shines at")
+                .at(arguments(parsed)))
+        }
+    }
+}
+
+/// The distance from a camera to its target; infinite where it is too large for a number.
+fn distance_of_target(camera: &Camera) -> f64 {
+    let way = camera.target - camera.position;
+    let largest = way.abs().max_element();
+    largest * (way / largest).length()
+}
+
+/// The pattern of a word and its numbers: the table lets through more numbers than each word takes.
+fn pattern(word: &str, numbers: &[f64], parsed: &Parsed) -> Result<Pattern, Fault> {
+    let color = || DVec3::from_slice(&numbers[..3]);
+    match (word, numbers.len()) {
+        ("none", 0) => Ok(Pattern::None),
+        ("checker", 3) => Ok(Pattern::Checker { color: color(), size: CHECKER_SIZE }),
+        ("checker", 4) if numbers[3] > 0.0 => Ok(Pattern::Checker { color: color(), size: numbers[3] }),
+        ("checker", 4) => {
+            let fault = Fault::new("out-of-range", "size of a checker must be above 0");
+            Err(at_word(fault.help("for example: setPattern checker 0.1 0.1 0.1 0.25"), parsed, 5))
+        }
+        ("gradient", 3) => Ok(Pattern::Gradient { color: color(), direction: DVec3::Z }),
+        ("gradient", 6) => {
+            let direction = DVec3::from_slice(&numbers[3..]);
+            check_direction(direction, "the direction in which the colour changes, such as 0 0 1", parsed)?;
+            Ok(Pattern::Gradient { color: color(), direction })
+        }
+        _ => {
+            let (takes, example) = match word {
+                "none" => ("no numbers", "setPattern none"),
+                "checker" => ("a colour r g b, and perhaps a size", "setPattern checker 0.1 0.1 0.1 0.25"),
+                _ => {
+                    ("a colour r g b, and perhaps a direction x y z", "setPattern gradient 0.1 0.2 0.6 0 0 1")
+                }
+            };
+            let message = format!("'{word}' takes {takes}; here are {} numbers", numbers.len());
+            Err(Fault::new("argument-count", message)
+                .help(format!("for example: {example}"))
+                .at(arguments(parsed)))
+        }
+    }
+}
+
 fn at_word(fault: Fault, parsed: &Parsed, word: usize) -> Fault {
     let columns = parsed.columns.get(word).unwrap_or(&parsed.columns[0]).clone();
     fault.at(columns)
@@ -341,6 +471,17 @@ mod tests {
             ("unlight lamp", "unknown-name"),
             ("camera 0 0 1 0 0 1", "no-direction"),
             ("cameraUp 0 0 -0", "no-direction"),
+            ("spot lamp 1 2 3 1 2 3 40", "no-direction"),
+            ("spot lamp -1e308 0 0 1e308 0 0 40", "no-direction"),
+            ("sun noon 0 -0 0", "no-direction"),
+            ("lightRadius lamp 1", "unknown-name"),
+            ("sky 1 1 1 0 0 1 0 0 0", "no-direction"),
+            ("floor 0 bal", "unknown-name"),
+            ("floor 0 o", "wrong-kind"),
+            ("floor 0 ball 0 0 0", "no-direction"),
+            ("floorUp 0 0 1", "no-floor"),
+            ("unfloor", "no-floor"),
+            ("absorb 1 1 1", "selection"),
             ("help nonsense", "unknown-command"),
             ("delete nobody", "unknown-name"),
             ("rename ball o", "name-taken"),
@@ -361,6 +502,51 @@ mod tests {
             assert!(fault.help.is_some() && fault.columns.is_some(), "{line}");
             assert_eq!(after, before, "{line}");
         }
+    }
+
+    #[test]
+    fn a_pattern_takes_the_numbers_of_its_word() {
+        let before = session(&["prm ball", "pattern checker 1 0 0"]);
+        for (line, code, columns) in [
+            ("pattern none 1 0 0", "argument-count", 8..18),
+            ("pattern checker", "argument-count", 8..15),
+            ("pattern checker 1 0 0 1 1 1", "argument-count", 8..27),
+            ("pattern checker 1 0 0 -1", "out-of-range", 22..24),
+            ("pattern gradient 1 0 0 2", "argument-count", 8..24),
+            ("pattern gradient 1 0 0 0 0 0", "no-direction", 8..28),
+            ("pattern stripes", "unknown-word", 8..15),
+        ] {
+            let mut after = before.clone();
+            let fault = after.run_line(line).unwrap_err();
+            assert_eq!((fault.code, fault.columns), (code, Some(columns)), "{line}");
+            assert_eq!(after, before, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_light_is_replaced_whole_and_a_camera_keeps_its_lens() {
+        let mut session = session(&["light lamp 0 0 5", "lightRadius lamp 2", "lens 0.5", "ortho 4"]);
+        assert_eq!(session.scene().light("lamp").unwrap().radius, 2.0);
+        session.run_line("spot lamp 0 0 5 0 0 0 30").unwrap();
+        assert_eq!(session.scene().light("lamp").unwrap().radius, 0.0);
+        session.run_line("camera 0 0 3 0 0 0").unwrap();
+        let camera = session.scene().camera;
+        assert_eq!((camera.lens, camera.ortho_height), (Some(Lens { radius: 0.5, focus: 10.0 }), Some(4.0)));
+        session.run_line("lens 0").unwrap();
+        session.run_line("ortho -0").unwrap();
+        assert_eq!((session.scene().camera.lens, session.scene().camera.ortho_height), (None, None));
+    }
+
+    #[test]
+    fn a_floor_follows_the_primitive_it_names() {
+        let mut session = session(&["prm tile", "floor -1 tile 0 0 1", "rename tile slab"]);
+        assert_eq!(session.scene().floor.as_ref().unwrap().surface.as_deref(), Some("slab"));
+        let loaded = crate::load_text("saved", &crate::write_session(&session)).0;
+        assert_eq!(loaded, session);
+        session.run_line("delete slab").unwrap();
+        let text = crate::write_session(&session);
+        assert!(text.contains("floor -1\nfloorUp 0 0 1\n"), "{text}");
+        assert_eq!(crate::load_text("saved", &text).0, session);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Settings: what `set` changes and `get` tells. Those of the picture belong to the scene, the others to the session.
 
-use superegg_scene::{Encoding, Picture, Shading, ViewSettings};
+use superegg_scene::{Encoding, Filter, Picture, Shading, Tone, ViewSettings};
 
 use crate::diagnostic::Fault;
 use crate::help::two_columns;
@@ -122,10 +122,28 @@ macro_rules! view_number {
     };
 }
 
+/// A setting of the picture that is a number; a whole one is kept as such.
+macro_rules! picture_number {
+    ($name:literal, $field:ident as $type:ty, $range:expr, $summary:literal) => {
+        SettingSpec {
+            name: $name,
+            kind: SettingKind::Number($range),
+            summary: concat!($summary, "; saved with the scene"),
+            is_of_scene: true,
+            get: |picture, _| Value::Number(f64::from(picture.$field)),
+            set: |picture, _, value| {
+                if let Value::Number(number) = value {
+                    picture.$field = number as $type;
+                }
+            },
+        }
+    };
+}
+
 /// A setting that is one of a few values, each with its word: `$place` is where it is kept in a `Picture` or a `Settings`.
 macro_rules! choice {
     ($name:literal, $is_of_scene:literal, |$picture:ident, $settings:ident| $place:expr, $summary:literal,
-     $($word:literal => $value:path),+) => {
+     $($word:literal => $value:expr),+) => {
         SettingSpec {
             name: $name,
             kind: SettingKind::Choice(&[$($word),+]),
@@ -157,20 +175,70 @@ pub const SETTINGS: &[SettingSpec] = &[
             }
         },
     },
+    picture_number!("samples", samples as u32, Range::Whole(1, Picture::MOST_SAMPLES), "samples a pixel"),
+    picture_number!(
+        "noise",
+        noise as f64,
+        Range::Within(0.0, 1.0),
+        "where above 0, a pixel takes more samples until the standard error of its value, 0 to 1, is below this"
+    ),
+    picture_number!(
+        "mostSamples",
+        most_samples as u32,
+        Range::Whole(1, Picture::MOST_SAMPLES),
+        "the most samples that a pixel takes for noise"
+    ),
+    choice!("filter", true, |picture, _settings| picture.filter, "how samples are weighted; saved with the scene",
+        "box" => Filter::Box, "tent" => Filter::Tent, "gaussian" => Filter::Gaussian,
+        "blackman" => Filter::Blackman, "mitchell" => Filter::Mitchell),
+    picture_number!(
+        "exposure",
+        exposure as f64,
+        Range::Within(-32.0, 32.0),
+        "stops by which the picture is brighter: linear values are multiplied by 2^exposure"
+    ),
+    choice!("tone", true, |picture, _settings| picture.tone, "how bright light is brought into range; saved with the scene",
+        "none" => Tone::None, "reinhard" => Tone::Reinhard, "filmic" => Tone::Filmic),
+    choice!("encoding", true, |picture, _settings| picture.encoding, "how linear values become bytes; saved with the scene",
+        "srgb" => Encoding::Srgb, "linear" => Encoding::Linear),
+    choice!("bits", true, |picture, _settings| picture.bits, "bits a channel of a PNG file; saved with the scene",
+        "8" => 8, "16" => 16),
     SettingSpec {
-        name: "samples",
-        kind: SettingKind::Number(Range::Whole(1, Picture::MOST_SAMPLES)),
-        summary: "samples a pixel; saved with the scene",
+        name: "transparent",
+        kind: SettingKind::Switch,
+        summary: "the background is left transparent; saved with the scene",
         is_of_scene: true,
-        get: |picture, _| Value::Number(f64::from(picture.samples)),
+        get: |picture, _| Value::Switch(picture.transparent),
         set: |picture, _, value| {
-            if let Value::Number(samples) = value {
-                picture.samples = samples as u32;
+            if let Value::Switch(on) = value {
+                picture.transparent = on;
             }
         },
     },
-    choice!("encoding", true, |picture, _settings| picture.encoding, "how linear values become bytes; saved with the scene",
-        "srgb" => Encoding::Srgb, "linear" => Encoding::Linear),
+    picture_number!(
+        "bounces",
+        bounces as u32,
+        Range::Whole(0, 256),
+        "after so many mirrorings and transmissions a ray sees the sky"
+    ),
+    picture_number!(
+        "leastWeight",
+        least_weight as f64,
+        Range::Within(0.0, 1.0),
+        "a ray that adds less than this share to its pixel is not followed"
+    ),
+    picture_number!(
+        "lightRays",
+        light_rays as u32,
+        Range::Whole(1, 4096),
+        "shadow rays to each light of some radius, from each point"
+    ),
+    picture_number!(
+        "glossRays",
+        gloss_rays as u32,
+        Range::Whole(0, 4096),
+        "rays into which gloss spreads what a surface mirrors; 0 mirrors sharply"
+    ),
     SettingSpec {
         name: "threads",
         kind: SettingKind::Number(Range::Whole(0, 1024)),
@@ -298,7 +366,11 @@ fn read(kind: SettingKind, word: &str) -> Option<Value> {
         SettingKind::Switch if word_is(&["off", "no", "false", "0"]) => Some(Value::Switch(false)),
         SettingKind::Switch => None,
         SettingKind::Number(range) => {
-            parse_number(word).ok().filter(|number| range.contains(*number)).map(Value::Number)
+            // 0 added, so that -0, which is saved as the default 0, is no other value.
+            parse_number(word)
+                .ok()
+                .filter(|number| range.contains(*number))
+                .map(|number| Value::Number(number + 0.0))
         }
         SettingKind::Choice(choices) => {
             choices.iter().position(|choice| choice.eq_ignore_ascii_case(word)).map(Value::Choice)
@@ -327,7 +399,8 @@ mod tests {
             let (mut picture, mut settings) = (Picture::default(), Settings::default());
             let words: Vec<&str> = match spec.kind {
                 SettingKind::Switch => vec!["off", "on"],
-                SettingKind::Number(_) => vec!["3", "2"],
+                SettingKind::Number(range) if range.contains(2.0) => vec!["3", "2"],
+                SettingKind::Number(_) => vec!["0.25", "1"],
                 SettingKind::Choice(choices) => choices.to_vec(),
                 SettingKind::Size => vec!["7x9", "640x480"],
             };
@@ -336,7 +409,7 @@ mod tests {
                 assert_eq!(told((spec.get)(&picture, &settings), spec.kind), word, "{}", spec.name);
             }
             let before = (picture, settings);
-            for bad in ["", "maybe", "-1", "nan", "0x0", "1e999"] {
+            for bad in ["", "maybe", "-99", "nan", "0x0", "1e999"] {
                 let (word, fault) = set(&mut picture, &mut settings, spec.name, bad).unwrap_err();
                 assert!(word == 2 && fault.message.contains(spec.name) && fault.help.is_some());
             }

@@ -90,6 +90,8 @@ pub enum Range {
     Within(f64, f64),
     /// Between two numbers, neither included.
     Between(f64, f64),
+    /// Above the first number, and the second at most.
+    AboveTo(f64, f64),
     /// A whole number between two, both included.
     Whole(u32, u32),
 }
@@ -104,6 +106,7 @@ impl Range {
             Self::NonZero => x != 0.0,
             Self::Within(least, most) => (least..=most).contains(&x),
             Self::Between(least, most) => least < x && x < most,
+            Self::AboveTo(least, most) => least < x && x <= most,
             Self::Whole(least, most) => x.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&x),
         }
     }
@@ -115,7 +118,9 @@ impl Range {
             Self::Positive => ">0".to_owned(),
             Self::NonNegative => ">=0".to_owned(),
             Self::NonZero => "not 0".to_owned(),
-            Self::Within(least, most) | Self::Between(least, most) => format!("{least}..{most}"),
+            Self::Within(least, most) | Self::Between(least, most) | Self::AboveTo(least, most) => {
+                format!("{least}..{most}")
+            }
             Self::Whole(least, u32::MAX) => format!("{least}, {}, ...", least + 1),
             Self::Whole(least, most) => format!("{least}, {} .. {most}", least + 1),
         }
@@ -130,6 +135,7 @@ impl Range {
             Self::NonZero => "other than 0".to_owned(),
             Self::Within(least, most) => format!("from {least} to {most}"),
             Self::Between(least, most) => format!("above {least} and below {most}"),
+            Self::AboveTo(least, most) => format!("above {least}, and {most} at most"),
             Self::Whole(least, most) => format!("a whole number from {least} to {most}"),
         }
     }

@@ -3,9 +3,11 @@
 use superegg_geom::Exponents;
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Camera, Light, LightKind, MAX_DEPTH, MaterialShare, Patches};
+use superegg_scene::{AmbientOcclusion, Camera, Light, LightKind, MAX_DEPTH, MaterialShare, Patches, Sky};
 
 use crate::command::{Command, Recovery, Request};
+use crate::number::parse_number;
+use crate::parser::Word;
 use crate::spec::{Arg, ArgKind, CommandSpec, Group, Needs, Of, Range};
 
 const fn number(name: &'static str, range: Range) -> Arg {
@@ -35,6 +37,16 @@ const COLOR: &[Arg] = &[number("r", UNIT), number("g", UNIT), number("b", UNIT)]
 const RADIANCE: &[Arg] =
     &[number("r", Range::NonNegative), number("g", Range::NonNegative), number("b", Range::NonNegative)];
 const SHARE: &[Arg] = &[number("share", UNIT)];
+
+/// A colour that stands behind another one.
+const SECOND_RADIANCE: &[Arg] =
+    &[number("r2", Range::NonNegative), number("g2", Range::NonNegative), number("b2", Range::NonNegative)];
+/// Rays for each point that is seen, for ambient occlusion.
+const MOST_OCCLUSION_SAMPLES: u32 = 65_536;
+/// The share of a spot's cone over which its light fades, unless it is said.
+const SPOT_SOFT: f64 = 0.2;
+/// The edge of a pattern's cubes, unless it is said.
+pub(crate) const CHECKER_SIZE: f64 = 0.5;
 
 /// A command that sets one share of the selected primitive's material.
 macro_rules! share {
@@ -409,6 +421,50 @@ pub const COMMANDS: &[CommandSpec] = &[
         build: |args| Command::SetShininess(args.number(0)),
     },
     CommandSpec {
+        name: "setFresnel",
+        spellings: &["fresnel"],
+        group: Group::Primitives,
+        needs: Needs::Primitive,
+        options: &[],
+        args: &[&[Arg { name: "on|off", kind: ArgKind::Choice(&["on", "off"]) }]],
+        summary: "lets the mirrored share follow Fresnel's reflectance of the index: little head-on, all at grazing angles",
+        default: "off",
+        example: "setFresnel on",
+        build: |args| Command::SetFresnel(args.words[0].eq_ignore_ascii_case("on")),
+    },
+    CommandSpec {
+        name: "setAbsorb",
+        spellings: &["absorb"],
+        group: Group::Primitives,
+        needs: Needs::Primitive,
+        options: &[],
+        args: &[RADIANCE],
+        summary: "sets what the inside takes away of light let through: after a way d inside, exp(-r d), exp(-g d), exp(-b d) is left",
+        default: "0 0 0",
+        example: "setAbsorb 0.1 0.6 0.9",
+        build: |args| Command::SetAbsorption(args.vector(0)),
+    },
+    CommandSpec {
+        name: "setPattern",
+        spellings: &["pattern"],
+        group: Group::Primitives,
+        needs: Needs::Primitive,
+        options: &[],
+        args: &[
+            &[Arg { name: "PATTERN", kind: ArgKind::Choice(&["none", "checker", "gradient"]) }],
+            COLOR,
+            &[number("size|x", Range::Any)],
+            &[number("y", Range::Any), number("z", Range::Any)],
+        ],
+        summary: "sets a second colour on the surface: 'none', 'checker r g b [size]' in cubes, 'gradient r g b [x y z]' along a direction, in the primitive's own space",
+        default: "none; size 0.5, x y z 0 0 1",
+        example: "setPattern checker 0.1 0.1 0.1 0.25",
+        build: |args| Command::SetPattern {
+            word: args.words[0].to_ascii_lowercase(),
+            numbers: args.numbers.clone(),
+        },
+    },
+    CommandSpec {
         name: "object",
         spellings: &["obj"],
         group: Group::Objects,
@@ -463,7 +519,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Object,
         options: &[],
         args: &[&[name("NAME", Of::Object)], &[name("ALIAS", Of::New)]],
-        summary: "adds an object, which may be the selected one itself, as a child; the cursor moves to it",
+        summary: "adds an object, which may be the selected one itself, as a child; the cursor moves to it. For names that are two numbers write addObject: 'ao' with those is ambientOcclusion",
         default: "the alias is the name",
         example: "addObject arm left_arm",
         build: |args| Command::AddObject { target: args.text(0), alias: args.optional_text(1) },
@@ -556,7 +612,7 @@ pub const COMMANDS: &[CommandSpec] = &[
             RADIANCE,
             &[number("k", Range::NonNegative)],
         ],
-        summary: "adds or replaces a light; at distance d it has fallen to 1 / (1 + k d^2)",
+        summary: "adds or replaces a light that shines to all sides; at distance d it has fallen to 1 / (1 + k d^2)",
         default: "r g b 1 1 1, k 0; without any light, white at 3 4 5 with k 0.01",
         example: "light lamp 3 4 5 1 0.9 0.7 0.01",
         build: |args| {
@@ -568,6 +624,85 @@ pub const COMMANDS: &[CommandSpec] = &[
             };
             Command::SetLight(args.text(0), light)
         },
+    },
+    CommandSpec {
+        name: "spot",
+        spellings: &[],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[
+            &[
+                name("NAME", Of::New),
+                number("x", Range::Any),
+                number("y", Range::Any),
+                number("z", Range::Any),
+                number("tx", Range::Any),
+                number("ty", Range::Any),
+                number("tz", Range::Any),
+                number("degrees", Range::AboveTo(0.0, 180.0)),
+            ],
+            RADIANCE,
+            &[number("k", Range::NonNegative)],
+            &[number("soft", UNIT)],
+        ],
+        summary: "adds or replaces a light that shines from x y z towards tx ty tz, into a cone of so many degrees from side to side; over the share soft of it the light fades towards the rim",
+        default: "r g b 1 1 1, k 0, soft 0.2",
+        example: "spot lamp 0 6 0 0 0 0 40 1 0.9 0.7 0.01 0.3",
+        build: |args| {
+            let light = Light {
+                kind: LightKind::Spot {
+                    position: args.vector(0),
+                    target: args.vector(3),
+                    cone_deg: args.number(6),
+                    soft: args.numbers.get(11).copied().unwrap_or(SPOT_SOFT),
+                },
+                radius: 0.0,
+                color: args.optional_vector(7).unwrap_or(DVec3::ONE),
+                falloff: args.numbers.get(10).copied().unwrap_or(0.0),
+            };
+            Command::SetLight(args.text(0), light)
+        },
+    },
+    CommandSpec {
+        name: "sun",
+        spellings: &[],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[
+            &[
+                name("NAME", Of::New),
+                number("x", Range::Any),
+                number("y", Range::Any),
+                number("z", Range::Any),
+            ],
+            RADIANCE,
+        ],
+        summary: "adds or replaces a light from infinitely far away; x y z is the direction towards it",
+        default: "r g b 1 1 1",
+        example: "sun noon 1 3 2 1 0.95 0.85",
+        build: |args| {
+            let light = Light {
+                kind: LightKind::Sun { direction: args.vector(0) },
+                radius: 0.0,
+                color: args.optional_vector(3).unwrap_or(DVec3::ONE),
+                falloff: 0.0,
+            };
+            Command::SetLight(args.text(0), light)
+        },
+    },
+    CommandSpec {
+        name: "lightRadius",
+        spellings: &[],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[name("NAME", Of::Light), number("radius", Range::NonNegative)]],
+        summary: "makes a light a ball of this radius, whose shadows are soft; for a sun, the radius of its disc seen at distance 1",
+        default: "0, whose shadows are hard; light, spot and sun set it so again",
+        example: "lightRadius lamp 0.5",
+        build: |args| Command::SetLightRadius { name: args.text(0), radius: args.number(0) },
     },
     CommandSpec {
         name: "unlight",
@@ -623,6 +758,30 @@ pub const COMMANDS: &[CommandSpec] = &[
         build: |args| Command::SetCameraUp(args.vector(0)),
     },
     CommandSpec {
+        name: "orthographic",
+        spellings: &["ortho"],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[number("height", Range::NonNegative)]],
+        summary: "makes the camera's rays parallel; the picture is this high in world units. 0 makes it a perspective again",
+        default: "0",
+        example: "orthographic 8",
+        build: |args| Command::SetOrthographic(args.number(0)),
+    },
+    CommandSpec {
+        name: "lens",
+        spellings: &[],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[number("radius", Range::NonNegative)], &[number("focus", Range::Positive)]],
+        summary: "gives the camera a lens of this radius: what is not at the distance focus is blurred. 0 makes it a pinhole again",
+        default: "0; focus is the distance from the camera to its target as it is now",
+        example: "lens 0.2 9",
+        build: |args| Command::SetLens { radius: args.number(0), focus: args.numbers.get(1).copied() },
+    },
+    CommandSpec {
         name: "background",
         spellings: &[],
         group: Group::Scene,
@@ -633,6 +792,93 @@ pub const COMMANDS: &[CommandSpec] = &[
         default: "0 0 0",
         example: "background 0.2 0.3 0.5",
         build: |args| Command::SetBackground(args.vector(0)),
+    },
+    CommandSpec {
+        name: "sky",
+        spellings: &[],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[RADIANCE, SECOND_RADIANCE, VECTOR],
+        summary: "sets the colour where nothing is, instead of the background: all round, or at the horizon and then at the zenith; x y z is up",
+        default: "no sky; r2 g2 b2 as r g b, x y z 0 1 0",
+        example: "sky 0.7 0.8 0.9 0.1 0.2 0.6",
+        build: |args| {
+            let horizon = args.vector(0);
+            let zenith = args.optional_vector(3).unwrap_or(horizon);
+            let up = args.optional_vector(6).unwrap_or(DVec3::Y);
+            Command::SetSky(Some(Sky { horizon, zenith, up }))
+        },
+    },
+    CommandSpec {
+        name: "unsky",
+        spellings: &[],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[],
+        summary: "takes the sky away: the background shows again",
+        default: "",
+        example: "unsky",
+        build: |_| Command::SetSky(None),
+    },
+    CommandSpec {
+        name: "floor",
+        spellings: &[],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[number("height", Range::Any)], &[name("SURFACE", Of::Primitive)], VECTOR],
+        summary: "lays a plane without end at this height, with the surface of a primitive; x y z is up",
+        default: "no floor; the surface of a new primitive, x y z 0 1 0",
+        example: "floor -1 tiles",
+        build: |args| Command::SetFloor {
+            height: args.number(0),
+            surface: args.optional_text(0),
+            up: args.optional_vector(1).unwrap_or(DVec3::Y),
+        },
+    },
+    CommandSpec {
+        name: "floorUp",
+        spellings: &[],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[VECTOR],
+        summary: "sets the direction that is up from the floor",
+        default: "0 1 0; floor sets it so again",
+        example: "floorUp 0 0 1",
+        build: |args| Command::SetFloorUp(args.vector(0)),
+    },
+    CommandSpec {
+        name: "unfloor",
+        spellings: &[],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[],
+        summary: "takes the floor away",
+        default: "",
+        example: "unfloor",
+        build: |_| Command::RemoveFloor,
+    },
+    CommandSpec {
+        name: "ambientOcclusion",
+        spellings: &["ao"],
+        group: Group::Scene,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[
+            number("samples", Range::Whole(0, MOST_OCCLUSION_SAMPLES)),
+            number("distance", Range::Positive),
+        ]],
+        summary: "keeps ambient light from corners, by so many rays to all sides from each point; what is farther away than distance shades none. 0 samples turn it off; 'ao' with two numbers is this, else addObject",
+        default: "off",
+        example: "ambientOcclusion 16 2",
+        build: |args| {
+            let (samples, distance) = (args.whole(0), args.number(1));
+            Command::SetAmbientOcclusion((samples > 0).then_some(AmbientOcclusion { samples, distance }))
+        },
     },
     CommandSpec {
         name: "setDepth",
@@ -748,9 +994,28 @@ pub const COMMANDS: &[CommandSpec] = &[
     },
 ];
 
-/// The command with this spelling, in any case.
+/// The one spelling of two commands: addObject's of old, and ambientOcclusion's. See [`command_of`].
+const SHARED_SPELLING: &str = "ao";
+
+/// The command with this spelling, in any case; the course's where two have it.
 pub fn find_command(word: &str) -> Option<&'static CommandSpec> {
-    COMMANDS.iter().find(|spec| spec.all_spellings().any(|spelling| spelling.eq_ignore_ascii_case(word)))
+    commands_spelt(word).next()
+}
+
+/// Every command with this spelling, in any case.
+pub(crate) fn commands_spelt(word: &str) -> impl Iterator<Item = &'static CommandSpec> {
+    COMMANDS
+        .iter()
+        .filter(move |spec| spec.all_spellings().any(|spelling| spelling.eq_ignore_ascii_case(word)))
+}
+
+/// The command that these words call: a spelling and its arguments. `ao` with exactly two arguments, both of them numbers, is
+/// ambientOcclusion; with any others it is addObject, as it was before there was the other one.
+pub(crate) fn command_of(first: &str, rest: &[Word<'_>]) -> Option<&'static CommandSpec> {
+    let is_number = |word: &Word<'_>| parse_number(word.text).is_ok();
+    let is_second =
+        first.eq_ignore_ascii_case(SHARED_SPELLING) && rest.len() == 2 && rest.iter().all(is_number);
+    commands_spelt(first).nth(usize::from(is_second))
 }
 
 #[cfg(test)]
@@ -764,8 +1029,27 @@ mod tests {
     fn no_two_commands_share_a_spelling() {
         let mut seen = HashSet::new();
         for spelling in COMMANDS.iter().flat_map(CommandSpec::all_spellings) {
-            assert!(seen.insert(spelling.to_lowercase()), "{spelling} twice");
+            assert!(seen.insert(spelling.to_lowercase()) || spelling == SHARED_SPELLING, "{spelling} twice");
         }
+        let shared: Vec<&str> = commands_spelt("AO").map(|spec| spec.name).collect();
+        assert_eq!(shared, ["addObject", "ambientOcclusion"]);
+    }
+
+    #[test]
+    fn the_shared_spelling_means_one_thing_for_each_line() {
+        for (line, name) in [
+            ("ao 16 2", "ambientOcclusion"),
+            ("AO 0 1.", "ambientOcclusion"),
+            ("ao arm", "addObject"),
+            ("ao arm 2", "addObject"),
+            ("ao 2nd 3", "addObject"),
+            ("ao 2", "addObject"),
+            ("addObject 1 2", "addObject"),
+        ] {
+            assert_eq!(parse_line(line).unwrap().unwrap().spec.name, name, "{line}");
+        }
+        // What is wrong with the numbers is said of those.
+        assert_eq!(parse_line("ao 1.5 2").unwrap_err().code, "out-of-range");
     }
 
     #[test]
@@ -775,7 +1059,7 @@ mod tests {
             let parsed = parse_line(spec.example).unwrap().unwrap();
             assert_eq!(parsed.spec.name, spec.name, "{}", spec.example);
             for spelling in spec.all_spellings() {
-                assert_eq!(find_command(&spelling.to_uppercase()).unwrap().name, spec.name);
+                assert!(commands_spelt(&spelling.to_uppercase()).any(|found| found.name == spec.name));
             }
         }
     }

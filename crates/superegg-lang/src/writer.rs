@@ -5,14 +5,16 @@ use std::fmt::Write;
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Camera, Entity, Light, Material, Object, Primitive, Scene};
+use superegg_scene::{
+    Camera, Entity, Floor, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Sky,
+};
 
 use crate::info::vector;
 use crate::number::format_number;
 use crate::session::Session;
 use crate::settings;
 
-/// The session as commands: the settings, then one block for each primitive and object, then what is selected. What has its default value is left
+/// The session as commands: the settings, then one block for each primitive and object, then the floor (which names a primitive) and what is selected. What has its default value is left
 /// out; numbers read back to the same bits. Loading the text gives the same session.
 ///
 /// A block stands after those of what its object holds, else in the order in which things were made. Where objects hold each other, one of them is
@@ -26,6 +28,10 @@ pub fn write_session(session: &Session) -> String {
         blocks.write(name);
     }
     let Blocks { mut text, last, .. } = blocks;
+    if let Some(floor) = &scene.floor {
+        text.push('\n');
+        write_floor(&mut text, floor);
+    }
     match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
         Some((name, _)) if last == Some(name) => {}
         Some((name, entity)) => line(&mut text, &format!("\n{}", select(name, entity))),
@@ -113,8 +119,27 @@ fn write_settings(text: &mut String, scene: &Scene) {
     if bits(up) != bits(default.camera.up) {
         line(text, &format!("cameraUp {}", vector(up)));
     }
+    if let Some(height) = scene.camera.ortho_height {
+        line(text, &format!("orthographic {}", format_number(height)));
+    }
+    if let Some(lens) = scene.camera.lens {
+        line(text, &format!("lens {} {}", format_number(lens.radius), format_number(lens.focus)));
+    }
     if bits(scene.background) != bits(default.background) {
         line(text, &format!("background {}", vector(scene.background)));
+    }
+    if let Some(Sky { horizon, zenith, up }) = scene.sky {
+        let mut words = format!("sky {}", vector(horizon));
+        if bits(zenith) != bits(horizon) || bits(up) != bits(DVec3::Y) {
+            words += &format!(" {}", vector(zenith));
+        }
+        if bits(up) != bits(DVec3::Y) {
+            words += &format!(" {}", vector(up));
+        }
+        line(text, &words);
+    }
+    if let Some(occlusion) = scene.ambient_occlusion {
+        line(text, &format!("ambientOcclusion {} {}", occlusion.samples, format_number(occlusion.distance)));
     }
     if scene.depth != default.depth {
         line(text, &format!("setDepth {}", scene.depth));
@@ -122,10 +147,41 @@ fn write_settings(text: &mut String, scene: &Scene) {
     for setting in settings::lines_of_scene(&scene.picture) {
         line(text, &setting);
     }
-    for (name, light @ Light { color, falloff, .. }) in scene.named_lights() {
-        let numbers =
-            [vector(light.position().unwrap_or_default()), vector(*color), format_number(*falloff)].join(" ");
-        line(text, &format!("light {name} {numbers}"));
+    for (name, light) in scene.named_lights() {
+        write_light(text, name, light);
+    }
+}
+
+fn write_light(text: &mut String, name: &str, light: &Light) {
+    let (color, falloff) = (vector(light.color), format_number(light.falloff));
+    let words = match light.kind {
+        LightKind::Point { position } => format!("light {name} {} {color} {falloff}", vector(position)),
+        LightKind::Spot { position, target, cone_deg, soft } => {
+            let (position, target) = (vector(position), vector(target));
+            let (degrees, soft) = (format_number(cone_deg), format_number(soft));
+            format!("spot {name} {position} {target} {degrees} {color} {falloff} {soft}")
+        }
+        LightKind::Sun { direction } => format!("sun {name} {} {color}", vector(direction)),
+    };
+    line(text, &words);
+    if light.radius.to_bits() != 0 {
+        line(text, &format!("lightRadius {name} {}", format_number(light.radius)));
+    }
+}
+
+fn write_floor(text: &mut String, floor: &Floor) {
+    let Floor { height, up, surface } = floor;
+    let height = format_number(*height);
+    let has_default_up = bits(*up) == bits(DVec3::Y);
+    match surface {
+        Some(surface) if has_default_up => line(text, &format!("floor {height} {surface}")),
+        Some(surface) => line(text, &format!("floor {height} {surface} {}", vector(*up))),
+        None => {
+            line(text, &format!("floor {height}"));
+            if !has_default_up {
+                line(text, &format!("floorUp {}", vector(*up)));
+            }
+        }
     }
 }
 
@@ -160,6 +216,25 @@ fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
         // By their bits: -0 is not the default 0.
         if let Some(value) = value.filter(|value| Some(value.to_bits()) != default.map(f64::to_bits)) {
             line(text, &format!("{word} {}", format_number(value)));
+        }
+    }
+    write_look(text, material);
+}
+
+fn write_look(text: &mut String, material: &Material) {
+    if material.fresnel {
+        line(text, "setFresnel on");
+    }
+    if bits(material.absorb) != bits(DVec3::ZERO) {
+        line(text, &format!("setAbsorb {}", vector(material.absorb)));
+    }
+    match material.pattern {
+        Pattern::None => {}
+        Pattern::Checker { color, size } => {
+            line(text, &format!("setPattern checker {} {}", vector(color), format_number(size)));
+        }
+        Pattern::Gradient { color, direction } => {
+            line(text, &format!("setPattern gradient {} {}", vector(color), vector(direction)));
         }
     }
 }

@@ -28,6 +28,7 @@ fn number(range: Range) -> BoxedStrategy<f64> {
         Range::NonZero => any.prop_map(|x| if x == 0.0 { -1.0 } else { x }).boxed(),
         Range::Within(least, most) => prop_oneof![least..most, Just(least), Just(most)].boxed(),
         Range::Between(least, most) => (least + 1e-9..most).boxed(),
+        Range::AboveTo(least, most) => prop_oneof![least + 1e-9..most, Just(most)].boxed(),
         Range::Whole(least, most) => (least..=most).prop_map(f64::from).boxed(),
     }
 }
@@ -37,9 +38,11 @@ fn word(arg: &'static Arg) -> BoxedStrategy<String> {
         ArgKind::Number(range) => number(range).prop_map(format_number).boxed(),
         ArgKind::Choice(choices) => prop::sample::select(choices.to_vec()).prop_map(str::to_owned).boxed(),
         ArgKind::Size => prop::sample::select(vec!["640x480", "1x1"]).prop_map(str::to_owned).boxed(),
-        ArgKind::Value => prop::sample::select(vec!["on", "off", "2", "64x48", "linear", "kitty"])
-            .prop_map(str::to_owned)
-            .boxed(),
+        ArgKind::Value => prop::sample::select(vec![
+            "on", "off", "2", "64x48", "linear", "kitty", "0.25", "16", "filmic", "tent",
+        ])
+        .prop_map(str::to_owned)
+        .boxed(),
         ArgKind::Name(Of::Setting) | ArgKind::Words(Of::Setting) => {
             prop::sample::select(SETTINGS.iter().map(|spec| spec.name.to_owned()).collect::<Vec<_>>()).boxed()
         }
@@ -71,7 +74,18 @@ fn line() -> impl Strategy<Value = String> {
 /// Lines that set up something to work on, then any lines.
 fn lines() -> impl Strategy<Value = Vec<String>> {
     let selecting = prop::sample::select(vec![
-        "prm a", "prm b", "obj c", "obj 2nd", "ap a", "ap b x", "ao c", "ao 2nd y", "ap a z",
+        "prm a",
+        "prm b",
+        "obj c",
+        "obj 2nd",
+        "ap a",
+        "ap b x",
+        "ao c",
+        "ao 2nd y",
+        "ap a z",
+        "light a 1 2 3",
+        "floor 1 a",
+        "lightRadius a 2",
     ])
     .prop_map(str::to_owned);
     prop::collection::vec(prop_oneof![1 => selecting, 2 => line()], 0..60)
@@ -192,7 +206,7 @@ fn every_range_of_the_table_is_checked() {
                 Range::Positive | Range::NonZero => "0",
                 Range::NonNegative | Range::Whole(..) => "-1e-9",
                 Range::Within(..) => "4.000001",
-                Range::Between(..) => "180",
+                Range::Between(..) | Range::AboveTo(..) => "180.00001",
             };
             let mut words = good.clone();
             if words.len() <= i + 1 {

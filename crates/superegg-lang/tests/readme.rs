@@ -20,7 +20,8 @@ fn table() -> String {
                 "| {} | {} | {} | {}{default} |\n",
                 spec.name,
                 spec.spellings.join(", "),
-                spec.usage(),
+                // A bar would begin another column.
+                spec.usage().replace('|', "\\|"),
                 spec.summary
             );
         }

@@ -151,11 +151,7 @@ struct Job<'a> {
 impl Job<'_> {
     /// The pixels of a tile, row by row.
     fn render_tile(&self, tile: &Tile) -> (Vec<Pixel>, Taken) {
-        let setting = Setting {
-            scene: self.scene,
-            lights: &self.settings.surroundings.lights,
-            background: self.settings.surroundings.background,
-        };
+        let setting = Setting::new(self.scene, self.settings);
         let pixels = tile.pixels_by_block();
         let count = self.settings.picture.samples.max(1);
         let mut tracer = TileTracer::new(setting, &self.view, count);

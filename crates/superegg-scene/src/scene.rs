@@ -162,6 +162,14 @@ impl Scene {
         self.lights.iter()
     }
 
+    /// The light of this name.
+    ///
+    /// # Errors
+    /// No light has this name.
+    pub fn light(&self, name: &str) -> Result<&Light, SceneError> {
+        self.lights.get(name).ok_or_else(|| SceneError::UnknownLight(name.to_owned()))
+    }
+
     /// The lights that shine: those named, or the default one while none is.
     pub fn lights(&self) -> Vec<Light> {
         let named: Vec<Light> = self.lights.iter().map(|(_, light)| *light).collect();
@@ -204,6 +212,18 @@ impl Scene {
                 self.entities.insert(name, Entity::Object(Object::default()));
                 Ok(())
             }
+        }
+    }
+
+    /// The primitive of this name.
+    ///
+    /// # Errors
+    /// The name is unknown or an object's.
+    pub fn primitive(&self, name: &str) -> Result<&Primitive, SceneError> {
+        match self.entities.get(name) {
+            Some(Entity::Primitive(primitive)) => Ok(primitive),
+            Some(Entity::Object(_)) => Err(SceneError::NotAPrimitive(name.to_owned())),
+            None => Err(SceneError::Unknown(name.to_owned())),
         }
     }
 

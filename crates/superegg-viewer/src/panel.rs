@@ -40,6 +40,7 @@ pub(crate) enum Done {
 /// A change that is still being made: a slider held, a field typed into.
 #[derive(Debug)]
 struct Pending {
+    /// The line, or the lines, that make it.
     line: String,
     draft: Scene,
 }
@@ -99,7 +100,7 @@ impl Panel {
             }
             Some(pending) => {
                 self.nudge = Nudge { axis: self.nudge.axis, ..Nudge::default() };
-                done.push(Done::Command(pending.line));
+                done.extend(pending.line.lines().map(|line| Done::Command(line.to_owned())));
             }
             None => (),
         }
@@ -242,13 +243,13 @@ impl Panel {
             if has_changed {
                 let mut draft = scene.clone();
                 draft.set_light(name, edited);
-                self.change(light_line(name, &edited), draft);
+                self.change(light_lines(name, &edited), draft);
             }
         }
         if ui.button("Add a light").clicked() {
             let is_free = |name: &String| scene.named_lights().all(|(taken, _)| taken != name);
             let name = (1..).map(|i| format!("light{i}")).find(is_free).unwrap_or_default();
-            done.push(Done::Command(light_line(&name, &Light { falloff: 0.0, ..Light::DEFAULT })));
+            done.push(Done::Command(light_lines(&name, &Light { falloff: 0.0, ..Light::DEFAULT })));
         }
     }
 
@@ -469,19 +470,40 @@ fn edit_material(ui: &mut Ui, material: &mut Material) -> Option<String> {
 }
 
 fn edit_light(ui: &mut Ui, light: &mut Light) -> bool {
+    let before = *light;
     let mut has_changed = match &mut light.kind {
-        LightKind::Point { position } | LightKind::Spot { position, .. } => {
-            vector(ui, "place", position, 0.05)
+        LightKind::Point { position } => vector(ui, "place", position, 0.05),
+        LightKind::Spot { position, target, cone_deg, soft } => {
+            let has_moved = vector(ui, "place", position, 0.05);
+            let has_turned = vector(ui, "towards", target, 0.05);
+            let cone = Slider::new(cone_deg, 1.0..=180.0).text("cone °").update_while_editing(false);
+            let rim = Slider::new(soft, 0.0..=1.0).text("soft rim").update_while_editing(false);
+            // Each is drawn, whichever has changed.
+            [has_moved, has_turned, ui.add(cone).changed(), ui.add(rim).changed()].contains(&true)
         }
-        LightKind::Sun { direction } => vector(ui, "towards", direction, 0.05),
+        LightKind::Sun { direction } => vector(ui, "from", direction, 0.05),
     };
+    // What the language would refuse.
+    if matches!(light.kind, LightKind::Spot { position, target, .. } if position == target)
+        || matches!(light.kind, LightKind::Sun { direction } if direction == DVec3::ZERO)
+    {
+        light.kind = before.kind;
+        has_changed = false;
+    }
     ui.horizontal(|ui| {
         ui.label("colour");
         has_changed |= color(ui, &mut light.color);
-        ui.label("falloff");
-        let field =
-            DragValue::new(&mut light.falloff).speed(0.001).range(0.0..=1e6).update_while_editing(false);
-        has_changed |= ui.add(field).changed();
+        let falloff = (&mut light.falloff, "falloff", 0.001);
+        let radius = (&mut light.radius, "radius", 0.01);
+        for (value, text, speed) in [falloff, radius] {
+            // A sun's light does not fall.
+            if text == "falloff" && matches!(light.kind, LightKind::Sun { .. }) {
+                continue;
+            }
+            ui.label(text);
+            let field = DragValue::new(value).speed(speed).range(0.0..=1e6).update_while_editing(false);
+            has_changed |= ui.add(field).changed();
+        }
     });
     has_changed
 }
@@ -653,13 +675,25 @@ fn vector_text(v: DVec3) -> String {
     v.to_array().map(|x| number_text(x, DECIMALS)).join(" ")
 }
 
-fn light_line(name: &str, light: &Light) -> String {
-    let falloff = number_text(light.falloff, DECIMALS);
-    format!(
-        "light {name} {} {} {falloff}",
-        vector_text(light.position().unwrap_or_default()),
-        vector_text(light.color)
-    )
+/// The line that makes a light, and another one where it has a radius.
+fn light_lines(name: &str, light: &Light) -> String {
+    let (color, falloff) = (vector_text(light.color), number_text(light.falloff, DECIMALS));
+    let line = match light.kind {
+        LightKind::Point { position } => format!("light {name} {} {color} {falloff}", vector_text(position)),
+        LightKind::Spot { position, target, cone_deg, soft } => format!(
+            "spot {name} {} {} {} {color} {falloff} {}",
+            vector_text(position),
+            vector_text(target),
+            number_text(cone_deg, DECIMALS),
+            number_text(soft, DECIMALS)
+        ),
+        LightKind::Sun { direction } => format!("sun {name} {} {color}", vector_text(direction)),
+    };
+    if light.radius > 0.0 {
+        format!("{line}\nlightRadius {name} {}", number_text(light.radius, DECIMALS))
+    } else {
+        line
+    }
 }
 
 fn camera_line(camera: &Camera) -> String {
@@ -703,9 +737,25 @@ mod tests {
             TransformStep::Scale(DVec3::splat(1.5)),
         ];
         let mut expected = session.scene().clone();
-        expected.set_light("light1", light);
+        let spot = Light {
+            kind: LightKind::Spot { position: DVec3::Y * 4.0, target: DVec3::X, cone_deg: 35.5, soft: 0.25 },
+            radius: 0.5,
+            ..light
+        };
+        let sun = Light {
+            kind: LightKind::Sun { direction: DVec3::new(1.0, 3.0, 2.0) },
+            falloff: 0.0,
+            radius: 0.0047,
+            ..light
+        };
+        for (name, light) in [("light1", light), ("spot1", spot), ("sun1", sun)] {
+            expected.set_light(name, light);
+        }
         expected.camera = camera;
-        let mut lines = vec![light_line("light1", &light), camera_line(&camera)];
+        let mut lines = vec![camera_line(&camera)];
+        for (name, light) in [("light1", light), ("spot1", spot), ("sun1", sun)] {
+            lines.extend(light_lines(name, &light).lines().map(str::to_owned));
+        }
         for of_whole in [false, true] {
             for step in steps {
                 lines.push(step_line(&step, of_whole));
