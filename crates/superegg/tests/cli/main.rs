@@ -5,6 +5,7 @@
 
 mod crashes;
 mod gallery;
+mod long;
 mod modeller;
 #[cfg(unix)]
 mod prompt;
