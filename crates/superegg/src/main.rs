@@ -8,6 +8,8 @@ mod folders;
 mod load;
 mod memory;
 mod modeller;
+mod picture_file;
+mod pointless;
 mod prompt;
 mod say;
 

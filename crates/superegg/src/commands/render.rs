@@ -5,9 +5,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
-use superegg_render::{CompiledScene, RayCounts, RenderBudget, RenderSettings, Rendered, render};
+use superegg_render::{
+    CompiledScene, Film, RayCounts, RenderBudget, RenderSettings, Rendered, Shows, render,
+};
 use superegg_scene::{Picture, Scene};
 
 use crate::args::RenderArgs;
@@ -15,6 +17,8 @@ use crate::commands::{Outcome, available_threads, counted};
 use crate::files;
 use crate::load::load;
 use crate::memory::peak_rss_bytes;
+use crate::picture_file::PictureFormat;
+use crate::pointless::concerns;
 use crate::say;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
@@ -22,6 +26,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     for place in [Some(output.as_path()), args.stats.as_deref()] {
         files::check_writable_place(place, &args.scene)?;
     }
+    let format = PictureFormat::of(&output)?;
     let mut clock = Clock::start();
     let loaded = load(&args.scene)?;
     let parse = clock.lap();
@@ -31,6 +36,16 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     let scene = loaded.session.scene();
     let compiled = CompiledScene::compile(scene, root.as_deref(), args.depth.unwrap_or(scene.depth));
     let compile = clock.lap();
+    let settings = settings_of(args, scene);
+    let picture = settings.picture;
+    for concern in concerns(&compiled, &settings) {
+        say::complain(format_args!("superegg: warning: {concern}"));
+    }
+    if args.max_samples.is_some() && picture.noise == 0.0 {
+        say::complain(
+            "superegg: warning: --max-samples changes nothing without --noise, for each pixel takes --samples",
+        );
+    }
     if let Some(root) = root.filter(|_| compiled.instance_count().to_string() == "0") {
         say::complain(format_args!(
             "superegg: warning: '{root}' comes to nothing: the picture will show only the background"
@@ -38,10 +53,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     }
 
     let threads = args.threads.map_or_else(available_threads, usize::from);
-    let picture = picture_of(args, scene.picture);
-    let rendered = draw(scene, &compiled, picture, args.quiet, threads)?;
+    let rendered = draw(&compiled, &settings, args.quiet, threads)?;
     let render = clock.lap();
-    files::write(&output, &rendered.film.to_png(picture.encoding)?)?;
+    files::write(&output, &format.encode(&rendered.film, &settings)?)?;
     let write = clock.lap();
 
     let stats = Stats {
@@ -58,6 +72,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         width: picture.width,
         height: picture.height,
         samples: picture.samples,
+        samples_taken: SamplesTaken::of(&rendered.film),
         threads,
         rays: rendered.rays.into(),
         seconds: Seconds { parse, compile, render, write },
@@ -70,27 +85,53 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         [Some(output.as_path()), args.stats.as_deref()].into_iter().flatten().any(files::is_standard_stream);
     if !args.quiet && !is_piped {
         say::out(format_args!(
-            "{}: {}x{}, {}, {render:.1} s{}",
+            "{}: {}x{}, {}, {render:.1} s{}{}",
             output.display(),
             stats.width,
             stats.height,
             counted(&stats.instances, "instance"),
+            shown(&settings, &rendered.film, &stats.samples_taken),
             limits(&stats)
         ))?;
     }
     Ok(Outcome::of(&loaded))
 }
 
-/// The picture as the scene has it, but for what the arguments say.
-fn picture_of(args: &RenderArgs, scene: Picture) -> Picture {
-    let (width, height) = args.size.map_or((scene.width, scene.height), |size| (size.width, size.height));
-    Picture {
+/// The settings that the scene has, but for what the arguments say.
+fn settings_of(args: &RenderArgs, scene: &Scene) -> RenderSettings {
+    let of_scene = scene.picture;
+    let (width, height) =
+        args.size.map_or((of_scene.width, of_scene.height), |size| (size.width, size.height));
+    let picture = Picture {
         width,
         height,
-        samples: args.samples.unwrap_or(scene.samples),
-        encoding: args.encoding.map_or(scene.encoding, Into::into),
-        ..scene
+        samples: args.samples.unwrap_or(of_scene.samples),
+        noise: args.noise.unwrap_or(of_scene.noise),
+        most_samples: args.max_samples.unwrap_or(of_scene.most_samples),
+        filter: args.filter.map_or(of_scene.filter, Into::into),
+        encoding: args.encoding.map_or(of_scene.encoding, Into::into),
+        exposure: args.exposure.unwrap_or(of_scene.exposure),
+        tone: args.tone.map_or(of_scene.tone, Into::into),
+        bits: args.bits.unwrap_or(of_scene.bits),
+        transparent: args.transparent || of_scene.transparent,
+        bounces: args.bounces.unwrap_or(of_scene.bounces),
+        ..of_scene
+    };
+    let shows = args.view.map_or(Shows::Light, Into::into);
+    RenderSettings { picture, shows, ..RenderSettings::of(scene) }
+}
+
+/// What is told of samples and of the scale of what is shown, where there is more to tell than what was asked for.
+fn shown(settings: &RenderSettings, film: &Film, taken: &SamplesTaken) -> String {
+    let mut text = String::new();
+    if settings.picture.noise > 0.0 {
+        text += &format!("; {:.1} samples a pixel, {} at most", taken.mean, taken.most);
     }
+    if settings.shows == Shows::Steps {
+        let most = film.pixels().iter().map(|pixel| pixel.color[0]).fold(0.0, f32::max);
+        text += &format!("; white is {most:.1} boxes and shapes a ray");
+    }
+    text
 }
 
 /// The limits that the picture came to, to be said once.
@@ -117,20 +158,19 @@ fn default_output(scene: &Path) -> PathBuf {
 }
 
 fn draw(
-    scene: &Scene,
     compiled: &CompiledScene,
-    picture: Picture,
+    settings: &RenderSettings,
     quiet: bool,
     threads: usize,
 ) -> Result<Rendered> {
-    let settings = RenderSettings { picture, ..RenderSettings::of(scene) };
+    let picture = settings.picture;
     let bar = progress_bar(u64::from(picture.width) * u64::from(picture.height), quiet);
     let budget = RenderBudget {
         threads,
         cancel: &AtomicBool::new(false),
         progress: &|pixels| bar.set_position(pixels),
     };
-    let rendered = render(compiled, &settings, &budget).context("cannot start the threads");
+    let rendered = render(compiled, settings, &budget).context("cannot start the threads");
     bar.finish_and_clear();
     rendered
 }
@@ -138,9 +178,18 @@ fn draw(
 /// A bar on standard error; hidden where that is no terminal.
 fn progress_bar(pixels: u64, quiet: bool) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} gone, {eta} to go");
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {rate}, {elapsed} gone, {eta} to go");
     ProgressBar::with_draw_target(Some(pixels), target)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key("rate", rate))
+}
+
+/// "12,300 pixels a second", to three figures.
+fn rate(state: &ProgressState, out: &mut dyn std::fmt::Write) {
+    let rate = state.per_sec();
+    let step = 10f64.powf((rate.max(1.0).log10().floor() - 2.0).max(0.0));
+    let rounded = ((rate / step).round() * step) as u64;
+    // A terminal that cannot be written to shows no bar.
+    let _ = write!(out, "{} pixels a second", HumanCount(rounded));
 }
 
 /// Seconds between laps.
@@ -173,11 +222,28 @@ struct Stats {
     compiled: Compiled,
     width: u32,
     height: u32,
+    /// Samples a pixel that were asked for.
     samples: u32,
+    samples_taken: SamplesTaken,
     threads: usize,
     rays: Rays,
     seconds: Seconds,
     peak_rss_bytes: Option<u64>,
+}
+
+/// Samples that pixels took.
+#[derive(Debug, Serialize)]
+struct SamplesTaken {
+    mean: f64,
+    most: u32,
+}
+
+impl SamplesTaken {
+    fn of(film: &Film) -> Self {
+        let taken = || film.pixels().iter().map(|pixel| pixel.samples);
+        let total: u64 = taken().map(u64::from).sum();
+        Self { mean: total as f64 / film.pixels().len().max(1) as f64, most: taken().max().unwrap_or(0) }
+    }
 }
 
 /// The compiled scene, and the limits that the picture came to.
