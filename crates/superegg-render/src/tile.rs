@@ -7,7 +7,7 @@ use superegg_geom::glam::{DAffine3, DVec2, DVec3};
 use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::{Light, Pattern};
 
-use crate::beam::{Beam, BeamHit, Kind, LANES, Shadow};
+use crate::beam::{Beam, BeamHit, Kind, LANES, NO_CANDIDATE, Shadow};
 use crate::flight::FlightRay;
 use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken, Wave, at_surface};
@@ -276,7 +276,7 @@ impl<'a> TileTracer<'a> {
     ) {
         let Some(place) = light.position() else { return };
         let mut shadow_rays: Vec<Option<Ray>> = vec![None; rays];
-        let mut starts = vec![(0, RayStart::Free); rays];
+        let mut starts = vec![(NO_CANDIDATE, RayStart::Free); rays];
         let mut widths = vec![0.0; rays];
         let mut lit: Vec<(usize, DVec3)> = Vec::new();
         let mut least_width = f64::INFINITY;
