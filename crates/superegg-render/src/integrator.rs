@@ -268,45 +268,45 @@ impl<'a> Wave<'a> {
             return;
         }
         let normal = point.facing_normal();
-        let mirrored = shading::mirror(-point.to_eye, normal);
-        let mut clear = 0.0;
-        if shares.through > 0.0 {
-            let (ratio, beyond) = point.beyond();
-            let refracted = shading::refract(-point.to_eye, normal, ratio);
-            clear = shares.through * refracted.map_or(1.0, |(_, reflectance)| reflectance);
-            if let Some((direction, reflectance)) = refracted {
-                let share = shares.through * (1.0 - reflectance) * point.albedo.map(f64::sqrt);
-                let is_taken = self.follow(point, direction, share, TRANSMITTED, beyond);
-                taken.rays.refraction += u64::from(is_taken);
-            }
-        }
         let blurred = if self.bounces == 1 {
             self.setting.picture.gloss_rays
         } else {
             self.setting.picture.gloss_rays.min(1)
         };
-        let sharp = if blurred == 0 || material.gloss == 0.0 { shares.mirror + clear } else { clear };
-        if sharp > 0.0 {
-            let is_taken = self.follow(point, mirrored, DVec3::splat(sharp), MIRRORED, arrival.media.clone());
-            taken.rays.reflection += u64::from(is_taken);
-        }
-        if sharp == clear && shares.mirror > 0.0 {
-            let key = arrival.key.branch(BLURRED);
-            for place in 0..blurred {
-                let facet =
-                    power_cosine_direction(key.point(place, blurred), normal, material.highlight_exponent());
-                let spread = shading::mirror(-point.to_eye, facet);
-                // A facet that would mirror into the surface is one that others hide.
-                let direction = if spread.dot(normal) > 0.0 { spread } else { mirrored };
-                let share = DVec3::splat(shares.mirror / f64::from(blurred));
-                let is_taken =
-                    self.follow(point, direction, share, BLURRED + 1 + place, arrival.media.clone());
-                taken.rays.reflection += u64::from(is_taken);
+        let is_blurred = blurred > 0 && material.gloss > 0.0;
+        let mut sharp = if is_blurred { 0.0 } else { shares.mirror };
+        if shares.through > 0.0 {
+            let (ratio, beyond) = point.beyond();
+            let refracted = shading::refract(-point.to_eye, normal, ratio);
+            sharp += shares.through * refracted.map_or(1.0, |(_, reflectance)| reflectance);
+            if let Some((direction, reflectance)) = refracted {
+                let share = shares.through * (1.0 - reflectance) * point.albedo.map(f64::sqrt);
+                taken.rays.refraction += self.follow(point, direction, share, TRANSMITTED, beyond, colors);
             }
+        }
+        let mirrored = shading::mirror(-point.to_eye, normal);
+        if sharp > 0.0 {
+            let share = DVec3::splat(sharp);
+            taken.rays.reflection +=
+                self.follow(point, mirrored, share, MIRRORED, arrival.media.clone(), colors);
+        }
+        if !is_blurred || shares.mirror == 0.0 {
+            return;
+        }
+        let (key, exponent) = (arrival.key.branch(BLURRED), material.highlight_exponent());
+        for place in 0..blurred {
+            let facet = power_cosine_direction(key.point(place, blurred), normal, exponent);
+            let spread = shading::mirror(-point.to_eye, facet);
+            // A facet that would mirror into the surface is one that others hide.
+            let direction = if spread.dot(normal) > 0.0 { spread } else { mirrored };
+            let share = DVec3::splat(shares.mirror / f64::from(blurred));
+            let choice = BLURRED + 1 + place;
+            taken.rays.reflection +=
+                self.follow(point, direction, share, choice, arrival.media.clone(), colors);
         }
     }
 
-    /// Takes one ray, unless it adds too little to be followed.
+    /// Takes one ray, and returns how many it took: one that adds too little to be followed sees the sky.
     fn follow(
         &mut self,
         point: &SurfacePoint<'_>,
@@ -314,16 +314,18 @@ impl<'a> Wave<'a> {
         share: DVec3,
         choice: u32,
         media: Media,
-    ) -> bool {
+        colors: &mut [DVec3],
+    ) -> u64 {
         let weight = point.arrival.weight * share;
-        let is_taken = weight.max_element() > self.setting.picture.least_weight;
-        if is_taken {
-            let key = point.arrival.key.branch(choice);
-            let is_from_floor = point.is_on_floor();
-            let arrival = Arrival { weight, key, media, is_from_floor, ..point.arrival };
-            self.push(point.spawn(direction, point.footprint), arrival);
+        if weight.max_element() <= self.setting.picture.least_weight {
+            colors[point.arrival.pixel] += weight * self.setting.sky(direction);
+            return 0;
         }
-        is_taken
+        let key = point.arrival.key.branch(choice);
+        let is_from_floor = point.is_on_floor();
+        let arrival = Arrival { weight, key, media, is_from_floor, ..point.arrival };
+        self.push(point.spawn(direction, point.footprint), arrival);
+        1
     }
 
     /// Traces the rays: the points that they meet, in their order. What meets nothing adds the sky to the colours.

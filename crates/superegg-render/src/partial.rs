@@ -21,6 +21,7 @@ use twox_hash::XxHash3_128;
 use crate::film::Pixel;
 use crate::render::RenderSettings;
 use crate::share::Share;
+use crate::shows::Shows;
 use crate::tiling::{Tile, tiles};
 
 /// What those of this version begin with. A change of anything that this file writes is a new version.
@@ -57,6 +58,7 @@ pub struct PartHeader {
     facts: Vec<(String, String)>,
     /// The picture, as it is to be developed.
     picture: Picture,
+    shows: Shows,
 }
 
 /// What tells two pictures apart.
@@ -78,11 +80,12 @@ impl PartHeader {
         settings: &RenderSettings,
         share: Share,
     ) -> Self {
-        let RenderSettings { picture, camera, surroundings } = settings;
+        let RenderSettings { picture, camera, surroundings, shows } = settings;
         // `Debug` of f64 tells numbers apart to the last bit.
         let hash = |text: &str| format!("{HASHED}{:032x}", XxHash3_128::oneshot(text.as_bytes()));
         let mut facts = vec![("program", program.to_owned())];
         facts.extend(picture_facts(picture));
+        facts.push(("view", format!("{shows:?}")));
         facts.push(("root", root.unwrap_or_default().to_owned()));
         facts.push(("depth", depth.to_string()));
         facts.push(("camera", hash(&format!("{camera:?}"))));
@@ -94,12 +97,18 @@ impl PartHeader {
             share,
             facts: facts.into_iter().map(|(name, value)| (name.to_owned(), line(value))).collect(),
             picture: *picture,
+            shows: *shows,
         }
     }
 
     /// The picture, as it is to be developed.
     pub fn picture(&self) -> &Picture {
         &self.picture
+    }
+
+    /// What the picture shows.
+    pub fn shows(&self) -> Shows {
+        self.shows
     }
 
     /// The tiles of the whole picture.
@@ -207,7 +216,8 @@ impl PartHeader {
         }
         let share = share.ok_or_else(|| damaged("it names no share"))?;
         let picture = read_picture(&|name| value_of(&facts, name))?;
-        Ok((Self { share, facts, picture }, FIRST_LINE.len() + 4 + CHECK + length))
+        let shows = word(value_of(&facts, "view"), &SHOWS).ok_or_else(|| damaged("it has no view"))?;
+        Ok((Self { share, facts, picture, shows }, FIRST_LINE.len() + 4 + CHECK + length))
     }
 }
 
@@ -253,6 +263,14 @@ fn picture_facts(picture: &Picture) -> Vec<(&'static str, String)> {
     ]
 }
 
+const SHOWS: [Shows; 6] =
+    [Shows::Light, Shows::Normal, Shows::Depth, Shows::Id, Shows::Steps, Shows::Occlusion];
+
+/// The one of some words that a text is.
+fn word<T: Copy + std::fmt::Debug>(text: Option<&str>, words: &[T]) -> Option<T> {
+    words.iter().find(|word| text == Some(&format!("{word:?}"))).copied()
+}
+
 fn read_picture<'a>(fact: &dyn Fn(&str) -> Option<&'a str>) -> Result<Picture, PartError> {
     fn is_finite(number: &f64) -> bool {
         number.is_finite()
@@ -265,9 +283,6 @@ fn read_picture<'a>(fact: &dyn Fn(&str) -> Option<&'a str>) -> Result<Picture, P
     let number = |name: &str| {
         fact(name).and_then(|text| text.parse().ok()).filter(is_finite).ok_or_else(|| wrong(name))
     };
-    fn word<T: Copy + std::fmt::Debug>(text: Option<&str>, words: &[T]) -> Option<T> {
-        words.iter().find(|word| text == Some(&format!("{word:?}"))).copied()
-    }
     use Filter::{Blackman, Box, Gaussian, Mitchell, Tent};
     let picture = Picture {
         width: whole("width", 1..=Picture::LONGEST_SIDE)?,
@@ -522,6 +537,12 @@ mod tests {
         assert_eq!(with("1.2.3", egg, None, 25, &own), told("root", "egg", ""));
         assert_eq!(with("1.2.3", egg, Some("egg"), 26, &own), told("depth", "25", "26"));
         assert_eq!(with("1.2.3", "prm egg2\n", Some("egg"), 25, &own), Some(("scene".to_owned(), None)));
+        for shows in SHOWS {
+            let other = RenderSettings { shows, ..own.clone() };
+            let header = PartHeader::new("1.2.3", egg, Some("egg"), 25, &other, Share::WHOLE);
+            assert_eq!(PartHeader::read(&header.to_bytes()).unwrap().0.shows(), shows);
+            assert_eq!(ours.difference(&header).is_some(), shows != Shows::Light);
+        }
         let mut other = own.clone();
         other.camera.fov_deg = other.camera.fov_deg.next_up();
         assert_eq!(with("1.2.3", egg, Some("egg"), 25, &other), Some(("camera".to_owned(), None)));

@@ -11,6 +11,8 @@ mod long_render;
 mod memory;
 mod modeller;
 mod part_file;
+mod picture_file;
+mod pointless;
 mod prompt;
 mod say;
 mod share;

@@ -5,28 +5,33 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::{Result, bail, ensure};
-use superegg_render::{Film, PartHeader, Pixel};
+use superegg_render::{Film, PartHeader, Pixel, RenderSettings};
+use superegg_scene::Scene;
 
 use crate::args::MergeArgs;
 use crate::commands::{Outcome, counted};
 use crate::files;
 use crate::long_render::of_tiles;
 use crate::part_file::{self, told};
+use crate::picture_file::PictureFormat;
 use crate::say;
 
 pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
     for part in &args.parts {
         files::check_writable_place(Some(&args.output), part)?;
     }
+    let format = PictureFormat::of(&args.output)?;
     let merged = Merged::read(&args.parts)?;
     let missing = merged.missing();
     if let Some(missing) = &missing {
         ensure!(args.partial, "{missing}; --partial writes what there is");
         say::complain(format_args!("superegg: warning: {missing}"));
     }
-    let picture = *merged.header.picture();
-    let film = merged.film();
-    files::write(&args.output, &film.to_png(picture.encoding)?)?;
+    let picture = args.develop.change(*merged.header.picture());
+    // What else a scene has is in the tiles already.
+    let settings =
+        RenderSettings { picture, shows: merged.header.shows(), ..RenderSettings::of(&Scene::default()) };
+    files::write(&args.output, &format.encode(&merged.film(), &settings)?)?;
     if !args.quiet && !files::is_standard_stream(&args.output) {
         let (width, height) = (picture.width, picture.height);
         let parts = counted(args.parts.len(), "partial file");
