@@ -53,7 +53,7 @@ impl<'a> LongRender<'a> {
             bail!("--resume needs a picture that is a file, and '{}' is none", output.display());
         }
         let tiles = tiles(picture.width, picture.height);
-        let part = part.map(|path| PartFile::later(path, header));
+        let part = part.map(|path| PartFile::later(path, share.is_none(), header));
         let mut had = Tiles::new();
         if let Some(part) = &part {
             let name = part.path().display();

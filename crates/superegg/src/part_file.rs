@@ -92,6 +92,8 @@ pub(crate) fn told(Difference { name, values }: &Difference, one: &str, two: &st
 /// Where finished tiles are kept while a picture is made.
 pub(crate) struct PartFile<'a> {
     path: PathBuf,
+    /// Whether the picture is what matters, and this file only spares work.
+    is_spare: bool,
     /// Made when it is needed: of a large scene that takes a while.
     header: LazyLock<PartHeader, Box<dyn FnOnce() -> PartHeader + Send + 'a>>,
     state: Mutex<State>,
@@ -108,17 +110,21 @@ enum State {
 
 impl<'a> PartFile<'a> {
     /// One that is begun when a render turns out to be long.
-    pub(crate) fn later(path: PathBuf, header: impl FnOnce() -> PartHeader + Send + 'a) -> Self {
+    pub(crate) fn later(
+        path: PathBuf,
+        is_spare: bool,
+        header: impl FnOnce() -> PartHeader + Send + 'a,
+    ) -> Self {
         let state = State::Waiting { since: Instant::now(), tiles: Vec::new() };
-        Self { path, header: LazyLock::new(Box::new(header)), state: Mutex::new(state) }
+        Self { path, is_spare, header: LazyLock::new(Box::new(header)), state: Mutex::new(state) }
     }
 
-    /// Begins it now, in the place of whatever file is there.
+    /// Begins it now.
     ///
     /// # Errors
     /// It cannot be written.
     pub(crate) fn begin_now(&self) -> Result<()> {
-        *self.state() = State::Open(self.begin(&[], true)?);
+        *self.state() = State::Open(self.begin(&[])?);
         Ok(())
     }
 
@@ -166,8 +172,8 @@ impl<'a> PartFile<'a> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes the file with these tiles. Unless it was named by the user, it takes the place of a partial file only.
-    fn begin(&self, tiles: &[(usize, Vec<Pixel>)], is_named: bool) -> Result<File> {
+    /// Makes the file with these tiles. One that the user did not name takes the place of a partial file only.
+    fn begin(&self, tiles: &[(usize, Vec<Pixel>)]) -> Result<File> {
         let begin = || {
             files::check_no_pipe(&self.path)?;
             let mut file =
@@ -176,7 +182,7 @@ impl<'a> PartFile<'a> {
             let mut first = Vec::new();
             (&file).take(PartHeader::MOST_BYTES).read_to_end(&mut first)?;
             ensure!(
-                is_named || PartHeader::read(&first).err() != Some(PartError::NotAPart),
+                !self.is_spare || PartHeader::read(&first).err() != Some(PartError::NotAPart),
                 "there is another file of that name"
             );
             file.set_len(0)?;
@@ -203,6 +209,10 @@ impl<'a> PartFile<'a> {
                 let written = file.write_all(&self.header.record(tile, pixels));
                 written.with_context(|| format!("cannot write '{}'", self.path.display())).inspect_err(|_| {
                     *state = State::Failed;
+                    if self.is_spare {
+                        // The picture may need its room.
+                        let _ = std::fs::remove_file(&self.path);
+                    }
                 })
             }
             State::Failed => Ok(()),
@@ -211,7 +221,7 @@ impl<'a> PartFile<'a> {
 
     fn write_waiting(&self, state: &mut State) -> Result<()> {
         let State::Waiting { tiles, .. } = &*state else { return Ok(()) };
-        let begun = self.begin(tiles, false);
+        let begun = self.begin(tiles);
         let (next, result) = match begun {
             Ok(file) => (State::Open(file), Ok(())),
             Err(error) => (State::Failed, Err(error)),

@@ -104,6 +104,38 @@ fn shares_come_to_the_whole_picture_to_the_bit() {
 }
 
 #[test]
+fn shares_have_all_that_a_picture_takes() {
+    let place = Place::new();
+    place.write("s.scn", SCENE);
+    let parts = "1.part 2.part 3.part";
+    for options in [
+        "--noise 0.02 --max-samples 40 --filter gaussian",
+        "--transparent --bits 16 --filter mitchell --tone filmic --exposure 1.5",
+        "--view depth",
+        "--view steps",
+        "--view id --depth 5",
+    ] {
+        let words = format!("render s.scn --size 50x40 --samples 4 {options}");
+        place.run(&format!("{words} -o whole.png")).fine();
+        for number in 1..=3 {
+            place.run(&format!("{words} --tiles {number}/3 -o {number}.part")).fine();
+        }
+        place.run(&format!("merge {parts} -o merged.png")).fine();
+        assert!(bytes(&place, "merged.png") == bytes(&place, "whole.png"), "{options}");
+    }
+    // Developed otherwise, as if rendered so.
+    let words = "render s.scn --size 50x40 --samples 2";
+    for number in 1..=3 {
+        place.run(&format!("{words} --tiles {number}/3 -o {number}.part")).fine();
+    }
+    for options in ["--exposure -1", "--tone reinhard --bits 16", "--encoding linear"] {
+        place.run(&format!("{words} {options} -o whole.png")).fine();
+        place.run(&format!("merge {parts} {options} -o merged.png")).fine();
+        assert!(bytes(&place, "merged.png") == bytes(&place, "whole.png"), "{options}");
+    }
+}
+
+#[test]
 fn a_share_says_what_it_is_by_default() {
     let (place, words, _) = rendered("--size 40x20 --samples 1");
     for (share, name) in [("2/3", "s-2-of-3.part"), ("7/100", "s-007-of-100.part")] {
@@ -413,6 +445,38 @@ mod signals {
         first.kill().unwrap();
         first.wait().unwrap();
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_costs_the_part_and_not_the_picture() {
+    let (place, words, whole) = rendered("--size 100x80 --samples 2");
+    std::fs::create_dir(place.path("small")).unwrap();
+    let session = format!(
+        "mount -t tmpfs -o size=200k tmpfs small || exit 77\n\
+         \"$1\" {words} -o small/x.png --resume; echo \"picture $?\"; ls small; cmp small/x.png whole.png && echo same\n\
+         \"$1\" {words} --tiles 1/1 -o small/x.part; echo \"share $?\"; cp small/x.part . && \"$1\" {words} --tiles 1/1 -o x.part --resume; echo \"resumed $?\"; true\n"
+    );
+    place.write("session.sh", session);
+    for own in [&["unshare", "--mount"][..], &["unshare", "--user", "--map-root-user", "--mount"]] {
+        let mut command = Command::new(own[0]);
+        command.args(&own[1..]).args(["sh", "session.sh", SUPEREGG]);
+        let output = command.current_dir(place.path("")).envs(place.user()).output();
+        // Not every machine lets us mount.
+        let Ok(output) = output else { continue };
+        if output.status.code() != Some(0) {
+            continue;
+        }
+        let told =
+            format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(told.contains("picture 0\nx.png\nsame"), "{told}");
+        assert!(told.contains("finished tiles are not kept") && told.contains("No space left"), "{told}");
+        assert!(told.contains("share 2") && told.contains("resumed 0"), "{told}");
+        place.run("merge x.part -o m.png").fine();
+        assert!(bytes(&place, "m.png") == whole);
+        return;
+    }
+    eprintln!("skipped: no small file system can be made here");
 }
 
 #[test]
