@@ -58,15 +58,15 @@ impl FilterSampler {
         Self { radius, cumulated, shares, filter }
     }
 
-    /// A place drawn from the filter's magnitude, in pixels from the pixel's centre, and whether the filter is negative there. `unit` is evenly
-    /// distributed in [0, 1) in both parts.
+    /// A place drawn from the filter's magnitude, in pixels from the pixel's top left corner, and whether the filter is negative there. `unit` is
+    /// evenly distributed in [0, 1) in both parts.
     pub(crate) fn place(&self, unit: DVec2) -> (DVec2, bool) {
         if self.filter == Filter::Box {
-            return (unit - 0.5, false);
+            return (unit, false);
         }
         let place = DVec2::new(self.along(unit.x), self.along(unit.y));
         let is_below = |x: f64| along_axis(self.filter, x) < 0.0;
-        (place, is_below(place.x) != is_below(place.y))
+        (place + 0.5, is_below(place.x) != is_below(place.y))
     }
 
     fn along(&self, unit: f64) -> f64 {
@@ -141,6 +141,7 @@ mod tests {
             let mut sums = [(0.0, DVec2::ZERO, DVec2::ZERO); 2];
             for index in 0..count {
                 let (place, is_negative) = sampler.place(sobol(index, 7));
+                let place = place - 0.5;
                 let sum = &mut sums[usize::from(is_negative)];
                 *sum = (sum.0 + 1.0, sum.1 + place, sum.2 + place * place);
             }
@@ -174,7 +175,7 @@ mod tests {
             let sampler = FilterSampler::new(filter);
             for unit in [0.0, 0.5, 1.0, 1.0 - f64::EPSILON, f64::MIN_POSITIVE] {
                 let (place, _) = sampler.place(DVec2::splat(unit));
-                assert!(place.abs().max_element() <= radius(filter), "{filter:?} {unit}: {place}");
+                assert!((place - 0.5).abs().max_element() <= radius(filter), "{filter:?} {unit}: {place}");
             }
         }
     }

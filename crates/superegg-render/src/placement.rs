@@ -1,11 +1,11 @@
 //! Where the samples of a pixel lie on the film.
 
 use superegg_geom::glam::DVec2;
-use superegg_scene::{Filter, Picture};
+use superegg_scene::Picture;
 
 use crate::filter::{FilterSampler, Shares};
 use crate::sampler::Sampler;
-use crate::sequence::{SampleKey, sobol};
+use crate::sequence::SampleKey;
 
 /// A place for a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,23 +22,18 @@ const FILM: u32 = 4;
 /// The places of a picture's samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Placement {
-    /// The same pattern in each pixel, for a number of samples that is known before ([`Sampler`]).
-    pattern: Option<Vec<DVec2>>,
     filter: FilterSampler,
-    /// Whether pixels have sequences of their own.
-    is_own: bool,
+    /// Points of the unit square for a number of samples that is known before, the same for each pixel ([`Sampler`]): no pixel has another
+    /// noise than the one beside it. Empty where pixels stop by themselves: each then has a sequence of its own, of which any first part is well
+    /// distributed.
+    pattern: Vec<DVec2>,
 }
 
 impl Placement {
-    /// For a picture: a fixed pattern for the box filter with a fixed number of samples, else a sequence of which any first part is well
-    /// distributed, drawn from the filter.
     pub(crate) fn of(picture: &Picture) -> Self {
-        let is_fixed = picture.filter == Filter::Box && picture.noise <= 0.0;
-        Self {
-            pattern: is_fixed.then(|| Sampler::new(picture.samples).places().collect()),
-            filter: FilterSampler::new(picture.filter),
-            is_own: picture.noise > 0.0,
-        }
+        let is_fixed = picture.noise <= 0.0;
+        let pattern = if is_fixed { Sampler::new(picture.samples).places().collect() } else { Vec::new() };
+        Self { filter: FilterSampler::new(picture.filter), pattern }
     }
 
     /// What samples of either sign count for.
@@ -49,30 +44,38 @@ impl Placement {
     /// The place of a pixel's sample, by its index from 0.
     pub(crate) fn place(&self, (x, y): (u32, u32), index: u32) -> Place {
         let corner = DVec2::new(f64::from(x), f64::from(y));
-        if let Some(within) = self.pattern.as_ref().and_then(|places| places.get(index as usize)) {
-            return Place { film_px: corner + *within, is_negative: false };
-        }
-        let unit = if self.is_own {
-            SampleKey::new((x, y), index).branch(FILM).point(0, 1)
-        } else {
-            sobol(index, FILM)
-        };
-        let (offset, is_negative) = self.filter.place(unit);
-        Place { film_px: corner + 0.5 + offset, is_negative }
+        let own = || SampleKey::new((x, y), index).branch(FILM).point(0, 1);
+        let (within, is_negative) =
+            self.filter.place(self.pattern.get(index as usize).copied().unwrap_or_else(own));
+        Place { film_px: corner + within, is_negative }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use superegg_scene::Filter;
+
     use super::*;
 
     #[test]
     fn the_box_with_a_fixed_count_keeps_its_pattern() {
-        let picture = Picture { samples: 4, ..Picture::default() };
-        let placement = Placement::of(&picture);
+        let placement = Placement::of(&Picture { samples: 4, ..Picture::default() });
         let places: Vec<DVec2> = (0..4).map(|index| placement.place((3, 5), index).film_px).collect();
         let expected: Vec<DVec2> = Sampler::new(4).places().map(|p| p + DVec2::new(3.0, 5.0)).collect();
         assert_eq!(places, expected);
+    }
+
+    #[test]
+    fn a_fixed_count_lies_around_the_centre_with_the_width_of_its_filter() {
+        for (filter, variance) in [(Filter::Tent, 1.0 / 6.0), (Filter::Gaussian, 0.25)] {
+            let placement = Placement::of(&Picture { samples: 64, filter, ..Picture::default() });
+            let offsets: Vec<DVec2> =
+                (0..64).map(|index| placement.place((7, 9), index).film_px - DVec2::new(7.5, 9.5)).collect();
+            let mean = offsets.iter().sum::<DVec2>() / 64.0;
+            let spread = offsets.iter().map(|offset| offset * offset).sum::<DVec2>() / 64.0;
+            assert!(mean.abs().max_element() < 0.02, "{filter:?}: {mean}");
+            assert!((spread - variance).abs().max_element() < 0.04 * variance, "{filter:?}: {spread}");
+        }
     }
 
     #[test]

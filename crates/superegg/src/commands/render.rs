@@ -99,7 +99,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         width: picture.width,
         height: picture.height,
         samples: picture.samples,
-        samples_taken: SamplesTaken::of(&rendered.film),
+        samples_taken: (picture.noise > 0.0).then(|| SamplesTaken::of(&rendered.film)),
         threads,
         rays: rendered.rays.into(),
         seconds: Seconds { parse, compile, render, write },
@@ -122,7 +122,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
             stats.height,
             share.map_or_else(String::new, |share| format!("share {share}, ")),
             counted(&stats.instances, "instance"),
-            shown(&settings, &rendered.film, &stats.samples_taken),
+            shown(&settings, &rendered.film, stats.samples_taken.as_ref()),
             limits(&stats)
         ))?;
     }
@@ -150,9 +150,9 @@ fn settings_of(args: &RenderArgs, scene: &Scene) -> RenderSettings {
 }
 
 /// What is told of samples and of the scale of what is shown, where there is more to tell than what was asked for.
-fn shown(settings: &RenderSettings, film: &Film, taken: &SamplesTaken) -> String {
+fn shown(settings: &RenderSettings, film: &Film, taken: Option<&SamplesTaken>) -> String {
     let mut text = String::new();
-    if settings.picture.noise > 0.0 {
+    if let Some(taken) = taken {
         text += &format!("; {:.1} samples a pixel, {} at most", taken.mean, taken.most);
     }
     if settings.shows == Shows::Steps {
@@ -257,7 +257,9 @@ struct Stats {
     height: u32,
     /// Samples a pixel that were asked for.
     samples: u32,
-    samples_taken: SamplesTaken,
+    /// Where pixels stop by themselves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    samples_taken: Option<SamplesTaken>,
     threads: usize,
     rays: Rays,
     seconds: Seconds,
@@ -297,14 +299,16 @@ struct Compiled {
 struct Rays {
     camera: u64,
     shadow: u64,
-    ambient: u64,
+    /// Where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ambient: Option<u64>,
     reflection: u64,
     refraction: u64,
 }
 
 impl From<RayCounts> for Rays {
     fn from(RayCounts { camera, shadow, ambient, reflection, refraction }: RayCounts) -> Self {
-        Self { camera, shadow, ambient, reflection, refraction }
+        Self { camera, shadow, ambient: Some(ambient).filter(|count| *count > 0), reflection, refraction }
     }
 }
 

@@ -4,6 +4,7 @@
 #![allow(clippy::print_stderr)]
 
 mod crashes;
+mod film;
 mod gallery;
 mod long;
 mod modeller;
