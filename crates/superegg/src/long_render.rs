@@ -70,8 +70,10 @@ impl<'a> LongRender<'a> {
                 tell(&format!("going on from '{name}' with {}{damage}", of_tiles(had.len(), tiles.len())));
             } else if is_resumed || share.is_some() {
                 part.begin_now()?;
-            } else if files::begins_with(part.path(), PartHeader::FAMILY) {
-                tell(&format!("'{name}' is there from an earlier render; --resume goes on from it"));
+            } else if part.has_older() {
+                tell(&format!(
+                    "'{name}' is there from an earlier render; --resume would go on from it, this render is to take its place"
+                ));
             }
         }
         let mut is_had = vec![false; tiles.len()];
@@ -164,9 +166,10 @@ impl<'a> LongRender<'a> {
             return Ok(Some("no tile was done, and nothing is written".to_owned()));
         }
         if done == total {
-            let kept = || format!("the tiles are kept in '{name}', for --resume");
             match write() {
-                Err(error) if part.is_kept() => return Err(error.context(kept())),
+                Err(error) if part.is_kept() => {
+                    bail!("{error:#}; the tiles are kept in '{name}', for --resume")
+                }
                 written => written?,
             }
             part.remove()?;
@@ -176,7 +179,7 @@ impl<'a> LongRender<'a> {
         write()?;
         let next = match kept {
             Ok(()) if part.is_kept() => format!("--resume goes on from '{name}'"),
-            Ok(()) => "they are not kept".to_owned(),
+            Ok(()) => format!("they are not kept, '{name}' is still that of an earlier render"),
             Err(error) => format!("they are not kept: {error:#}"),
         };
         Ok(Some(format!("{told} are done, the rest of '{}' is {}; {next}", output.display(), self.blank)))

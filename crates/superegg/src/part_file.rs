@@ -94,6 +94,8 @@ pub(crate) struct PartFile<'a> {
     path: PathBuf,
     /// Whether the picture is what matters, and this file only spares work.
     is_spare: bool,
+    /// Whether an earlier render left a partial file of this name.
+    has_older: bool,
     /// Made when it is needed: of a large scene that takes a while.
     header: LazyLock<PartHeader, Box<dyn FnOnce() -> PartHeader + Send + 'a>>,
     state: Mutex<State>,
@@ -116,7 +118,8 @@ impl<'a> PartFile<'a> {
         header: impl FnOnce() -> PartHeader + Send + 'a,
     ) -> Self {
         let state = State::Waiting { since: Instant::now(), tiles: Vec::new() };
-        Self { path, is_spare, header: LazyLock::new(Box::new(header)), state: Mutex::new(state) }
+        let has_older = files::begins_with(&path, PartHeader::FAMILY);
+        Self { path, is_spare, has_older, header: LazyLock::new(Box::new(header)), state: Mutex::new(state) }
     }
 
     /// Begins it now.
@@ -162,6 +165,11 @@ impl<'a> PartFile<'a> {
         (&file).seek(SeekFrom::End(0))?;
         *self.state() = State::Open(file);
         Ok(Some(part))
+    }
+
+    /// Whether an earlier render left a partial file of this name.
+    pub(crate) fn has_older(&self) -> bool {
+        self.has_older
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -230,12 +238,12 @@ impl<'a> PartFile<'a> {
         result
     }
 
-    /// Makes sure that there is a file, for the work will not go on.
+    /// Makes sure that there is a file, for the work will not go on. An earlier one is not given up for so few tiles that none was begun.
     ///
     /// # Errors
     /// It cannot be written.
     pub(crate) fn keep(&self) -> Result<()> {
-        self.write_waiting(&mut self.state())
+        if self.has_older { Ok(()) } else { self.write_waiting(&mut self.state()) }
     }
 
     /// Whether it is on disk with all tiles that were added.
@@ -271,5 +279,80 @@ fn lock(file: &File) -> Result<()> {
         Err(TryLockError::WouldBlock) => bail!("another superegg is writing it"),
         // Not every file system has locks.
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_render::{RenderSettings, Share};
+    use superegg_scene::{Picture, Scene};
+
+    use super::*;
+
+    fn header(samples: u32) -> PartHeader {
+        let picture = Picture { width: 20, height: 5, samples, ..Picture::default() };
+        let settings = RenderSettings { picture, ..RenderSettings::of(&Scene::default()) };
+        PartHeader::new("1", "prm egg", None, 1, &settings, Share::WHOLE)
+    }
+
+    /// The pixels of the second tile.
+    fn pixels() -> Vec<Pixel> {
+        vec![Pixel { samples: 7, ..Pixel::EMPTY }; 4 * 5]
+    }
+
+    #[test]
+    fn a_part_is_begun_when_it_is_needed_and_goes_with_its_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.part");
+        let part = PartFile::later(path.clone(), true, || header(1));
+        part.add(1, &pixels()).unwrap();
+        assert!(!path.exists() && !part.is_kept());
+        part.keep().unwrap();
+        part.add(1, &pixels()).unwrap();
+        assert!(part.is_kept());
+        let found = read(&path).unwrap();
+        assert_eq!((found.tiles, found.damaged), (vec![(1, pixels())], 0));
+        let other = PartFile::later(path.clone(), true, || header(1));
+        assert!(other.try_resume().is_err_and(|error| error.to_string().contains("another superegg")));
+        part.remove().unwrap();
+        assert!(!path.exists() && other.try_resume().unwrap().is_none());
+    }
+
+    #[test]
+    fn an_older_part_is_not_given_up_for_a_moment_of_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.part");
+        std::fs::write(&path, header(2).to_bytes()).unwrap();
+        let part = PartFile::later(path.clone(), true, || header(1));
+        part.add(1, &pixels()).unwrap();
+        part.keep().unwrap();
+        assert!(part.has_older() && !part.is_kept());
+        part.remove().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), header(2).to_bytes());
+    }
+
+    #[test]
+    fn a_file_that_is_something_else_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.part");
+        std::fs::write(&path, "notes").unwrap();
+        let part = PartFile::later(path.clone(), true, || header(1));
+        assert!(part.begin_now().is_err() && part.resume().is_err());
+        part.add(1, &pixels()).unwrap();
+        assert!(format!("{:#}", part.keep().unwrap_err()).contains("another file of that name"));
+        assert_eq!(std::fs::read(&path).unwrap(), b"notes");
+        // What the user named is written, as any output is.
+        PartFile::later(path.clone(), false, || header(1)).begin_now().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), header(1).to_bytes());
+    }
+
+    #[test]
+    fn endless_files_are_not_read_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.part");
+        let mut bytes = header(1).to_bytes();
+        bytes.resize(header(1).most_bytes() as usize * 2 + PartHeader::MOST_BYTES as usize, 0);
+        std::fs::write(&path, bytes).unwrap();
+        assert!(format!("{:#}", read(&path).err().unwrap()).contains("longer than its picture"));
     }
 }

@@ -369,7 +369,7 @@ fn an_older_part_is_pointed_out_and_left() {
     let (part, _) = some_part(&place, &words);
     place.write("x.png.part", &part);
     let answer = place.run(&format!("{words} -o x.png"));
-    assert!(answer.code == Some(0) && answer.err.contains("--resume goes on from it"), "{answer:?}");
+    assert!(answer.code == Some(0) && answer.err.contains("--resume would go on from it"), "{answer:?}");
     assert!(bytes(&place, "x.png.part") == part);
 }
 
