@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
 
-use crate::support::Place;
+use crate::support::{Place, Random};
 
 fn start(place: &Place, program: &[&str]) -> Child {
     Command::new(program[0])
@@ -18,18 +18,6 @@ fn start(place: &Place, program: &[&str]) -> Child {
 }
 
 const SUPEREGG: &str = env!("CARGO_BIN_EXE_superegg");
-
-/// A small generator of numbers for choosing moments (xorshift, Marsaglia 2003).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, most: u64) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0 % most
-    }
-}
 
 /// Lines of all kinds that change a scene, undo and loads among them.
 fn change(i: u64) -> String {

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
-use crate::support::{Place, project};
+use crate::support::{Place, Random, project};
 
 const SUPEREGG: &str = env!("CARGO_BIN_EXE_superegg");
 
@@ -40,18 +40,6 @@ fn ended(output: &Output, code: i32) -> String {
 
 fn bytes(place: &Place, name: &str) -> Vec<u8> {
     std::fs::read(place.path(name)).unwrap()
-}
-
-/// A generator of numbers for choosing moments and places (xorshift, Marsaglia 2003).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, most: u64) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0 % most
-    }
 }
 
 /// A place with the scene, the words to render it with, and the picture that they give.
