@@ -2,7 +2,9 @@
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use superegg_render::{
@@ -14,6 +16,9 @@ use superegg_scene::Picture;
 use crate::commands::counted;
 use crate::files;
 use crate::part_file::{self, PartFile, Tiles};
+
+/// A render that takes no longer leaves no partial file.
+const SHORT: Duration = Duration::from_secs(2);
 
 /// A render in progress, with what it had to begin with.
 pub(crate) struct LongRender<'a> {
@@ -108,20 +113,35 @@ impl<'a> LongRender<'a> {
         budget: &RenderBudget<'_>,
         tell: &(dyn Fn(&str) + Sync),
     ) -> Result<Rendered> {
+        let part = self.part.as_ref();
         let failure = Mutex::new(None);
+        let tell_not_kept =
+            |error: &anyhow::Error| tell(&format!("warning: finished tiles are not kept: {error:#}"));
         let finished = |index: usize, pixels: &[_]| {
             self.finished.fetch_add(1, Ordering::Relaxed);
-            let Some(Err(error)) = self.part.as_ref().map(|part| part.add(index, pixels)) else { return };
+            let Some(Err(error)) = part.map(|part| part.add(index, pixels)) else { return };
             if self.share.is_some() {
                 // Without its file the work is for nothing.
                 budget.cancel.store(true, Ordering::Relaxed);
                 *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
             } else {
-                tell(&format!("warning: finished tiles are not kept: {error:#}"));
+                tell_not_kept(&error);
             }
         };
         let work = TileWork { wanted: &|index| self.wants(index), finished: &finished };
-        let rendered = render_tiles(scene, settings, budget, &work).context("cannot start the threads");
+        let rendered = std::thread::scope(|threads| {
+            let (end, ended) = channel::<()>();
+            // Beside the work, for telling what picture it is may take a while in a large scene.
+            threads.spawn(move || {
+                let is_long = ended.recv_timeout(SHORT) == Err(RecvTimeoutError::Timeout);
+                if let Some(Err(error)) = part.filter(|_| is_long).map(PartFile::begin_late) {
+                    tell_not_kept(&error);
+                }
+            });
+            let rendered = render_tiles(scene, settings, budget, &work).context("cannot start the threads");
+            drop(end);
+            rendered
+        });
         if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
             return Err(error);
         }

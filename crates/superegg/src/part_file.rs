@@ -4,15 +4,11 @@ use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use superegg_render::{Difference, Part, PartError, PartHeader, Pixel};
 
 use crate::files;
-
-/// A render that takes no longer leaves no partial file.
-const SHORT: Duration = Duration::from_secs(2);
 
 /// The partial file of a picture: its name with `.part`.
 pub(crate) fn beside(picture: &Path) -> PathBuf {
@@ -103,7 +99,7 @@ pub(crate) struct PartFile<'a> {
 
 enum State {
     /// There is no file yet.
-    Waiting { since: Instant, tiles: Tiles },
+    Waiting(Tiles),
     /// The file, locked, at its end.
     Open(File),
     /// It could not be written.
@@ -117,7 +113,7 @@ impl<'a> PartFile<'a> {
         is_spare: bool,
         header: impl FnOnce() -> PartHeader + Send + 'a,
     ) -> Self {
-        let state = State::Waiting { since: Instant::now(), tiles: Vec::new() };
+        let state = State::Waiting(Tiles::new());
         let has_older = files::begins_with(&path, PartHeader::FAMILY);
         Self { path, is_spare, has_older, header: LazyLock::new(Box::new(header)), state: Mutex::new(state) }
     }
@@ -209,9 +205,9 @@ impl<'a> PartFile<'a> {
     pub(crate) fn add(&self, tile: usize, pixels: &[Pixel]) -> Result<()> {
         let mut state = self.state();
         match &mut *state {
-            State::Waiting { since, tiles } => {
+            State::Waiting(tiles) => {
                 tiles.push((tile, pixels.to_vec()));
-                if since.elapsed() < SHORT { Ok(()) } else { self.write_waiting(&mut state) }
+                Ok(())
             }
             State::Open(file) => {
                 let written = file.write_all(&self.header.record(tile, pixels));
@@ -227,8 +223,15 @@ impl<'a> PartFile<'a> {
         }
     }
 
-    fn write_waiting(&self, state: &mut State) -> Result<()> {
-        let State::Waiting { tiles, .. } = &*state else { return Ok(()) };
+    /// Begins it with the tiles that there are, unless it is begun.
+    ///
+    /// # Errors
+    /// It cannot be written; then no tile is kept.
+    pub(crate) fn begin_late(&self) -> Result<()> {
+        // Before the lock: those who have tiles would wait for it.
+        LazyLock::force(&self.header);
+        let mut state = self.state();
+        let State::Waiting(tiles) = &*state else { return Ok(()) };
         let begun = self.begin(tiles);
         let (next, result) = match begun {
             Ok(file) => (State::Open(file), Ok(())),
@@ -243,7 +246,7 @@ impl<'a> PartFile<'a> {
     /// # Errors
     /// It cannot be written.
     pub(crate) fn keep(&self) -> Result<()> {
-        if self.has_older { Ok(()) } else { self.write_waiting(&mut self.state()) }
+        if self.has_older { Ok(()) } else { self.begin_late() }
     }
 
     /// Whether it is on disk with all tiles that were added.
