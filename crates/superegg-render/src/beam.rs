@@ -75,6 +75,8 @@ struct PathNode {
 }
 
 const NO_NODE: u32 = u32::MAX;
+/// Stands for the candidate of a shadow ray that starts on none.
+pub(crate) const NO_CANDIDATE: u32 = u32::MAX;
 
 /// A group that is open.
 #[derive(Debug)]
@@ -104,7 +106,7 @@ struct Frame {
 pub(crate) struct Shadow<'a> {
     /// From the surface to the light, t = 1 there; `None` for lanes without a ray.
     pub(crate) rays: &'a [Option<Ray>],
-    /// The candidate on whose surface each starts, and where it goes from there.
+    /// The candidate on whose surface each starts, or [`NO_CANDIDATE`], and where it goes from there.
     pub(crate) starts: &'a [(u32, RayStart)],
     /// The width of each ray at its surface.
     pub(crate) widths: &'a [f64],
@@ -312,7 +314,8 @@ impl<'s> Beam<'s> {
                 continue;
             }
             let (candidate, start) = shadow.starts[i];
-            let departure = Departure::of(self.path(candidate), start);
+            let departure =
+                if candidate == NO_CANDIDATE { None } else { Departure::of(self.path(candidate), start) };
             let width = Footprint { width: shadow.widths[i], spread: 0.0 };
             if self.scene.occluded_footprint(ray, departure.as_ref(), 1.0, width) {
                 occluded[packet] |= 1 << lane;
@@ -745,8 +748,9 @@ impl<'s> Beam<'s> {
                     continue;
                 }
                 let (own, start) = shadow.starts[i];
-                let own_key = self.paths[self.candidates[own as usize].path as usize].key;
-                let is_own = own_key == key && self.is_same_path(own, frame.path, target.place);
+                let is_own = own != NO_CANDIDATE
+                    && self.paths[self.candidates[own as usize].path as usize].key == key
+                    && self.is_same_path(own, frame.path, target.place);
                 let stops = if is_own && target.kind == Kind::StandIn {
                     false
                 } else if is_own && start == RayStart::SurfaceOutward && target.shape.is_convex() {

@@ -4,23 +4,90 @@ use image::{ExtendedColorType, ImageEncoder};
 use superegg_scene::Encoding;
 use thiserror::Error;
 
+use crate::tiling::Tile;
+
 /// Why a picture could not be written.
 #[derive(Debug, Error)]
 #[error("the picture could not be encoded: {0}")]
 pub struct ImageError(#[from] image::ImageError);
 
-/// A picture of linear colours, rows from the top.
+/// What a picture knows of one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pixel {
+    /// Linear light, before exposure and tone; where the background is transparent only that of surfaces, times `alpha` as it were
+    /// (premultiplied).
+    pub color: [f32; 3],
+    /// The share of the pixel that surfaces cover, [0, 1]; 1 everywhere unless the background is transparent.
+    pub alpha: f32,
+    /// The distance of the first surface from the plane of the camera, in world units along the line of sight: the mean over the samples
+    /// that meet one, infinity where none does.
+    pub depth: f32,
+    /// The mean direction of the normals on the camera's side in world space, of length 1; 0 0 0 where no sample meets a surface.
+    pub normal: [f32; 3],
+    /// The mean linear colour of the surfaces themselves; 0 0 0 where no sample meets one.
+    pub albedo: [f32; 3],
+    /// The number of the instance that most samples meet, 0 for none. Where no instance has more than half of the samples, one of them.
+    pub id: u32,
+    /// How many samples were taken; 0 where the pixel has not been made.
+    pub samples: u32,
+}
+
+impl Pixel {
+    /// One that has not been made: black, nothing met.
+    pub const EMPTY: Self = Self {
+        color: [0.0; 3],
+        alpha: 0.0,
+        depth: f32::INFINITY,
+        normal: [0.0; 3],
+        albedo: [0.0; 3],
+        id: 0,
+        samples: 0,
+    };
+
+    /// The length of [`Pixel::to_bytes`].
+    pub const BYTES: usize = 52;
+
+    /// Its thirteen numbers in the order of the fields, four bytes each, the lowest first.
+    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
+        let [r, g, b] = self.color.map(f32::to_bits);
+        let [nx, ny, nz] = self.normal.map(f32::to_bits);
+        let [ar, ag, ab] = self.albedo.map(f32::to_bits);
+        let (alpha, depth) = (self.alpha.to_bits(), self.depth.to_bits());
+        let words = [r, g, b, alpha, depth, nx, ny, nz, ar, ag, ab, self.id, self.samples];
+        let mut bytes = [0; Self::BYTES];
+        bytes.chunks_exact_mut(4).zip(words).for_each(|(to, word)| to.copy_from_slice(&word.to_le_bytes()));
+        bytes
+    }
+
+    /// The pixel that [`Pixel::to_bytes`] wrote, to the bit.
+    pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        let word = |i: usize| u32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * i + byte]));
+        let number = |i: usize| f32::from_bits(word(i));
+        let vector = |i: usize| [number(i), number(i + 1), number(i + 2)];
+        Self {
+            color: vector(0),
+            alpha: number(3),
+            depth: number(4),
+            normal: vector(5),
+            albedo: vector(8),
+            id: word(11),
+            samples: word(12),
+        }
+    }
+}
+
+/// A picture as it is made: linear values, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     width: u32,
     height: u32,
-    pixels: Vec<[f32; 3]>,
+    pixels: Vec<Pixel>,
 }
 
 impl Film {
-    /// A black picture.
+    /// One of which no pixel has been made.
     pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, pixels: vec![[0.0; 3]; width as usize * height as usize] }
+        Self { width, height, pixels: vec![Pixel::EMPTY; width as usize * height as usize] }
     }
 
     /// Its width in pixels.
@@ -33,14 +100,30 @@ impl Film {
         self.height
     }
 
-    /// The linear colour of a pixel.
-    pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
-        self.pixels[self.place(x, y)]
+    /// The pixels, rows from the top.
+    pub fn pixels(&self) -> &[Pixel] {
+        &self.pixels
     }
 
-    pub(crate) fn set(&mut self, x: u32, y: u32, color: [f32; 3]) {
+    /// A pixel, from the top left corner.
+    pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
+        &self.pixels[self.place(x, y)]
+    }
+
+    /// Puts a pixel in its place.
+    pub fn set(&mut self, x: u32, y: u32, pixel: Pixel) {
         let place = self.place(x, y);
-        self.pixels[place] = color;
+        self.pixels[place] = pixel;
+    }
+
+    /// The pixels of a tile of this picture, row by row.
+    pub fn tile(&self, tile: &Tile) -> Vec<Pixel> {
+        tile.pixels().map(|(x, y)| *self.pixel(x, y)).collect()
+    }
+
+    /// Puts the pixels of a tile in their places, row by row.
+    pub fn set_tile(&mut self, tile: &Tile, pixels: &[Pixel]) {
+        tile.pixels().zip(pixels).for_each(|((x, y), pixel)| self.set(x, y, *pixel));
     }
 
     fn place(&self, x: u32, y: u32) -> usize {
@@ -50,7 +133,7 @@ impl Film {
     /// The picture as bytes, red, green and blue of each pixel. Values above 1 are cut off.
     pub fn to_bytes(&self, encoding: Encoding) -> Vec<u8> {
         let steps = Steps::new(encoding);
-        self.pixels.iter().flatten().map(|&value| steps.byte(value)).collect()
+        self.pixels.iter().flat_map(|pixel| pixel.color).map(|value| steps.byte(value)).collect()
     }
 
     /// The picture as a PNG file of 8 bits a channel.
@@ -124,6 +207,25 @@ fn encode(value: f32, encoding: Encoding) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pixels_go_to_bytes_and_back_to_the_bit() {
+        let pixel = Pixel {
+            color: [1.0, -0.0, f32::MIN_POSITIVE],
+            alpha: 0.25,
+            depth: 1e30,
+            normal: [0.0, 0.6, -0.8],
+            albedo: [0.1, 0.2, 0.3],
+            id: u32::MAX,
+            samples: 65_536,
+        };
+        for pixel in [pixel, Pixel::EMPTY] {
+            assert_eq!(Pixel::from_bytes(&pixel.to_bytes()).to_bytes(), pixel.to_bytes());
+            assert_eq!(Pixel::from_bytes(&pixel.to_bytes()), pixel);
+        }
+        assert_eq!(pixel.to_bytes()[..4], [0, 0, 0x80, 0x3f]);
+        assert_eq!(pixel.to_bytes()[44..], [0xff, 0xff, 0xff, 0xff, 0, 0, 1, 0]);
+    }
 
     #[test]
     fn encodings_meet_known_values() {

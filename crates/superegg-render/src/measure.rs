@@ -7,13 +7,14 @@ use superegg_scene::Light;
 use crate::beam::{Beam, BeamHit, Shadow};
 use crate::compiled::CompiledScene;
 use crate::footprint::Footprint;
-use crate::render::tiles_of_pixels;
+use crate::tiling::{Tile, tiles};
 use crate::view::View;
 
 /// The camera rays of a picture, one a pixel, by tiles as [`crate::render`] makes them.
 pub fn camera_tiles(view: &View, width: u32, height: u32) -> Vec<Vec<Ray>> {
     let ray = |(x, y): (u32, u32)| view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-    tiles_of_pixels(width, height).into_iter().map(|pixels| pixels.into_iter().map(ray).collect()).collect()
+    let rays = |tile: &Tile| tile.pixels_by_block().into_iter().map(ray).collect();
+    tiles(width, height).iter().map(rays).collect()
 }
 
 /// Traces tiles of camera rays.

@@ -1,17 +1,19 @@
 //! A compiled scene into a film, in tiles over threads.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_scene::{AmbientOcclusion, Camera, Floor, Light, Material, Picture, Scene, Sky};
 
 use crate::compiled::CompiledScene;
-use crate::film::Film;
+use crate::film::{Film, Pixel};
+use crate::gather::Gathered;
 use crate::integrator::{RayCounts, Setting, Taken};
 use crate::sampler::Sampler;
 use crate::tile::{FilmSample, TileTracer};
+use crate::tiling::{Tile, tiles};
 use crate::view::View;
 
 /// What picture is to be made. The same settings give the same picture, whatever the budget.
@@ -79,10 +81,15 @@ pub struct Rendered {
     pub stand_ins: u64,
 }
 
-/// The edge of a tile in pixels.
-const TILE_PX: u32 = 16;
-/// The edge of a block of pixels whose rays share a register.
-const BLOCK_PX: usize = 4;
+/// Which tiles are made, and who is given them.
+#[derive(Clone, Copy)]
+pub struct TileWork<'a> {
+    /// Whether a tile is to be made, by its index in [`tiles`]. Those that are not stay [`Pixel::EMPTY`]; no ray is traced for them.
+    pub wanted: &'a (dyn Fn(usize) -> bool + Sync),
+    /// Is given each tile as it is finished: its index and its pixels, row by row. Called from the threads that trace, one call at a time,
+    /// in any order.
+    pub finished: &'a (dyn Fn(usize, &[Pixel]) + Sync),
+}
 
 /// Renders a compiled scene.
 ///
@@ -93,58 +100,46 @@ pub fn render(
     settings: &RenderSettings,
     budget: &RenderBudget<'_>,
 ) -> Result<Rendered, rayon::ThreadPoolBuildError> {
+    render_tiles(scene, settings, budget, &TileWork { wanted: &|_| true, finished: &|_, _| () })
+}
+
+/// Renders those tiles of a picture that are wanted. A tile's pixels depend on the scene and the settings alone, not on what other tiles are made,
+/// on the threads or their order.
+///
+/// # Errors
+/// The threads cannot be started.
+pub fn render_tiles(
+    scene: &CompiledScene,
+    settings: &RenderSettings,
+    budget: &RenderBudget<'_>,
+    work: &TileWork<'_>,
+) -> Result<Rendered, rayon::ThreadPoolBuildError> {
     let Picture { width, height, .. } = settings.picture;
     let threads = rayon::ThreadPoolBuilder::new().num_threads(budget.threads).build()?;
     let job = Job { scene, settings, view: View::new(&settings.camera, width, height) };
     let done = AtomicU64::new(0);
-    let tiles = tiles(width, height);
-    let finished: Vec<(Tile, Vec<[f32; 3]>, Taken)> = threads.install(|| {
-        let unless_cancelled = tiles.into_par_iter().filter(|_| !budget.cancel.load(Ordering::Relaxed));
-        unless_cancelled
-            .map(|tile| {
-                let (colors, counts) = job.render_tile(&tile);
-                let pixels = colors.len() as u64;
-                (budget.progress)(done.fetch_add(pixels, Ordering::Relaxed) + pixels);
-                (tile, colors, counts)
-            })
-            .collect()
+    let rendered = Rendered { film: Film::new(width, height), rays: RayCounts::default(), stand_ins: 0 };
+    let rendered = Mutex::new(rendered);
+    let wanted: Vec<(usize, Tile)> =
+        tiles(width, height).into_iter().enumerate().filter(|(index, _)| (work.wanted)(*index)).collect();
+    threads.install(|| {
+        wanted.into_par_iter().for_each(|(index, tile)| {
+            if budget.cancel.load(Ordering::Relaxed) {
+                return;
+            }
+            let (pixels, taken) = job.render_tile(&tile);
+            let count = pixels.len() as u64;
+            {
+                let mut rendered = rendered.lock().unwrap_or_else(PoisonError::into_inner);
+                rendered.film.set_tile(&tile, &pixels);
+                rendered.rays += taken.rays;
+                rendered.stand_ins += taken.stand_ins;
+                (work.finished)(index, &pixels);
+            }
+            (budget.progress)(done.fetch_add(count, Ordering::Relaxed) + count);
+        });
     });
-
-    let mut film = Film::new(width, height);
-    let mut total = Taken::default();
-    for (tile, colors, counts) in finished {
-        tile.pixels_by_block().into_iter().zip(colors).for_each(|((x, y), color)| film.set(x, y, color));
-        total += counts;
-    }
-    Ok(Rendered { film, rays: total.rays, stand_ins: total.stand_ins })
-}
-
-struct Tile {
-    x: Range<u32>,
-    y: Range<u32>,
-}
-
-impl Tile {
-    /// Its pixels, by blocks of neighbours that go through the scene together.
-    fn pixels_by_block(&self) -> Vec<(u32, u32)> {
-        let blocks = |range: &Range<u32>| {
-            let end = range.end;
-            range.clone().step_by(BLOCK_PX).map(move |first| first..end.min(first + BLOCK_PX as u32))
-        };
-        let rows = blocks(&self.y).flat_map(|y| blocks(&self.x).map(move |x| (x, y.clone())));
-        rows.flat_map(|(x, y)| y.flat_map(move |y| x.clone().map(move |x| (x, y)))).collect()
-    }
-}
-
-fn tiles(width: u32, height: u32) -> Vec<Tile> {
-    let ranges =
-        |length: u32| (0..length.div_ceil(TILE_PX)).map(move |i| i * TILE_PX..length.min((i + 1) * TILE_PX));
-    ranges(height).flat_map(|y| ranges(width).map(move |x| Tile { x, y: y.clone() })).collect()
-}
-
-/// The pixels of a picture, by tiles and blocks.
-pub(crate) fn tiles_of_pixels(width: u32, height: u32) -> Vec<Vec<(u32, u32)>> {
-    tiles(width, height).iter().map(Tile::pixels_by_block).collect()
+    Ok(rendered.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
 struct Job<'a> {
@@ -154,16 +149,13 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn render_tile(&self, tile: &Tile) -> (Vec<[f32; 3]>, Taken) {
-        let setting = Setting {
-            scene: self.scene,
-            lights: &self.settings.surroundings.lights,
-            background: self.settings.surroundings.background,
-        };
+    /// The pixels of a tile, row by row.
+    fn render_tile(&self, tile: &Tile) -> (Vec<Pixel>, Taken) {
+        let setting = Setting::new(self.scene, self.settings);
         let pixels = tile.pixels_by_block();
         let count = self.settings.picture.samples.max(1);
         let mut tracer = TileTracer::new(setting, &self.view, count);
-        let mut sums = vec![DVec3::ZERO; pixels.len()];
+        let mut sums = vec![Gathered::default(); pixels.len()];
         for (place, index) in Sampler::new(count).places().zip(0..) {
             let sample = |&(x, y): &(u32, u32)| FilmSample {
                 pixel: (x, y),
@@ -172,10 +164,14 @@ impl Job<'_> {
             };
             let samples: Vec<FilmSample> = pixels.iter().map(sample).collect();
             for (sum, seen) in sums.iter_mut().zip(tracer.trace(&samples)) {
-                *sum += seen.color;
+                sum.add(&seen);
             }
         }
-        let colors = sums.iter().map(|sum| (sum / f64::from(count)).as_vec3().to_array()).collect();
-        (colors, tracer.taken)
+        let mut by_row = vec![Pixel::EMPTY; pixels.len()];
+        for ((x, y), sum) in pixels.into_iter().zip(sums) {
+            let place = (y - tile.y.start) as usize * tile.x.len() + (x - tile.x.start) as usize;
+            by_row[place] = sum.pixel();
+        }
+        (by_row, tracer.taken)
     }
 }

@@ -3,21 +3,23 @@
 //! The local part is Blinn's form of Phong's terms, on linear colours:
 //!
 //! ```text
-//! ambient * color  +  sum over lights of  L * (diffuse * color * max(0, N.L)  +  specular * max(0, N.H)^exponent)
+//! ambient * color * A  +  sum over lights of  L * (diffuse * color * max(0, N.L)  +  specular * max(0, N.H)^exponent)
 //! ```
 //!
-//! with L the light's colour after its falloff and H half way between light and eye. A surface that mirrors (`reflected` = kr) or lets
-//! light through (`refracted` = kt) gives up as much of its ambient and diffuse part, so that the sum never grows:
+//! with L the light's colour as it comes to the point, H half way between light and eye, and A the ambient light: 1, or what ambient occlusion leaves of
+//! it. A surface that mirrors (`reflected` = kr) or lets light through (`refracted` = kt) gives up as much of its ambient and diffuse part, so that
+//! the sum never grows:
 //!
 //! ```text
 //! (1 - kr - kt) * (ambient and diffuse)  +  highlight  +  (kr + kt F) * mirrored  +  kt (1 - F) * tint * transmitted
 //! ```
 //!
 //! F is Fresnel's reflectance of the interface, 1 at total internal reflection; the tint is the root of the colour, so that a way in and
-//! out is coloured once. Where kr + kt is above 1 both are scaled down to 1. A share that the scene does not set counts as 0.
+//! out is coloured once. Where kr + kt is above 1 both are scaled down to 1. A share that the scene does not set counts as 0. A material
+//! with `fresnel` mirrors kr times F of its index only.
 
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Light, Material};
+use superegg_scene::Material;
 
 /// How a surface divides its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,29 +33,39 @@ pub(crate) struct Shares {
 }
 
 impl Shares {
-    pub(crate) fn of(material: &Material) -> Self {
-        let mirror = material.reflected.unwrap_or(0.0);
+    /// Seen at this cosine of the angle to the normal.
+    pub(crate) fn of(material: &Material, cos: f64) -> Self {
+        let mut mirror = material.reflected.unwrap_or(0.0);
+        if material.fresnel && mirror > 0.0 {
+            mirror *= reflectance(cos, material.index);
+        }
         let through = material.refracted.unwrap_or(0.0);
         let total = (mirror + through).max(1.0);
         Self { local: (1.0 - mirror - through).max(0.0), mirror: mirror / total, through: through / total }
     }
+
+    /// Whether no ray goes on from the surface.
+    pub(crate) fn is_local(&self) -> bool {
+        self.mirror == 0.0 && self.through == 0.0
+    }
 }
 
-/// The ambient part.
-pub(crate) fn ambient(material: &Material, shares: &Shares) -> DVec3 {
-    shares.local * material.ambient * material.color
+/// The ambient part, under white ambient light.
+pub(crate) fn ambient(material: &Material, shares: &Shares, albedo: DVec3) -> DVec3 {
+    shares.local * material.ambient * albedo
 }
 
 /// The part of one light that is not in shadow. `normal`, `to_eye` and `to_light` are unit vectors on the same side.
 pub(crate) fn direct(
     material: &Material,
     shares: &Shares,
+    albedo: DVec3,
     light_color: DVec3,
     normal: DVec3,
     to_eye: DVec3,
     to_light: DVec3,
 ) -> DVec3 {
-    let diffuse = shares.local * material.diffuse * normal.dot(to_light).max(0.0) * material.color;
+    let diffuse = shares.local * material.diffuse * normal.dot(to_light).max(0.0) * albedo;
     if material.specular == 0.0 {
         return light_color * diffuse;
     }
@@ -62,9 +74,11 @@ pub(crate) fn direct(
     light_color * (diffuse + highlight)
 }
 
-/// A light as seen from a point: direction (unit), and colour after falloff. `None` where the point is the light's own place.
-pub(crate) fn towards(light: &Light, point: DVec3) -> Option<(DVec3, DVec3)> {
-    Some((light.direction_from(point)?, light.color_at(point)))
+/// Fresnel's reflectance, for unpolarised light that comes from air at this cosine of the angle to the normal.
+fn reflectance(cos: f64, index: f64) -> f64 {
+    let cos = cos.clamp(0.0, 1.0);
+    let direction = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, -cos);
+    refract(direction, DVec3::Z, index.recip()).map_or(1.0, |(_, reflectance)| reflectance)
 }
 
 /// The mirrored direction of a unit `direction` at a unit normal.
@@ -112,10 +126,19 @@ mod tests {
     #[test]
     fn shares_never_exceed_one() {
         let with =
-            |reflected, refracted| Shares::of(&Material { reflected, refracted, ..Material::default() });
+            |reflected, refracted| Shares::of(&Material { reflected, refracted, ..Material::default() }, 1.0);
         assert_eq!(with(None, None), Shares { local: 1.0, mirror: 0.0, through: 0.0 });
         let over = with(Some(0.5), Some(1.0));
         assert!((over.local + over.mirror + over.through - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_varnish_mirrors_little_head_on_and_all_at_grazing_angles() {
+        let varnish = Material { reflected: Some(1.0), fresnel: true, ..Material::default() };
+        assert!((Shares::of(&varnish, 1.0).mirror - 0.04).abs() < 1e-12);
+        assert!((Shares::of(&varnish, 0.0).mirror - 1.0).abs() < 1e-12);
+        let at = |cos| Shares::of(&varnish, cos);
+        assert!(at(0.3).local + at(0.3).mirror == 1.0 && at(0.3).mirror > at(0.6).mirror);
     }
 
     proptest! {

@@ -1,16 +1,22 @@
-//! A tile of the picture: camera rays as one beam, and for each light the shadow rays as another, seen from the light.
+//! A tile of the picture: camera rays as one beam where they begin at one place, and for each light that shines from one point the shadow rays as
+//! another, seen from the light.
 
-use std::borrow::Cow;
+use std::rc::Rc;
 
 use superegg_geom::glam::{DAffine3, DVec2, DVec3};
 use superegg_geom::{Ray, RayStart, error_through, unit_vector};
-use superegg_scene::Material;
+use superegg_scene::{Light, Pattern};
 
-use crate::beam::{Beam, BeamHit, Kind, Shadow};
+use crate::beam::{Beam, BeamHit, Kind, LANES, NO_CANDIDATE, Shadow};
+use crate::flight::FlightRay;
 use crate::footprint::Footprint;
-use crate::integrator::{Setting, Taken, Wave};
-use crate::interaction::SurfaceInteraction;
-use crate::shading::{self, Shares};
+use crate::integrator::{Setting, Taken, Wave, at_surface};
+use crate::lighting::{self, LightWay, ShadowRays};
+use crate::medium::Media;
+use crate::path::InstancePath;
+use crate::point::{Arrival, MaterialRef, Place, Seen, SurfacePoint, albedo_of_shape};
+use crate::sequence::{SampleKey, disc};
+use crate::shading::Shares;
 use crate::view::View;
 
 /// A sample of the picture.
@@ -50,6 +56,8 @@ pub(crate) struct TileTracer<'a> {
     setting: Setting<'a>,
     view: &'a View,
     footprint: Footprint,
+    /// What the camera is in.
+    media: Media,
     pub(crate) taken: Taken,
     beam: Beam<'a>,
     hits: Vec<Option<BeamHit>>,
@@ -61,72 +69,123 @@ pub(crate) struct TileTracer<'a> {
 #[derive(Clone)]
 struct Look<'a> {
     world_from_unit: DAffine3,
-    material: Cow<'a, Material>,
-    shares: Shares,
+    material: MaterialRef<'a>,
+    /// Of a primitive.
+    primitive: Option<u32>,
+    path: Rc<InstancePath>,
 }
 
-/// A point of a surface that a camera ray sees.
-struct Seen {
-    ray: usize,
-    candidate: u32,
-    position: DVec3,
-    position_error: f64,
-    /// Outwards.
-    normal: DVec3,
-    leaving: bool,
-    to_eye: DVec3,
-    width: f64,
-    color: DVec3,
-}
-
-impl Seen {
-    fn facing_normal(&self) -> DVec3 {
-        if self.leaving { -self.normal } else { self.normal }
-    }
-}
+/// The choice of a [`SampleKey`] for the place on the lens.
+const LENS: u32 = 0;
 
 impl<'a> TileTracer<'a> {
     /// For pictures of so many samples a pixel.
     pub(crate) fn new(setting: Setting<'a>, view: &'a View, samples: u32) -> Self {
         let beam = Beam::new(setting.scene);
+        let media = setting.media_at(view.position());
         let footprint = view.footprint(samples);
-        Self { setting, view, footprint, taken: Taken::default(), beam, hits: Vec::new(), looks: Vec::new() }
+        let taken = Taken::default();
+        Self { setting, view, footprint, media, taken, beam, hits: Vec::new(), looks: Vec::new() }
     }
 
     /// What each of some samples sees: at most [`crate::beam::MOST_RAYS`] of them, neighbours by the sixteen.
     pub(crate) fn trace(&mut self, samples: &[FilmSample]) -> Vec<Sighting> {
-        let rays: Vec<Ray> = samples.iter().map(|sample| self.view.ray(sample.film_px)).collect();
-        let footprint = self.footprint;
-        self.taken.rays.camera += rays.len() as u64;
+        self.taken.rays.camera += samples.len() as u64;
+        let rays: Vec<Ray> = samples.iter().map(|sample| self.ray(sample)).collect();
+        let mut colors = vec![DVec3::ZERO; samples.len()];
+        let arrivals = samples.iter().enumerate().map(|(pixel, sample)| Arrival {
+            pixel,
+            weight: DVec3::ONE,
+            key: SampleKey::new(sample.pixel, sample.index),
+            media: self.media.clone(),
+            is_from_floor: false,
+        });
+        let arrivals: Vec<Arrival> = arrivals.collect();
+        let points = if self.view.is_pinhole() {
+            self.trace_beam(&rays, arrivals, &mut colors)
+        } else {
+            self.trace_apart(&rays, arrivals, &mut colors)
+        };
+        let mut firsts: Vec<Option<FirstSurface>> = vec![None; samples.len()];
+        for point in &points {
+            firsts[point.arrival.pixel] = Some(FirstSurface {
+                depth: self.view.depth(point.position),
+                normal: point.facing_normal(),
+                albedo: point.albedo,
+                id: match &point.place {
+                    Place::Instance(path) => path.id(),
+                    Place::Floor => InstancePath::FLOOR_ID,
+                },
+            });
+        }
+        let mut wave = Wave::new(self.setting, 1);
+        points.iter().for_each(|point| wave.leave(point, &mut colors, &mut self.taken));
+        wave.follow_all(&mut colors, &mut self.taken);
+        colors.into_iter().zip(firsts).map(|(color, first)| Sighting { color, first }).collect()
+    }
+
+    fn ray(&self, sample: &FilmSample) -> Ray {
+        if !self.view.has_lens() {
+            return self.view.ray(sample.film_px);
+        }
+        let key = SampleKey::new(sample.pixel, sample.index).branch(LENS);
+        self.view.lens_ray(sample.film_px, disc(key.point(0, 1)))
+    }
+
+    /// Rays of a camera with a lens, or of an orthographic one, each by itself: the lit points that they meet.
+    fn trace_apart(
+        &mut self,
+        rays: &[Ray],
+        arrivals: Vec<Arrival>,
+        colors: &mut [DVec3],
+    ) -> Vec<SurfacePoint<'a>> {
+        let mut wave = Wave::new(self.setting, 0);
+        for (ray, arrival) in rays.iter().zip(arrivals) {
+            wave.push(FlightRay { ray: *ray, departure: None, footprint: self.footprint }, arrival);
+        }
+        let points = wave.arrive(colors, &mut self.taken);
+        lighting::add_light(self.setting, &points, &self.setting.lights(), true, colors, &mut self.taken);
+        points
+    }
+
+    /// Rays from one place: the lit points that they meet.
+    fn trace_beam(
+        &mut self,
+        rays: &[Ray],
+        arrivals: Vec<Arrival>,
+        colors: &mut [DVec3],
+    ) -> Vec<SurfacePoint<'a>> {
         self.beam.start_tile();
         self.looks.clear();
         let mut hits = std::mem::take(&mut self.hits);
-        self.beam.closest(&rays, footprint, &mut hits);
-        let mut seen: Vec<Seen> = hits
-            .iter()
-            .enumerate()
-            .filter_map(|(i, hit)| Some(self.see(i, &rays[i], footprint, hit.as_ref()?)))
-            .collect();
+        self.beam.closest(rays, self.footprint, &mut hits);
+        let mut points = Vec::new();
+        // The candidate of each point.
+        let mut candidates = Vec::new();
+        for ((ray, hit), arrival) in rays.iter().zip(&hits).zip(arrivals) {
+            let ground = self.setting.ground.and_then(|ground| Some((ground, ground.meet(ray)?)));
+            match (ground, hit) {
+                (Some((ground, t)), hit) if hit.is_none_or(|hit| t < hit.t) => {
+                    points.push(self.setting.point_of_floor(&ground, ray, t, self.footprint, arrival));
+                    candidates.push(None);
+                }
+                (_, Some(hit)) => {
+                    points.push(self.point_of_hit(ray, hit, arrival));
+                    candidates.push(Some(hit.candidate));
+                }
+                (_, None) => {
+                    let sky = self.setting.sky(ray.direction);
+                    colors[arrival.pixel] += arrival.weight * sky;
+                }
+            }
+        }
         self.hits = hits;
-        for light in self.setting.lights {
-            self.add_light(light, rays.len(), &mut seen);
+        for light in self.setting.surroundings.lights.iter().filter(|light| is_point(light)) {
+            self.add_point_light(light, rays.len(), &points, &candidates, colors);
         }
-        let mut colors = vec![self.setting.background; rays.len()];
-        let mut firsts: Vec<Option<FirstSurface>> = vec![None; rays.len()];
-        let mut wave = Wave::new(self.setting);
-        for point in &seen {
-            colors[point.ray] = point.color;
-            let look = self.look(point.candidate);
-            firsts[point.ray] = Some(FirstSurface {
-                depth: 0.0,
-                normal: point.facing_normal(),
-                albedo: look.material.color,
-                id: 1,
-            });
-            self.leave(point, &rays[point.ray], footprint, &mut wave);
-        }
-        wave.follow(&mut colors, &mut self.taken);
-        colors.into_iter().zip(firsts).map(|(color, first)| Sighting { color, first }).collect()
+        let others = self.setting.lights().filter(|(_, light)| !is_point(light));
+        lighting::add_light(self.setting, &points, &others, true, colors, &mut self.taken);
+        points
     }
 
     fn look(&mut self, candidate: u32) -> &Look<'a> {
@@ -137,107 +196,111 @@ impl<'a> TileTracer<'a> {
         let (scene, beam) = (self.setting.scene, &self.beam);
         self.looks[place].get_or_insert_with(|| {
             let candidate = &beam.candidates[place];
-            let material = match candidate.kind {
+            let path = Rc::new(beam.path(place as u32));
+            let (primitive, material) = match candidate.kind {
                 Kind::Primitive(primitive) => {
                     let material = scene.primitives[primitive as usize].material;
-                    Cow::Borrowed(&scene.materials[material as usize])
+                    (Some(primitive), MaterialRef::Scene(&scene.materials[material as usize]))
                 }
-                Kind::StandIn => Cow::Owned(scene.stand_in_material(&beam.path(place as u32))),
+                Kind::StandIn => (None, MaterialRef::Mean(Rc::new(scene.stand_in_material(&path)))),
             };
-            Look { world_from_unit: candidate.world_from_unit(), shares: Shares::of(&material), material }
+            Look { world_from_unit: candidate.world_from_unit(), material, primitive, path }
         })
     }
 
-    /// The surface at a hit, with the part of its light that needs no ray.
-    fn see(&mut self, i: usize, ray: &Ray, footprint: Footprint, hit: &BeamHit) -> Seen {
-        if self.beam.candidates[hit.candidate as usize].kind == Kind::StandIn {
-            self.taken.stand_ins += 1;
-        }
+    /// The surface at a hit.
+    fn point_of_hit(&mut self, ray: &Ray, hit: &BeamHit, arrival: Arrival) -> SurfacePoint<'a> {
+        let footprint = at_surface(self.footprint, ray, hit.t);
         let unit_from_world = self.beam.candidates[hit.candidate as usize].unit_from_world;
+        let scene = self.setting.scene;
         let look = self.look(hit.candidate);
         let own_error = 4.0 * f64::EPSILON * hit.unit_point.abs().max_element();
-        let normal = unit_vector(unit_from_world.matrix3.transpose() * hit.gradient);
-        Seen {
-            ray: i,
-            candidate: hit.candidate,
-            position: look.world_from_unit.transform_point3(hit.unit_point),
+        let normal = unit_vector(unit_from_world.matrix3.transpose() * hit.gradient).unwrap_or(DVec3::Z);
+        let position = look.world_from_unit.transform_point3(hit.unit_point);
+        let direction = ray.direction.normalize();
+        let albedo = match look.primitive {
+            Some(primitive) if look.material.pattern != Pattern::None => {
+                let seen = Seen { normal, direction, width: footprint.width };
+                let primitive = &scene.primitives[primitive as usize];
+                albedo_of_shape(&look.material, primitive, hit.unit_point, &look.world_from_unit, &seen)
+            }
+            _ => look.material.color,
+        };
+        let point = SurfacePoint {
+            arrival: arrival.after((position - ray.origin).length()),
+            place: Place::Instance(Rc::clone(&look.path)),
+            position,
             // Twice, for the rounding that the map itself carries.
             position_error: 2.0 * error_through(&look.world_from_unit, hit.unit_point, own_error),
-            normal: normal.unwrap_or(DVec3::Z),
+            normal,
             leaving: hit.leaving,
-            to_eye: -ray.direction.normalize(),
-            width: footprint.at(hit.t),
-            color: shading::ambient(&look.material, &look.shares),
-        }
+            to_eye: -direction,
+            footprint,
+            albedo,
+            shares: Shares::of(&look.material, direction.dot(normal).abs()),
+            material: look.material.clone(),
+        };
+        self.taken.stand_ins += u64::from(point.is_stand_in());
+        point
     }
 
     /// Adds the light of one lamp to all points that it reaches.
-    fn add_light(&mut self, light: &superegg_scene::Light, rays: usize, seen: &mut [Seen]) {
+    fn add_point_light(
+        &mut self,
+        light: &Light,
+        rays: usize,
+        points: &[SurfacePoint<'_>],
+        candidates: &[Option<u32>],
+        colors: &mut [DVec3],
+    ) {
+        let Some(place) = light.position() else { return };
         let mut shadow_rays: Vec<Option<Ray>> = vec![None; rays];
-        let mut starts = vec![(0, RayStart::Free); rays];
+        let mut starts = vec![(NO_CANDIDATE, RayStart::Free); rays];
         let mut widths = vec![0.0; rays];
-        let mut count = 0;
+        let mut lit: Vec<(usize, DVec3)> = Vec::new();
         let mut least_width = f64::INFINITY;
-        for point in seen.iter() {
-            let Some((to_light, _)) = shading::towards(light, point.position) else { continue };
-            if point.facing_normal().dot(to_light) <= 0.0 {
+        for (number, (point, candidate)) in points.iter().zip(candidates).enumerate() {
+            let Some(way) = LightWay::to_middle(light, point.position) else { continue };
+            let Some(color) = lighting::lit(point, &way) else { continue };
+            let ray =
+                Ray { origin: point.position, direction: way.direction, origin_error: point.position_error };
+            let past_ground = self.setting.share_past_ground(&ray, candidate.is_none(), 1.0);
+            if past_ground == 0.0 {
                 continue;
             }
-            count += 1;
-            // Not the unit direction: t = 1 is the light's own place.
-            let direction = light.position().unwrap_or_default() - point.position;
-            let start = if point.normal.dot(direction) >= 0.0 {
-                RayStart::SurfaceOutward
-            } else {
-                RayStart::SurfaceInward
-            };
-            shadow_rays[point.ray] =
-                Some(Ray { origin: point.position, direction, origin_error: point.position_error });
-            starts[point.ray] = (point.candidate, start);
-            widths[point.ray] = point.width;
-            least_width = least_width.min(point.width);
+            let pixel = point.arrival.pixel;
+            shadow_rays[pixel] = Some(ray);
+            if let Some(candidate) = *candidate {
+                starts[pixel] = (candidate, point.start(way.direction));
+            }
+            widths[pixel] = point.footprint.width;
+            least_width = least_width.min(point.footprint.width);
+            lit.push((number, past_ground * point.arrival.weight * color));
         }
-        if count == 0 {
+        if lit.is_empty() {
             return;
         }
-        self.taken.rays.shadow += count;
+        self.taken.rays.shadow += lit.len() as u64;
         let shadow = Shadow { rays: &shadow_rays, starts: &starts, widths: &widths };
-        let occluded = self.beam.occluded(
-            light.position().unwrap_or_default(),
-            &shadow,
-            Footprint { width: least_width, spread: 0.0 },
-        );
-        for point in seen.iter_mut() {
-            let i = point.ray;
-            let is_asked = shadow_rays[i].is_some();
-            if !is_asked || occluded[i / crate::beam::LANES] >> (i % crate::beam::LANES) & 1 == 1 {
-                continue;
-            }
-            if let Some((to_light, color)) = shading::towards(light, point.position) {
-                let normal = point.facing_normal();
-                let to_eye = point.to_eye;
-                let look = self.look(point.candidate);
-                point.color += shading::direct(&look.material, &look.shares, color, normal, to_eye, to_light);
+        let footprint = Footprint { width: least_width, spread: 0.0 };
+        let occluded = self.beam.occluded(place, &shadow, footprint);
+        let mut dimmed = ShadowRays::default();
+        for (number, color) in lit {
+            let point = &points[number];
+            let pixel = point.arrival.pixel;
+            if occluded[pixel / LANES] >> (pixel % LANES) & 1 == 0 {
+                colors[pixel] += color;
+            } else if self.setting.lets_light_through {
+                let way = place - point.position;
+                dimmed.flights.push(lighting::toward(point, way));
+                dimmed.adds.push((pixel, color));
             }
         }
+        lighting::add_dimmed(self.setting, dimmed, 1.0, colors, &mut self.taken);
     }
+}
 
-    /// Hands on what a point mirrors and lets through.
-    fn leave(&mut self, point: &Seen, ray: &Ray, footprint: Footprint, wave: &mut Wave<'_>) {
-        let look = self.look(point.candidate);
-        if look.shares.mirror == 0.0 && look.shares.through == 0.0 {
-            return;
-        }
-        let surface = SurfaceInteraction {
-            position: point.position,
-            position_error: point.position_error,
-            normal: point.normal,
-            leaving: point.leaving,
-            material: look.material.clone(),
-            path: self.beam.path(point.candidate),
-        };
-        let spread = footprint.spread / ray.direction.length();
-        let footprint = Footprint { width: point.width, spread };
-        wave.leave(&surface, -point.to_eye, point.ray, DVec3::ONE, footprint, &mut self.taken);
-    }
+/// Whether shadow rays of a tile can go as a beam: the light shines from one point.
+fn is_point(light: &Light) -> bool {
+    light.radius == 0.0 && light.position().is_some()
 }

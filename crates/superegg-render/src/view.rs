@@ -2,7 +2,7 @@
 
 use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
-use superegg_scene::Camera;
+use superegg_scene::{Camera, Lens};
 
 use crate::footprint::Footprint;
 
@@ -10,10 +10,23 @@ use crate::footprint::Footprint;
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     position: DVec3,
-    /// The direction to the top left corner, and the steps of one pixel right and down.
+    forward: DVec3,
+    /// From the place where all rays begin, or begin about, to the point of the film's top left corner, and the steps of one pixel right and down.
     to_corner: DVec3,
     pixel_right: DVec3,
     pixel_down: DVec3,
+    kind: Projection,
+}
+
+/// Where rays begin.
+#[derive(Clone, Copy, Debug)]
+enum Projection {
+    /// All at one place.
+    Pinhole,
+    /// On a disc, spanned by the two half axes; all rays of a film place meet at a distance.
+    Lens { right: DVec3, up: DVec3, focus: f64 },
+    /// Each at its place on the film, all in one direction.
+    Parallel,
 }
 
 impl View {
@@ -21,25 +34,73 @@ impl View {
     pub fn new(camera: &Camera, width: u32, height: u32) -> Self {
         let (right, up, forward) = camera.frame();
         let (width, height) = (f64::from(width), f64::from(height));
-        let pixel = 2.0 * (0.5 * camera.fov_deg.to_radians()).tan() / height;
+        let picture_height =
+            camera.ortho_height.unwrap_or_else(|| 2.0 * (0.5 * camera.fov_deg.to_radians()).tan());
+        let pixel = picture_height / height;
+        let to_film = if camera.ortho_height.is_some() { DVec3::ZERO } else { forward };
+        let kind = match (camera.ortho_height, camera.lens) {
+            (Some(_), _) => Projection::Parallel,
+            (None, Some(Lens { radius, focus })) => {
+                Projection::Lens { right: radius * right, up: radius * up, focus }
+            }
+            (None, None) => Projection::Pinhole,
+        };
         Self {
             position: camera.position,
-            to_corner: forward + 0.5 * pixel * (height * up - width * right),
+            forward,
+            to_corner: to_film + 0.5 * pixel * (height * up - width * right),
             pixel_right: pixel * right,
             pixel_down: -pixel * up,
+            kind,
         }
     }
 
     /// The width of a ray that stands for one of some samples of a pixel.
     pub fn footprint(&self, samples: u32) -> Footprint {
-        let pixel = self.pixel_right.length();
-        Footprint { width: 0.0, spread: pixel / f64::from(samples.max(1)).sqrt() }
+        let pixel = self.pixel_right.length() / f64::from(samples.max(1)).sqrt();
+        match self.kind {
+            Projection::Parallel => Footprint { width: pixel, spread: 0.0 },
+            _ => Footprint { width: 0.0, spread: pixel },
+        }
     }
 
-    /// The ray through a place on the film, in pixels from the top left corner: the centre of the first pixel is (0.5, 0.5). Its direction
-    /// has a length of at least 1.
+    /// The ray through a place on the film, in pixels from the top left corner: the centre of the first pixel is (0.5, 0.5); of a lens the one through
+    /// its middle. The part of its direction along the line of sight is 1, so t is the depth.
     pub fn ray(&self, film_px: DVec2) -> Ray {
-        Ray::new(self.position, self.to_corner + film_px.x * self.pixel_right + film_px.y * self.pixel_down)
+        self.lens_ray(film_px, DVec2::ZERO)
+    }
+
+    /// The same through a place on the lens, of the unit disc.
+    pub fn lens_ray(&self, film_px: DVec2, on_lens: DVec2) -> Ray {
+        let to_film = self.to_corner + film_px.x * self.pixel_right + film_px.y * self.pixel_down;
+        match self.kind {
+            Projection::Pinhole => Ray::new(self.position, to_film),
+            Projection::Parallel => Ray::new(self.position + to_film, self.forward),
+            Projection::Lens { right, up, focus } => {
+                let aside = on_lens.x * right + on_lens.y * up;
+                Ray::new(self.position + aside, to_film - aside / focus)
+            }
+        }
+    }
+
+    /// Where the camera is.
+    pub(crate) fn position(&self) -> DVec3 {
+        self.position
+    }
+
+    /// Whether all rays begin at one place.
+    pub(crate) fn is_pinhole(&self) -> bool {
+        matches!(self.kind, Projection::Pinhole)
+    }
+
+    /// Whether rays of one film place differ.
+    pub(crate) fn has_lens(&self) -> bool {
+        matches!(self.kind, Projection::Lens { .. })
+    }
+
+    /// How far along the line of sight a point is.
+    pub(crate) fn depth(&self, point: DVec3) -> f64 {
+        (point - self.position).dot(self.forward)
     }
 }
 
@@ -58,5 +119,24 @@ mod tests {
         close((100.0, 50.0), DVec3::NEG_Z);
         close((0.0, 0.0), DVec3::new(-2.0 * half_height, half_height, -1.0));
         close((200.0, 100.0), DVec3::new(2.0 * half_height, -half_height, -1.0));
+    }
+
+    #[test]
+    fn the_rays_of_a_lens_meet_in_the_plane_of_focus_and_those_of_an_orthographic_camera_nowhere() {
+        let lens = Camera { lens: Some(Lens { radius: 0.5, focus: 4.0 }), ..Camera::default() };
+        let view = View::new(&lens, 200, 100);
+        let film = DVec2::new(31.0, 77.0);
+        let middle = view.ray(film);
+        assert_eq!(middle.origin, lens.position);
+        for on_lens in [DVec2::X, DVec2::NEG_Y, DVec2::new(0.3, -0.6)] {
+            let ray = view.lens_ray(film, on_lens);
+            assert!(((ray.origin - lens.position).length() - 0.5 * on_lens.length()).abs() < 1e-12);
+            assert!((ray.point_at(4.0) - middle.point_at(4.0)).length() < 1e-12);
+        }
+        let flat = Camera { ortho_height: Some(10.0), ..Camera::default() };
+        let view = View::new(&flat, 200, 100);
+        let (first, last) = (view.ray(DVec2::ZERO), view.ray(DVec2::new(200.0, 100.0)));
+        assert_eq!([first.direction, last.direction], [DVec3::NEG_Z; 2]);
+        assert_eq!([first.origin, last.origin], [DVec3::new(-10.0, 5.0, 10.0), DVec3::new(10.0, -5.0, 10.0)]);
     }
 }

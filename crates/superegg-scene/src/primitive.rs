@@ -42,7 +42,7 @@ pub enum Pattern {
         /// The edge of a cube, above 0.
         size: f64,
     },
-    /// From the base colour over into another along a direction, across the whole shape (a floor: across one unit, again and again).
+    /// From the base colour over into another along a direction, across the whole shape (a floor: to and fro, one unit each way).
     Gradient {
         /// The linear colour at the far end.
         color: DVec3,

@@ -197,13 +197,14 @@ struct Compiled {
 struct Rays {
     camera: u64,
     shadow: u64,
+    ambient: u64,
     reflection: u64,
     refraction: u64,
 }
 
 impl From<RayCounts> for Rays {
-    fn from(RayCounts { camera, shadow, reflection, refraction }: RayCounts) -> Self {
-        Self { camera, shadow, reflection, refraction }
+    fn from(RayCounts { camera, shadow, ambient, reflection, refraction }: RayCounts) -> Self {
+        Self { camera, shadow, ambient, reflection, refraction }
     }
 }
 

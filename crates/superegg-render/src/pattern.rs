@@ -1,0 +1,92 @@
+//! The second colour of a surface.
+
+use superegg_geom::glam::DVec3;
+use superegg_scene::Pattern;
+
+/// The part of the way to the pattern's colour at a place of its space, in [0, 1].
+///
+/// `extents` are the widths of what a ray sees there along the three axes: cells of a checker that are smaller blend into their mean, exactly for a box
+/// of this size. `reach` is how far the shape goes along a direction of that space; `None` for a floor, along which a gradient goes to and fro.
+pub(crate) fn share(
+    pattern: &Pattern,
+    place: DVec3,
+    extents: DVec3,
+    reach: Option<&dyn Fn(DVec3) -> f64>,
+) -> f64 {
+    match *pattern {
+        Pattern::None => 0.0,
+        Pattern::Checker { size, .. } => {
+            let sign: f64 = (0..3).map(|axis| mean_sign(place[axis] / size, extents[axis] / size)).product();
+            0.5 - 0.5 * sign
+        }
+        Pattern::Gradient { direction, .. } => match reach {
+            Some(reach) => (0.5 + 0.5 * place.dot(direction) / reach(direction)).clamp(0.0, 1.0),
+            None => {
+                let way = place.dot(direction) / direction.length();
+                1.0 - (way - 2.0 * (0.5 * way).floor() - 1.0).abs()
+            }
+        },
+    }
+}
+
+/// The colour with its part of the pattern's.
+pub(crate) fn mix(color: DVec3, pattern: &Pattern, share: f64) -> DVec3 {
+    match pattern {
+        Pattern::None => color,
+        Pattern::Checker { color: other, .. } | Pattern::Gradient { color: other, .. } => {
+            color.lerp(*other, share)
+        }
+    }
+}
+
+/// The mean of +1 on [0, 1), -1 on [1, 2) and so on, over a width about a place.
+fn mean_sign(place: f64, width: f64) -> f64 {
+    // Its integral is a wave of triangles.
+    let integral = |x: f64| 1.0 - (x - 2.0 * (0.5 * x).floor() - 1.0).abs();
+    if width < 1e-6 {
+        return if (0.5 * place).fract().rem_euclid(1.0) < 0.5 { 1.0 } else { -1.0 };
+    }
+    let mean = (integral(place + 0.5 * width) - integral(place - 0.5 * width)) / width;
+    if mean.is_finite() { mean } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_go_by_turns_and_far_ones_blend() {
+        let checker = Pattern::Checker { color: DVec3::ONE, size: 0.5 };
+        let at = |x: f64, y: f64, z: f64, width: f64| {
+            share(&checker, DVec3::new(x, y, z), DVec3::splat(width), None)
+        };
+        assert_eq!(
+            [at(0.1, 0.1, 0.1, 0.0), at(-0.1, 0.1, 0.1, 0.0), at(0.6, 0.6, 0.1, 0.0)],
+            [0.0, 1.0, 0.0]
+        );
+        assert!((at(0.1, 0.1, 0.1, 1e6) - 0.5).abs() < 1e-4 && at(f64::MAX, 0.0, 0.0, 1.0).is_finite());
+        // Half of the width beyond an edge of one cell.
+        assert!((at(0.5, 0.25, 0.25, 0.1) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_mean_is_that_of_many_places() {
+        for (place, width) in [(0.3, 0.5), (1.9, 0.7), (-0.4, 3.3), (5.05, 0.2)] {
+            let places = (0..10_000).map(|i| place + width * ((f64::from(i) + 0.5) / 10_000.0 - 0.5));
+            let slow = places.map(|x| mean_sign(x, 0.0)).sum::<f64>() / 10_000.0;
+            assert!((mean_sign(place, width) - slow).abs() < 1e-3, "{place} {width}");
+        }
+    }
+
+    #[test]
+    fn a_gradient_goes_across_the_shape() {
+        let gradient = Pattern::Gradient { color: DVec3::X, direction: DVec3::Z };
+        let at = |z: f64| share(&gradient, DVec3::Z * z, DVec3::ZERO, Some(&|_| 2.0));
+        assert_eq!([at(-2.0), at(0.0), at(2.0)], [0.0, 0.5, 1.0]);
+        let floor = |z: f64| share(&gradient, DVec3::Z * z, DVec3::ZERO, None);
+        assert_eq!(
+            [floor(0.0), floor(0.25), floor(1.0), floor(2.0), floor(-0.5)],
+            [0.0, 0.25, 1.0, 0.0, 0.5]
+        );
+    }
+}

@@ -1,0 +1,62 @@
+//! Pictures made in parts.
+
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+use superegg_lang::load_text;
+use superegg_render::{
+    CompiledScene, Film, Pixel, RenderBudget, RenderSettings, Tile, TileWork, render_tiles, tiles,
+};
+use superegg_scene::Picture;
+
+const SIZE: (u32, u32) = (50, 35);
+
+/// The tiles that were handed out, and the film and rays of the whole call.
+fn made(wanted: impl Fn(usize) -> bool + Sync, threads: usize) -> (Vec<(usize, Vec<Pixel>)>, Film, u64) {
+    let text = "prm egg\nexp .3 .4\nreflected .3\nobj o\nap egg\nap egg other\nxs 1 1 -1\n";
+    let (session, _) = load_text("known.scn", text);
+    let scene = session.scene();
+    let compiled = CompiledScene::compile(scene, session.selected(), scene.depth);
+    let settings = RenderSettings {
+        picture: Picture { width: SIZE.0, height: SIZE.1, samples: 3, ..scene.picture },
+        ..RenderSettings::of(scene)
+    };
+    let budget = RenderBudget { threads, cancel: &AtomicBool::new(false), progress: &|_| {} };
+    let handed = Mutex::new(Vec::new());
+    let work = TileWork {
+        wanted: &wanted,
+        finished: &|index, pixels: &[Pixel]| handed.lock().unwrap().push((index, pixels.to_vec())),
+    };
+    let rendered = render_tiles(&compiled, &settings, &budget, &work).unwrap();
+    let mut handed = handed.into_inner().unwrap();
+    handed.sort_by_key(|(index, _)| *index);
+    (handed, rendered.film, rendered.rays.camera)
+}
+
+#[test]
+fn tiles_made_apart_come_to_the_whole_picture_to_the_bit() {
+    let (all, whole, rays) = made(|_| true, 2);
+    let places: Vec<Tile> = tiles(SIZE.0, SIZE.1);
+    assert_eq!(all.len(), places.len());
+    assert_eq!(rays, u64::from(SIZE.0 * SIZE.1 * 3));
+    let mut put_together = Film::new(SIZE.0, SIZE.1);
+    for part in 0..3 {
+        let (tiles, film, _) = made(|index| index % 3 == part, 1 + part);
+        for (index, pixels) in &tiles {
+            assert_eq!(film.tile(&places[*index]), *pixels);
+            put_together.set_tile(&places[*index], pixels);
+        }
+    }
+    assert_eq!(put_together, whole);
+    assert!(whole.pixels().iter().all(|pixel| pixel.samples == 3));
+}
+
+#[test]
+fn what_is_not_wanted_costs_no_ray() {
+    let (none, film, rays) = made(|_| false, 2);
+    assert!(none.is_empty() && rays == 0 && film == Film::new(SIZE.0, SIZE.1));
+    let (one, film, rays) = made(|index| index == 3, 2);
+    assert_eq!((one.len(), one[0].0, rays), (1, 3, 2 * 16 * 3));
+    let made = film.pixels().iter().filter(|pixel| pixel.samples > 0).count();
+    assert_eq!(made, one[0].1.len());
+}
