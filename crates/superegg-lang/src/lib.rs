@@ -42,4 +42,4 @@ pub use spec::{Arg, ArgKind, CommandSpec, Group, Needs, Of, Range, parse_size};
 pub use suggest::nearest;
 pub use table::{COMMANDS, find_command};
 pub use timeline::Timeline;
-pub use writer::write_session;
+pub use writer::{write_scene, write_session};

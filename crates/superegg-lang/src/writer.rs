@@ -21,7 +21,11 @@ use crate::settings;
 /// A block stands after those of what its object holds, else in the order in which things were made. Where objects hold each other, one of them is
 /// named before its block.
 pub fn write_session(session: &Session) -> String {
-    let scene = session.scene();
+    write_scene(session.scene(), session.selected())
+}
+
+/// The same of a scene in which this is selected.
+pub fn write_scene(scene: &Scene, selected: Option<&str>) -> String {
     let mut text = String::from("# superegg scene\n");
     write_settings(&mut text, scene);
     let mut blocks = Blocks { scene, text, begun: HashSet::new(), named: HashSet::new(), last: None };
@@ -37,7 +41,7 @@ pub fn write_session(session: &Session) -> String {
         text.push('\n');
         last = write_keys(&mut text, scene, last);
     }
-    match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
+    match selected.and_then(|name| Some((name, scene.get(name)?))) {
         Some((name, _)) if last == Some(name) => {}
         Some((name, entity)) => line(&mut text, &format!("\n{}", select(name, entity))),
         None if last.is_none() => {}
