@@ -263,7 +263,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[&[name("NAME", Of::Entity)]],
-        summary: "deletes a primitive or object, and every child that stands for it",
+        summary: "deletes a primitive or object with its keys, and every child that stands for it",
         default: "",
         example: "delete ball",
         build: |args| Command::Delete(args.text(0)),
@@ -555,7 +555,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Object,
         options: &[],
         args: &[&[name("ALIAS", Of::Child)]],
-        summary: "takes a child out of the object; what it stands for stays",
+        summary: "takes a child and its keys out of the object; what it stands for stays",
         default: "",
         example: "remove head",
         build: |args| Command::RemoveChild(args.text(0)),
@@ -711,7 +711,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[&[name("NAME", Of::Light)]],
-        summary: "takes a light away",
+        summary: "takes a light and its keys away",
         default: "",
         example: "unlight lamp",
         build: |args| Command::RemoveLight(args.text(0)),
@@ -817,7 +817,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[],
-        summary: "takes the sky away: the background shows again",
+        summary: "takes the sky and its keys away: the background shows again",
         default: "",
         example: "unsky",
         build: |_| Command::SetSky(None),
@@ -857,7 +857,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[],
-        summary: "takes the floor away",
+        summary: "takes the floor and its keys away",
         default: "",
         example: "unfloor",
         build: |_| Command::RemoveFloor,
@@ -891,6 +891,30 @@ pub const COMMANDS: &[CommandSpec] = &[
         default: "25",
         example: "setDepth 8",
         build: |args| Command::SetDepth(args.whole(0)),
+    },
+    CommandSpec {
+        name: "key",
+        spellings: &[],
+        group: Group::Animation,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[number("FRAME", Range::Any), Arg { name: "COMMAND", kind: ArgKind::Line }]],
+        summary: "keeps the numbers of a command at a frame, for what is selected and the child at the cursor; at a frame between keys they go over smoothly, and the command is carried out with them after all others",
+        default: "",
+        example: "key 24 rotate 0 0 1 90",
+        build: |args| Command::SetKey { frame: args.number(0), words: args.texts() },
+    },
+    CommandSpec {
+        name: "unkey",
+        spellings: &[],
+        group: Group::Animation,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[name("FRAME|all", Of::KeyFrame)], &[name("COMMAND", Of::Command)]],
+        summary: "takes the keys at a frame away, or all; with COMMAND only those of that command for what is selected",
+        default: "",
+        example: "unkey 24 rotate",
+        build: |args| Command::RemoveKeys { frame: args.text(0), command: args.optional_text(1) },
     },
     CommandSpec {
         name: "render",
@@ -1067,7 +1091,8 @@ mod tests {
     #[test]
     fn words_come_last_and_only_there() {
         for spec in COMMANDS {
-            let position = spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Words(_)));
+            let position =
+                spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Words(_) | ArgKind::Line));
             assert!(position.is_none_or(|p| p + 1 == spec.all_args().count()), "{}", spec.name);
         }
     }

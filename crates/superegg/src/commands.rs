@@ -1,5 +1,6 @@
 //! The subcommands, one file each.
 
+pub(crate) mod animate;
 pub(crate) mod bench;
 pub(crate) mod check;
 pub(crate) mod export;
@@ -29,6 +30,8 @@ pub(crate) enum Outcome {
     Fine,
     /// The input had errors; they have been told.
     ErrorsInInput,
+    /// It was stopped by ctrl-c, and what was done so far stays.
+    Stopped,
 }
 
 impl Outcome {

@@ -20,6 +20,8 @@ use crate::commands::Outcome;
 
 /// Wrong usage, or a file that cannot be read or written.
 const EXIT_USAGE: u8 = 2;
+/// Stopped by ctrl-c, as shells number it.
+const EXIT_STOPPED: u8 = 130;
 
 fn main() -> ExitCode {
     let args = Args::try_parse().unwrap_or_else(|error| {
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
     let Some(command) = args.command else { return finish(commands::model::run(args.scene.as_deref())) };
     finish(match command {
         Command::Render(args) => commands::render::run(&args),
+        Command::Animate(args) => commands::animate::run(&args),
         Command::Intersect(args) => commands::intersect::run(&args),
         Command::Iotest(args) => commands::iotest::run(&args),
         Command::Info(args) => commands::info::run(&args),
@@ -54,6 +57,7 @@ fn finish(outcome: anyhow::Result<Outcome>) -> ExitCode {
     match outcome {
         Ok(Outcome::Fine) => ExitCode::SUCCESS,
         Ok(Outcome::ErrorsInInput) => ExitCode::from(1),
+        Ok(Outcome::Stopped) => ExitCode::from(EXIT_STOPPED),
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             say::complain(format_args!("superegg: {error:#}"));
