@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
-    BeamBoxes, BeamShape, Kernels, PACKET, PacketHits, PacketOf, PacketVectors,
+    BeamBoxes, BeamShape, Bundles, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits, PacketOf,
+    PacketVectors,
 };
 use superegg_geom::lanes::settle::SettleBatch;
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
@@ -24,7 +25,7 @@ use crate::traverse::{Departure, Hit};
 /// Rays of a packet.
 pub(crate) const LANES: usize = PACKET;
 /// Rays of a beam at most: as many packets as a mask has bits.
-pub(crate) const MOST_RAYS: usize = 32 * PACKET;
+pub(crate) const MOST_RAYS: usize = MOST_PACKETS * PACKET;
 /// The rounding of a direction and a map in f32, as a part of the way, with room.
 const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 /// The least tolerance of N in f32.
@@ -97,7 +98,7 @@ struct Frame {
     longest: f64,
     /// A direction in the middle, in the tree's space.
     middle: DVec3,
-    inverse: Vec<PacketVectors>,
+    bundles: Bundles,
 }
 
 /// Shadow rays of a tile, seen from the light.
@@ -118,10 +119,10 @@ pub(crate) struct Beam<'s> {
     paths: Vec<PathNode>,
     directions: Vec<PacketVectors>,
     hits: Vec<PacketHits>,
+    /// By packets the largest t of the beam that still counts for some ray; negative where none asks.
+    ends: NumberOfPackets,
     /// Lanes, by packet, whose ray has to go the exact way.
     exact: Vec<u32>,
-    images: Vec<PacketVectors>,
-    spare: Vec<Vec<PacketVectors>>,
     batch: SettleBatch,
     /// The largest coordinates of directions.
     largest: DVec3,
@@ -136,7 +137,7 @@ enum Plan {
     /// The ray has to go the exact way.
     Exact,
     /// With others, at this place of the batch.
-    Settle { candidate: u32, place: usize },
+    Settle { candidate: u32, place: usize, t: f64, error: f64 },
     /// By itself.
     One { candidate: u32 },
 }
@@ -158,9 +159,8 @@ impl<'s> Beam<'s> {
             paths: Vec::new(),
             directions: Vec::new(),
             hits: Vec::new(),
+            ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
-            images: Vec::new(),
-            spare: Vec::new(),
             batch: SettleBatch::default(),
             largest: DVec3::ZERO,
             middle: DVec3::ZERO,
@@ -211,13 +211,12 @@ impl<'s> Beam<'s> {
                     continue;
                 }
                 Plan::Exact => None,
-                Plan::Settle { candidate, place } => batch.get(place).map(|(hit, gradient)| BeamHit {
-                    t: hit.t,
-                    candidate,
-                    unit_point: hit.point,
-                    gradient,
-                    leaving: hit.leaving,
-                }),
+                // Where it is farther off than was said another shape may be first.
+                Plan::Settle { candidate, place, t, error } => {
+                    batch.get(place).filter(|(hit, _)| (hit.t - t).abs() <= error).map(|(hit, gradient)| {
+                        BeamHit { t: hit.t, candidate, unit_point: hit.point, gradient, leaving: hit.leaving }
+                    })
+                }
                 Plan::One { candidate } => self.settle(ray, candidate),
             };
             found.push(settled.or_else(|| self.exact_hit(ray, footprint)));
@@ -242,8 +241,9 @@ impl<'s> Beam<'s> {
         if !shape.is_convex() || distance <= 1.0 || distance > MOST_DISTANCE {
             return Plan::One { candidate };
         }
-        let place = batch.push(&shape, &local, f64::from(hits.t.0[lane]) * scale);
-        Plan::Settle { candidate, place }
+        let (t, error) = (f64::from(hits.t.0[lane]) * scale, f64::from(hits.error.0[lane]) * scale);
+        let place = batch.push(&shape, &local, t);
+        Plan::Settle { candidate, place, t, error }
     }
 
     /// How many rays meet something, as far as the lanes can tell.
@@ -278,10 +278,12 @@ impl<'s> Beam<'s> {
             return self.occluded_exactly(shadow, |_, _| true, none);
         };
         self.footprint = footprint_of_light;
-        for hits in &mut self.hits {
+        let end = (1.0 / scale) as f32;
+        for (hits, packet_end) in self.hits.iter_mut().zip(&mut self.ends.0) {
             for t in &mut hits.t.0 {
-                *t = if *t > 0.0 { (1.0 / scale) as f32 } else { -1.0 };
+                *t = if *t > 0.0 { end } else { -1.0 };
             }
+            *packet_end = hits.end();
         }
         let has_width = shadow.widths.iter().any(|&width| width > 0.0);
         let bits = if has_width {
@@ -333,9 +335,10 @@ impl<'s> Beam<'s> {
         self.directions.clear();
         self.hits.clear();
         self.exact.clear();
+        self.ends = NumberOfPackets::splat(-1.0);
         let mut sum = DVec3::ZERO;
         for (i, direction) in directions.enumerate() {
-            let lane = i % PACKET;
+            let (packet, lane) = (i / PACKET, i % PACKET);
             if lane == 0 {
                 self.directions.push([PacketOf::splat(0.0); 3]);
                 self.hits.push(PacketHits::up_to(-1.0));
@@ -347,11 +350,18 @@ impl<'s> Beam<'s> {
             }
             let scaled = direction * scale;
             sum += scaled;
-            let (packet, hits) = (self.directions.last_mut()?, self.hits.last_mut()?);
+            let (columns, hits) = (&mut self.directions[packet], &mut self.hits[packet]);
+            let is_first = self.ends.0[packet] < 0.0;
             for axis in 0..3 {
-                packet[axis].0[lane] = scaled[axis] as f32;
+                let x = scaled[axis] as f32;
+                if is_first {
+                    // Lanes without a ray go along with the others.
+                    columns[axis] = PacketOf::splat(x);
+                }
+                columns[axis].0[lane] = x;
             }
             hits.t.0[lane] = t_max;
+            self.ends.0[packet] = t_max;
         }
         self.middle = sum.normalize_or_zero();
         Some(scale)
@@ -359,9 +369,8 @@ impl<'s> Beam<'s> {
 
     fn traverse(&mut self, origin: DVec3, scale: f64, question: &mut Question<'_>) {
         let Some(root) = self.scene.root.clone() else { return };
-        let packets = self.directions.len() as u32;
-        let mask = if packets == 32 { u32::MAX } else { (1 << packets) - 1 };
-        if origin.is_finite() {
+        let mask = self.still_asking(u32::MAX);
+        if origin.is_finite() && mask != 0 {
             self.visit_group(root, NO_NODE, DAffine3::IDENTITY, origin, 1.0, scale, mask, question);
         }
     }
@@ -374,6 +383,7 @@ impl<'s> Beam<'s> {
         group_from_world: DAffine3,
         origin: DVec3,
         stretch: f64,
+        mask: u32,
     ) -> Option<Frame> {
         let tree_from_world = group.space.tree_from_group() * group_from_world;
         let group_origin = group_from_world.transform_point3(origin);
@@ -382,20 +392,8 @@ impl<'s> Beam<'s> {
         if !tree_origin.is_finite() || tree_origin.abs().max_element() > 1e15 {
             return None;
         }
-        let mut inverse = self.spare.pop().unwrap_or_default();
-        let zero = [PacketOf::splat(0.0); 3];
-        inverse.resize(self.directions.len(), zero);
-        self.images.resize(self.directions.len(), zero);
-        self.kernels.transform(&columns, &self.directions, &mut self.images, &mut inverse);
-        let (mut shortest, mut longest) = (f32::INFINITY, 0f32);
-        for (image, hits) in self.images.iter().zip(&self.hits) {
-            for lane in 0..PACKET {
-                let [x, y, z] = [image[0].0[lane], image[1].0[lane], image[2].0[lane]];
-                let squared = x * x + y * y + z * z;
-                shortest = if hits.t.0[lane] > 0.0 { shortest.min(squared) } else { shortest };
-                longest = longest.max(squared);
-            }
-        }
+        let bundles = self.kernels.bundles(&columns, &self.directions, mask);
+        let [shortest, longest] = bundles.squares;
         let distance = tree_origin.length() + 2.0;
         let passed = distance / f64::from(shortest.sqrt()) * map_scale;
         let reach = |row: DVec3| row.abs().dot(self.largest);
@@ -414,7 +412,7 @@ impl<'s> Beam<'s> {
             passed,
             longest: f64::from(longest.sqrt()) / map_scale,
             middle: tree_from_world.matrix3 * self.middle,
-            inverse,
+            bundles,
             path,
             group_from_world,
             group,
@@ -433,7 +431,7 @@ impl<'s> Beam<'s> {
         mask: u32,
         question: &mut Question<'_>,
     ) {
-        let Some(frame) = self.open(group, path, group_from_world, origin, stretch) else {
+        let Some(frame) = self.open(group, path, group_from_world, origin, stretch, mask) else {
             self.leave_to_f64(mask);
             return;
         };
@@ -441,7 +439,7 @@ impl<'s> Beam<'s> {
         let middle = frame.middle.as_vec3().to_array();
         let mut pending: Vec<(Slot, u32, f32)> = vec![(Slot::Node(0), mask, 0.0)];
         while let Some((slot, mask, _)) = pending.pop() {
-            let mask = self.still_asking(mask, question);
+            let mask = self.still_asking(mask);
             if mask == 0 {
                 continue;
             }
@@ -455,7 +453,7 @@ impl<'s> Beam<'s> {
                         pad: frame.pad,
                         t_scale: frame.t_scale,
                     };
-                    let met = self.kernels.boxes(&boxes, &frame.inverse, &self.hits, mask);
+                    let met = self.kernels.boxes(&boxes, &frame.bundles, &self.ends, mask);
                     let first = pending.len();
                     for (place, slot) in node.slots().enumerate() {
                         if met[place] != 0 {
@@ -494,15 +492,11 @@ impl<'s> Beam<'s> {
                 }
             }
         }
-        self.spare.push(frame.inverse);
     }
 
     /// The packets in which some ray still asks.
-    fn still_asking(&self, mask: u32, question: &Question<'_>) -> u32 {
-        let Question::Any { .. } = question else { return mask };
-        packets(mask)
-            .filter(|&packet| self.hits[packet].t.0.iter().any(|&t| t > 0.0))
-            .fold(0, |mask, packet| mask | 1 << packet)
+    fn still_asking(&self, mask: u32) -> u32 {
+        packets(mask).filter(|&packet| self.ends.0[packet] > 0.0).fold(0, |mask, packet| mask | 1 << packet)
     }
 
     /// Leaves all rays of a mask to the exact way.
@@ -611,6 +605,7 @@ impl<'s> Beam<'s> {
                     self.hits[packet].t.0[lane] = hits.t.0[lane];
                 }
             }
+            self.ends.0[packet] = self.hits[packet].end();
         }
         match question {
             Question::Closest { bits: place, .. } | Question::Any { bits: place, .. } => *place = bits,
@@ -667,7 +662,7 @@ impl<'s> Beam<'s> {
 
     fn meet(&mut self, frame: &Frame, target: &LeafTarget, shape: &BeamShape, mask: u32) {
         let id = self.candidates.len() as u32;
-        if self.kernels.meet(shape, &self.directions, &mut self.hits, mask, id) != 0 {
+        if self.kernels.meet(shape, &self.directions, &mut self.hits, &mut self.ends, mask, id) != 0 {
             self.push_candidate(frame, target);
         }
     }
@@ -685,14 +680,14 @@ impl<'s> Beam<'s> {
         let id = self.candidates.len() as u32;
         let mut is_best = false;
         for packet in packets(mask) {
-            let mut near = self.hits.clone();
+            let mut near = self.hits[packet];
             if let Some(shape) = around {
-                self.kernels.meet(shape, &self.directions, &mut near, 1 << packet, id);
+                let (directions, near) = (&self.directions[packet..=packet], std::slice::from_mut(&mut near));
+                self.kernels.meet(shape, directions, near, &mut NumberOfPackets::splat(0.0), 1, id);
             }
             for lane in 0..PACKET {
                 let Some(ray) = rays.get(packet * PACKET + lane) else { continue };
-                let may_meet =
-                    around.is_none() || near[packet].id.0[lane] == id || near[packet].doubt.0[lane] > 0.0;
+                let may_meet = around.is_none() || near.id.0[lane] == id || near.doubt.0[lane] > 0.0;
                 if !may_meet || self.hits[packet].t.0[lane] <= 0.0 {
                     continue;
                 }
@@ -703,6 +698,7 @@ impl<'s> Beam<'s> {
                     is_best |= self.hits[packet].id.0[lane] == id;
                 }
             }
+            self.ends.0[packet] = self.hits[packet].end();
         }
         if is_best {
             self.push_candidate(frame, target);
@@ -721,23 +717,15 @@ impl<'s> Beam<'s> {
         let above_key = if frame.path == NO_NODE { 0x9e37_79b9 } else { self.paths[frame.path as usize].key };
         let key = path_key(above_key, target.place);
         for packet in packets(mask) {
-            let mut ask = 0u32;
-            let mut hit = 0u32;
-            match shape {
+            let (hit, ask) = match shape {
                 Some(shape) => {
                     let answer = self.kernels.occlude(shape, &self.directions[packet], &self.hits[packet].t);
-                    for lane in 0..PACKET {
-                        hit |= u32::from(answer.hit.0[lane] > 0.0) << lane;
-                        ask |= u32::from(answer.doubt.0[lane] > 0.0) << lane;
-                    }
-                    if !target.shape.is_convex() {
-                        // The lanes know only the convex shape around it.
-                        ask |= hit;
-                        hit = 0;
-                    }
+                    // Of one that is not convex the lanes know only the convex shape around it.
+                    let ask = if target.shape.is_convex() { answer.doubt } else { answer.hit | answer.doubt };
+                    (answer.hit, ask)
                 }
-                None => ask = (1 << PACKET) - 1,
-            }
+                None => (0, (1 << PACKET) - 1),
+            };
             for lane in lanes(hit | ask) {
                 let i = packet * PACKET + lane;
                 let Some(Some(ray)) = shadow.rays.get(i) else { continue };
@@ -763,6 +751,7 @@ impl<'s> Beam<'s> {
                     self.hits[packet].t.0[lane] = -1.0;
                 }
             }
+            self.ends.0[packet] = self.hits[packet].end();
         }
     }
 

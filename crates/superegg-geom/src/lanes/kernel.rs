@@ -161,10 +161,19 @@ impl<S: Simd> Triple<S> {
     }
 }
 
+/// How N goes on from a place on a ray.
+#[derive(Clone, Copy)]
+pub(super) struct Descent<S: Simd> {
+    /// By how much N is above the level that is looked for, as a part of itself or in all: the two are one near 1.
+    pub(super) excess: Lanes<S>,
+    /// Newton's method goes back by `excess * way` from here: the reciprocal of the slope, negative where N falls.
+    pub(super) way: Lanes<S>,
+}
+
 /// A way to evaluate N.
 pub(super) trait Evaluate<S: Simd>: Copy {
-    /// N at a point, and its derivative along a direction.
-    fn evaluate(self, point: Triple<S>, direction: Triple<S>) -> (Lanes<S>, Lanes<S>);
+    /// How N goes on from a point in a direction.
+    fn descent(self, point: Triple<S>, direction: Triple<S>, level: Lanes<S>) -> Descent<S>;
 }
 
 /// N as one norm of another.
@@ -173,8 +182,9 @@ pub(super) struct Pair<X, Z>(pub(super) X, pub(super) Z);
 
 impl<S: Simd, X: Norm2<S>, Z: Norm2<S>> Evaluate<S> for Pair<X, Z> {
     #[inline(always)]
-    fn evaluate(self, point: Triple<S>, direction: Triple<S>) -> (Lanes<S>, Lanes<S>) {
-        evaluate(self.0, self.1, point, direction)
+    fn descent(self, point: Triple<S>, direction: Triple<S>, level: Lanes<S>) -> Descent<S> {
+        let (value, slope) = evaluate(self.0, self.1, point, direction);
+        Descent { excess: value - level, way: level.all(1.0) / slope }
     }
 }
 

@@ -81,6 +81,18 @@ impl<S: Simd> Lanes<S> {
         Self::new(simd, simd.transmute_f32s_u32s(bits))
     }
 
+    /// The least of the lanes.
+    #[inline(always)]
+    pub(crate) fn least(self) -> f32 {
+        self.simd.reduce_min_f32s(self.register)
+    }
+
+    /// The largest of the lanes.
+    #[inline(always)]
+    pub(crate) fn largest(self) -> f32 {
+        self.simd.reduce_max_f32s(self.register)
+    }
+
     /// 1 with the sign of this.
     #[inline(always)]
     pub(crate) fn with_unit_sign(self) -> Self {
@@ -121,21 +133,46 @@ impl<S: Simd> Lanes<S> {
         let (exponent, m) = self.exponent_and_mantissa();
         let u = m - self.all(1.0);
         // log2(1 + u) / u; coefficients fitted to 3e-8.
-        let series = self.all(0.125_835_5).mul_add(u, self.all(-0.207_269_15));
-        let series = series.mul_add(u, self.all(0.215_715_89)).mul_add(u, self.all(-0.238_944_93));
-        let series = series.mul_add(u, self.all(0.287_916_24)).mul_add(u, self.all(-0.360_703_68));
-        let series = series.mul_add(u, self.all(0.480_910_63)).mul_add(u, self.all(-0.721_347_33));
-        series.mul_add(u, self.all(LOG2_E)).mul_add(u, exponent)
+        let series = u.polynomial([
+            LOG2_E,
+            -0.721_347_33,
+            0.480_910_63,
+            -0.360_703_68,
+            0.287_916_24,
+            -0.238_944_93,
+            0.215_715_89,
+            -0.207_269_15,
+            0.125_835_5,
+        ]);
+        series.mul_add(u, exponent)
+    }
+
+    /// A polynomial of degree 8, by pairs: the sum of c\[i\] x^i in five steps that depend on each other.
+    #[inline(always)]
+    fn polynomial(self, c: [f32; 9]) -> Self {
+        let pair = |i: usize| self.all(c[i + 1]).mul_add(self, self.all(c[i]));
+        let square = self * self;
+        let fourth = square * square;
+        let low = pair(2).mul_add(square, pair(0));
+        let high = pair(6).mul_add(square, pair(4));
+        self.all(c[8]).mul_add(fourth, high).mul_add(fourth, low)
     }
 
     /// `log2(1 + x)` for x in [0, 1], to 3e-7 of its own size.
     #[inline(always)]
     pub(crate) fn log2_of_one_plus(self) -> Self {
-        let series = self.all(0.007_549_798_6).mul_add(self, self.all(-0.042_569_723));
-        let series = series.mul_add(self, self.all(0.112_860_925)).mul_add(self, self.all(-0.197_123_44));
-        let series = series.mul_add(self, self.all(0.275_643_83)).mul_add(self, self.all(-0.358_409_23));
-        let series = series.mul_add(self, self.all(0.480_693_07)).mul_add(self, self.all(-0.721_340_24));
-        series.mul_add(self, self.all(LOG2_E)) * self
+        let series = self.polynomial([
+            LOG2_E,
+            -0.721_340_24,
+            0.480_693_07,
+            -0.358_409_23,
+            0.275_643_83,
+            -0.197_123_44,
+            0.112_860_925,
+            -0.042_569_723,
+            0.007_549_798_6,
+        ]);
+        series * self
     }
 
     /// The base-2 logarithm of x >= 0, to 4e-7 of its own size, near 1 too; at least -127, which stands for that of 0 and of subnormals.
@@ -160,10 +197,12 @@ impl<S: Simd> Lanes<S> {
         let whole = x + magic;
         let f = x - (whole - magic);
         // 2^f on [-1/2, 1/2]; coefficients fitted to 3e-9.
-        let p =
-            self.all(1.546_144_5e-4).mul_add(f, self.all(1.340_042_8e-3)).mul_add(f, self.all(9.618_057e-3));
-        let p = p.mul_add(f, self.all(5.550_327e-2)).mul_add(f, self.all(2.402_265e-1));
-        let p = p.mul_add(f, self.all(6.931_472e-1)).mul_add(f, self.all(1.0));
+        let (square, one) = (f * f, self.all(1.0));
+        let low = self.all(6.931_472e-1).mul_add(f, one);
+        let middle = self.all(5.550_327e-2).mul_add(f, self.all(2.402_265e-1));
+        let high = self.all(1.340_042_8e-3).mul_add(f, self.all(9.618_057e-3));
+        let high = self.all(1.546_144_5e-4).mul_add(square, high);
+        let p = high.mul_add(square, middle).mul_add(square, low);
         let scale = simd.wrapping_dyn_shl_u32s(simd.transmute_u32s_f32s(whole.register), simd.splat_u32s(23));
         let bits = simd.add_u32s(simd.transmute_u32s_f32s(p.register), scale);
         Self::new(simd, simd.transmute_f32s_u32s(bits))
@@ -195,6 +234,20 @@ impl<S: Simd> Mask<S> {
     #[inline(always)]
     pub(crate) fn any(self) -> bool {
         self.simd.first_true_m32s(self.register) < S::F32_LANES
+    }
+
+    /// A bit for each lane.
+    #[inline(always)]
+    pub(crate) fn bits(self) -> u32 {
+        let bytes = pulp::bytemuck::bytes_of(&self.register);
+        match *bytes {
+            [bits] => u32::from(bits),
+            [low, high] => u32::from(u16::from_le_bytes([low, high])),
+            _ => bytes
+                .chunks_exact(4)
+                .enumerate()
+                .fold(0, |bits, (i, lane)| bits | u32::from(lane[3] >> 7) << i),
+        }
     }
 }
 
