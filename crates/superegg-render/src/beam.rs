@@ -10,7 +10,7 @@ use std::sync::Arc;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
     BeamBoxes, BeamShape, Bundles, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits, PacketOf,
-    PacketVectors,
+    PacketVectors, WideVectors,
 };
 use superegg_geom::lanes::settle::SettleBatch;
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
@@ -117,7 +117,11 @@ pub(crate) struct Beam<'s> {
     kernels: Kernels,
     pub(crate) candidates: Vec<Candidate>,
     paths: Vec<PathNode>,
+    /// The rays' directions, and the same scaled, in f32.
+    wide: Vec<WideVectors>,
     directions: Vec<PacketVectors>,
+    /// Lanes that have a ray.
+    live: Vec<u32>,
     hits: Vec<PacketHits>,
     /// By packets the largest t of the beam that still counts for some ray; negative where none asks.
     ends: NumberOfPackets,
@@ -145,9 +149,18 @@ enum Plan {
 /// What a beam is asked.
 enum Question<'a> {
     /// The closest crossing of each ray.
-    Closest { rays: &'a [Ray], bits: Vec<[u64; 3]> },
+    Closest { rays: &'a [Ray] },
     /// Whether there is one before the end.
-    Any { shadow: &'a Shadow<'a>, bits: Vec<[u64; 3]>, occluded: Vec<u32> },
+    Any { shadow: &'a Shadow<'a>, occluded: Vec<u32> },
+}
+
+impl Question<'_> {
+    fn ray(&self, i: usize) -> Option<&Ray> {
+        match self {
+            Self::Closest { rays } => rays.get(i),
+            Self::Any { shadow, .. } => shadow.rays.get(i)?.as_ref(),
+        }
+    }
 }
 
 impl<'s> Beam<'s> {
@@ -157,7 +170,9 @@ impl<'s> Beam<'s> {
             kernels: Kernels::default(),
             candidates: Vec::new(),
             paths: Vec::new(),
+            wide: Vec::new(),
             directions: Vec::new(),
+            live: Vec::new(),
             hits: Vec::new(),
             ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
@@ -258,9 +273,7 @@ impl<'s> Beam<'s> {
         let first = rays.first()?;
         let scale = self.take_directions(rays.iter().map(|ray| Some(ray.direction)), f32::INFINITY)?;
         self.footprint = Footprint { spread: footprint.spread * scale, ..footprint };
-        let bits =
-            if footprint == Footprint::NONE { Vec::new() } else { rays.iter().map(ray_bits).collect() };
-        self.traverse(first.origin, scale, &mut Question::Closest { rays, bits });
+        self.traverse(first.origin, scale, &mut Question::Closest { rays });
         Some(scale)
     }
 
@@ -285,13 +298,7 @@ impl<'s> Beam<'s> {
             }
             *packet_end = hits.end();
         }
-        let has_width = shadow.widths.iter().any(|&width| width > 0.0);
-        let bits = if has_width {
-            shadow.rays.iter().map(|ray| ray.as_ref().map_or([0; 3], ray_bits)).collect()
-        } else {
-            Vec::new()
-        };
-        let mut question = Question::Any { shadow, bits, occluded: none };
+        let mut question = Question::Any { shadow, occluded: none };
         self.traverse(light, scale, &mut question);
         let Question::Any { occluded, .. } = question else { return Vec::new() };
         let exact = std::mem::take(&mut self.exact);
@@ -326,44 +333,44 @@ impl<'s> Beam<'s> {
     /// Takes directions into packets, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them.
     fn take_directions(
         &mut self,
-        directions: impl Iterator<Item = Option<DVec3>> + Clone,
+        directions: impl ExactSizeIterator<Item = Option<DVec3>>,
         t_max: f32,
     ) -> Option<f64> {
-        self.largest = directions.clone().flatten().fold(DVec3::ZERO, |largest, d| largest.max(d.abs()));
-        let (_, scale) = scale_to_unit(self.largest)?;
-        self.largest *= scale;
-        self.directions.clear();
+        let packets = directions.len().div_ceil(PACKET);
+        self.wide.clear();
+        self.wide.resize(packets, [PacketOf::splat(0.0); 3]);
+        for (i, direction) in directions.enumerate() {
+            let Some(direction) = direction else { continue };
+            let columns = &mut self.wide[i / PACKET];
+            columns[0].0[i % PACKET] = direction.x;
+            columns[1].0[i % PACKET] = direction.y;
+            columns[2].0[i % PACKET] = direction.z;
+        }
+        let largest = DVec3::from_array(self.kernels.largest(&self.wide));
+        let (_, scale) = scale_to_unit(largest)?;
+        self.largest = largest * scale;
+        self.directions.resize(packets, [PacketOf::splat(0.0); 3]);
+        self.live.resize(packets, 0);
+        self.kernels.narrow(&self.wide, scale, &mut self.directions, &mut self.live);
         self.hits.clear();
         self.exact.clear();
+        self.exact.resize(packets, 0);
         self.ends = NumberOfPackets::splat(-1.0);
-        let mut sum = DVec3::ZERO;
-        for (i, direction) in directions.enumerate() {
-            let (packet, lane) = (i / PACKET, i % PACKET);
-            if lane == 0 {
-                self.directions.push([PacketOf::splat(0.0); 3]);
-                self.hits.push(PacketHits::up_to(-1.0));
-                self.exact.push(0);
+        let mut middle = DVec3::ZERO;
+        for (packet, &live) in self.live.iter().enumerate() {
+            let mut hits = PacketHits::up_to(t_max);
+            if live != 0 {
+                self.ends.0[packet] = t_max;
+                middle += DVec3::from_array(
+                    self.directions[packet].each_ref().map(|column| f64::from(column.0[0])),
+                );
             }
-            let Some(direction) = direction else { continue };
-            if !direction.is_finite() || direction == DVec3::ZERO {
-                continue;
+            for lane in lanes(!live & ((1 << PACKET) - 1)) {
+                hits.t.0[lane] = -1.0;
             }
-            let scaled = direction * scale;
-            sum += scaled;
-            let (columns, hits) = (&mut self.directions[packet], &mut self.hits[packet]);
-            let is_first = self.ends.0[packet] < 0.0;
-            for axis in 0..3 {
-                let x = scaled[axis] as f32;
-                if is_first {
-                    // Lanes without a ray go along with the others.
-                    columns[axis] = PacketOf::splat(x);
-                }
-                columns[axis].0[lane] = x;
-            }
-            hits.t.0[lane] = t_max;
-            self.ends.0[packet] = t_max;
+            self.hits.push(hits);
         }
-        self.middle = sum.normalize_or_zero();
+        self.middle = middle.normalize_or_zero();
         Some(scale)
     }
 
@@ -580,16 +587,13 @@ impl<'s> Beam<'s> {
         let path = self.push_path(frame.path, target.place);
         let path = self.instance_path(path);
         // Only rays that draw the lot meet it; the others are put out of the way meanwhile.
-        let bits = match question {
-            Question::Closest { bits, .. } | Question::Any { bits, .. } => std::mem::take(bits),
-        };
         let before: Vec<(usize, PacketHits)> =
             packets(mask).map(|packet| (packet, self.hits[packet])).collect();
         for (packet, hits) in &before {
             for lane in 0..PACKET {
-                let draws = bits.get(packet * PACKET + lane);
-                let meets = draws.is_some_and(|bits| chance(*bits, path.places()) < stand_in.opacity);
-                if !meets || hits.t.0[lane] <= 0.0 {
+                let draws = |ray: &Ray| chance(ray_bits(ray), path.places()) < stand_in.opacity;
+                let asks = hits.t.0[lane] > 0.0;
+                if !(asks && question.ray(packet * PACKET + lane).is_some_and(draws)) {
                     self.hits[*packet].t.0[lane] = -1.0;
                 }
             }
@@ -607,9 +611,6 @@ impl<'s> Beam<'s> {
             }
             self.ends.0[packet] = self.hits[packet].end();
         }
-        match question {
-            Question::Closest { bits: place, .. } | Question::Any { bits: place, .. } => *place = bits,
-        }
     }
 
     fn visit_target(
@@ -625,7 +626,7 @@ impl<'s> Beam<'s> {
         }
         let shape = self.beam_shape(frame, target);
         match question {
-            Question::Closest { rays, .. } => match shape {
+            Question::Closest { rays } => match shape {
                 Some(shape) if target.shape.is_convex() => self.meet(frame, target, &shape, mask),
                 shape => self.meet_exactly(frame, target, shape.as_ref(), rays, scale, mask),
             },

@@ -31,6 +31,9 @@ impl<T: Copy> PacketOf<T> {
 /// A vector for each ray of a packet.
 pub type PacketVectors = [PacketOf<f32>; 3];
 
+/// The same in f64.
+pub type WideVectors = [PacketOf<f64>; 3];
+
 /// A convex shape, as the rays of a beam see it.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamShape {
@@ -220,6 +223,22 @@ impl Kernels {
         self.0.dispatch(OccludeKernel { shape, directions, t_max })
     }
 
+    /// The largest coordinates of directions, by their size; what is no number does not count.
+    pub fn largest(self, directions: &[WideVectors]) -> [f64; 3] {
+        self.0.dispatch(LargestKernel(directions))
+    }
+
+    /// Directions times `scale` in f32, with a bit for each lane of a packet that has one: not zero, and finite. The others go along with one that has.
+    pub fn narrow(
+        self,
+        directions: &[WideVectors],
+        scale: f64,
+        narrow: &mut [PacketVectors],
+        live: &mut [u32],
+    ) {
+        self.0.dispatch(NarrowKernel { directions, scale, narrow, live });
+    }
+
     /// What a tree's boxes know of packets, by the linear map into its space. Of each packet in `mask` every lane counts.
     pub fn bundles(self, columns: &[[f32; 3]; 3], directions: &[PacketVectors], mask: u32) -> Bundles {
         self.0.dispatch(BundleKernel { columns, directions, mask })
@@ -268,9 +287,11 @@ impl WithSimd for BoxKernel<'_> {
             if asked == 0 {
                 continue;
             }
-            let lane = |column: &NumberOfPackets| Lanes::new(simd, S::as_simd_f32s(&column.0).0[i]);
-            let least = bundles.least.each_ref().map(lane);
-            let largest = bundles.largest.each_ref().map(lane);
+            let lane = |column: &NumberOfPackets| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
+            let [x, y, z] = &bundles.least;
+            let least = [lane(x), lane(y), lane(z)];
+            let [x, y, z] = &bundles.largest;
+            let largest = [lane(x), lane(y), lane(z)];
             let end = lane(ends) * t_scale;
             for (child, met) in met.iter_mut().enumerate().take(boxes.count) {
                 let (mut near, mut far) = (zero, end);
@@ -293,6 +314,67 @@ impl WithSimd for BoxKernel<'_> {
 fn lanes_of_mask<S: Simd>(mask: u32, i: usize) -> u32 {
     let below = mask >> (i * S::F32_LANES);
     if S::F32_LANES < 32 { below & ((1 << S::F32_LANES) - 1) } else { below }
+}
+
+struct LargestKernel<'a>(&'a [WideVectors]);
+
+impl WithSimd for LargestKernel<'_> {
+    type Output = [f64; 3];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f64; 3] {
+        let mut largest = [[0f64; PACKET]; 3];
+        for packet in self.0 {
+            for axis in 0..3 {
+                for lane in 0..PACKET {
+                    let x = packet[axis].0[lane].abs();
+                    let most = &mut largest[axis][lane];
+                    *most = if x > *most { x } else { *most };
+                }
+            }
+        }
+        largest.map(|lanes| lanes.into_iter().fold(0.0, f64::max))
+    }
+}
+
+struct NarrowKernel<'a> {
+    directions: &'a [WideVectors],
+    scale: f64,
+    narrow: &'a mut [PacketVectors],
+    live: &'a mut [u32],
+}
+
+impl WithSimd for NarrowKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { directions, scale, narrow, live } = self;
+        for ((wide, narrow), live) in directions.iter().zip(narrow).zip(live) {
+            let mut size = PacketOf::splat(0f32);
+            for axis in 0..3 {
+                for lane in 0..PACKET {
+                    let x = (wide[axis].0[lane] * scale) as f32;
+                    narrow[axis].0[lane] = x;
+                    size.0[lane] += x.abs();
+                }
+            }
+            *live = 0;
+            for i in 0..PACKET / S::F32_LANES {
+                let size = Lanes::<S>::new(simd, S::as_simd_f32s(&size.0).0[i]);
+                let is_live = size.all(0.0).lt(size) & size.lt(size.all(f32::INFINITY));
+                *live |= is_live.bits() << (i * S::F32_LANES);
+            }
+            if *live != (1 << PACKET) - 1 && *live != 0 {
+                for column in narrow {
+                    let along = column.0[live.trailing_zeros() as usize];
+                    for lane in 0..PACKET {
+                        column.0[lane] = if *live >> lane & 1 == 1 { column.0[lane] } else { along };
+                    }
+                }
+            }
+        }
+    }
 }
 
 struct BundleKernel<'a> {
@@ -350,11 +432,8 @@ struct Linear<S: Simd>([Triple<S>; 3]);
 impl<S: Simd> Linear<S> {
     #[inline(always)]
     fn splat(simd: S, columns: &[[f32; 3]; 3]) -> Self {
-        Self(columns.map(|[x, y, z]| Triple {
-            x: Lanes::splat(simd, x),
-            y: Lanes::splat(simd, y),
-            z: Lanes::splat(simd, z),
-        }))
+        let [a, b, c] = *columns;
+        Self([Triple::splat(simd, a), Triple::splat(simd, b), Triple::splat(simd, c)])
     }
 
     #[inline(always)]
@@ -366,6 +445,11 @@ impl<S: Simd> Linear<S> {
 }
 
 impl<S: Simd> Triple<S> {
+    #[inline(always)]
+    fn splat(simd: S, [x, y, z]: [f32; 3]) -> Self {
+        Self { x: Lanes::splat(simd, x), y: Lanes::splat(simd, y), z: Lanes::splat(simd, z) }
+    }
+
     #[inline(always)]
     pub(super) fn of_packet(simd: S, packet: &PacketVectors, i: usize) -> Self {
         let lane = |column: &PacketOf<f32>| Lanes::new(simd, S::as_simd_f32s(&column.0).0[i]);
@@ -413,17 +497,14 @@ impl<S: Simd> Setting<S> {
     #[inline(always)]
     fn new(simd: S, shape: &BeamShape) -> Self {
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
-        let triple = |of: &dyn Fn(f32) -> f32| {
-            let [x, y, z] = shape.origin.map(of);
-            Triple { x: splat(x), y: splat(y), z: splat(z) }
-        };
+        let [x, y, z] = shape.origin;
         let half = BOX + shape.tolerance;
         let reach = shape.reach + 2.0 * shape.tolerance;
         Self {
             map: Linear::splat(simd, &shape.columns),
-            origin: triple(&|x| x),
-            lesser: triple(&|x| -half - x),
-            larger: triple(&|x| half - x),
+            origin: Triple::splat(simd, [x, y, z]),
+            lesser: Triple::splat(simd, [-half - x, -half - y, -half - z]),
+            larger: Triple::splat(simd, [half - x, half - y, half - z]),
             reach_squared: splat(1.000_01 * reach * reach),
             t_scale: splat(shape.t_scale),
             inverse_t_scale: splat(1.0 / shape.t_scale),
@@ -538,11 +619,15 @@ impl<S: Simd> Meet<'_, S> {
         registers: [(usize, usize, Approach<S>); K],
     ) -> u32 {
         let tolerance = Lanes::splat(self.0, self.1.shape.tolerance);
-        let passages = registers.each_ref().map(|(_, _, approach)| setting.passage(approach));
+        let mut passages = [setting.passage(&registers[0].2); K];
+        for k in 1..K {
+            passages[k] = setting.passage(&registers[k].2);
+        }
         let crossings = first_crossings([norm; K], &passages, tolerance);
         let mut better = 0;
-        for ((packet, i, approach), crossing) in registers.into_iter().zip(crossings) {
-            if crossing.found.any() && self.take(packet, i, approach.near, &crossing, setting) {
+        for k in 0..K {
+            let (packet, i, approach) = &registers[k];
+            if crossings[k].found.any() && self.take(*packet, *i, approach.near, &crossings[k], setting) {
                 better |= 1 << packet;
             }
         }
@@ -579,12 +664,12 @@ impl<S: Simd> Meet<'_, S> {
         S::as_mut_simd_f32s(&mut hits.error.0).0[i] = is_closer.select(error, old_error).register;
         let old_ids = S::as_simd_u32s(&hits.id.0).0[i];
         S::as_mut_simd_u32s(&mut hits.id.0).0[i] = is_closer.select_u32(simd.splat_u32s(*id), old_ids);
-        let registers = 0..PACKET / S::F32_LANES;
-        let end = |i: usize| {
+        let mut end = zero;
+        for i in 0..PACKET / S::F32_LANES {
             let (t, error) = (S::as_simd_f32s(&hits.t.0).0[i], S::as_simd_f32s(&hits.error.0).0[i]);
-            (Lanes::<S>::new(*simd, t) + Lanes::new(*simd, error)).largest()
-        };
-        ends.0[packet] = registers.map(end).fold(0.0, f32::max);
+            end = end.max(Lanes::<S>::new(*simd, t) + Lanes::new(*simd, error));
+        }
+        ends.0[packet] = end.largest();
         true
     }
 }

@@ -73,7 +73,10 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
     let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
     let (level, near, close) = (one + tolerance, tolerance.all(NEAR), tolerance.all(CLOSE));
     let nothing = zero.lt(zero);
-    let mut active = passages.map(|passage| passage.active);
+    let mut active = [passages[0].active; K];
+    for k in 1..K {
+        active[k] = passages[k].active;
+    }
     let mut crossings = [Crossing { s: zero, found: nothing, error: zero, doubt: nothing }; K];
     for _ in 0..MOST_STEPS {
         for k in 0..K {
@@ -93,15 +96,24 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
             *s = arrived.select((*s + last).min(length.max(*s)), active[k].select(*s + step, *s));
             active[k] = active[k] & (*s).le(length);
         }
-        if !active.into_iter().reduce(|a, b| a | b).is_some_and(Mask::any) {
+        if !any_of(&active) {
             break;
         }
     }
-    for (crossing, active) in crossings.iter_mut().zip(active) {
-        crossing.doubt = active;
-        crossing.found = crossing.found | active;
+    for k in 0..K {
+        crossings[k].doubt = active[k];
+        crossings[k].found = crossings[k].found | active[k];
     }
     crossings
+}
+
+#[inline(always)]
+fn any_of<S: Simd, const K: usize>(masks: &[Mask<S>; K]) -> bool {
+    let mut all = masks[0];
+    for &mask in &masks[1..] {
+        all = all | mask;
+    }
+    all.any()
 }
 
 /// Whether each ray comes into the shape.
@@ -126,7 +138,10 @@ pub(super) fn entries<S: Simd, const K: usize>(
     let close = tolerance.all(CLOSE);
     let (outside, inside) = (one + tolerance, one - tolerance);
     let nothing = zero.lt(zero);
-    let mut active = passages.map(|passage| passage.active);
+    let mut active = [passages[0].active; K];
+    for k in 1..K {
+        active[k] = passages[k].active;
+    }
     let mut downhill = [one; K];
     let mut answers = [Entry { s: zero, inside: nothing, touched: nothing }; K];
     for step in 0..MOST_STEPS {
@@ -153,12 +168,12 @@ pub(super) fn entries<S: Simd, const K: usize>(
             answer.s = active[k].select(answer.s - (excess + (level - next)) * way, answer.s);
             active[k] = active[k] & answer.s.abs().le(most);
         }
-        if !active.into_iter().reduce(|a, b| a | b).is_some_and(Mask::any) {
+        if !any_of(&active) {
             break;
         }
     }
-    for (answer, active) in answers.iter_mut().zip(active) {
-        answer.touched = answer.touched | active;
+    for k in 0..K {
+        answers[k].touched = answers[k].touched | active[k];
     }
     answers
 }
