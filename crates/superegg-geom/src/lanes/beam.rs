@@ -5,7 +5,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::descent::{Crossing, Entry, Passage, WithNorm, entries, first_crossings, with_norm};
+use super::descent::{Crossing, Entry, Passage, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
 use super::kernel::{BOX, Evaluate, TINY, Triple};
 use super::vector::{Lanes, Mask};
 use super::{PowerKind, lane_power};
@@ -464,10 +464,13 @@ impl<S: Simd> Triple<S> {
     /// Reciprocals; that of 0 is a large number.
     #[inline(always)]
     fn recip(self) -> Self {
-        let one = self.x.all(1.0);
-        let of = |x: Lanes<S>| one / x.abs().max(x.all(TINY)).with_sign_of(x);
-        Self { x: of(self.x), y: of(self.y), z: of(self.z) }
+        Self { x: recip(self.x), y: recip(self.y), z: recip(self.z) }
     }
+}
+
+#[inline(always)]
+fn recip<S: Simd>(x: Lanes<S>) -> Lanes<S> {
+    x.abs().max(x.all(TINY)).with_sign_of(x).recip()
 }
 
 /// What all rays against one shape share.
@@ -511,32 +514,23 @@ impl<S: Simd> Setting<S> {
         }
     }
 
-    /// Rays that come near enough to the centre, and meet the box before `end`; `None` where there are none.
+    /// Where rays are within the ball around the shape and within its box before `end`; `None` where there are none.
     #[inline(always)]
     fn approach(&self, v: Triple<S>, end: impl FnOnce() -> Lanes<S>) -> Option<Approach<S>> {
-        let direction = self.map.image(v);
-        let is_near = self.is_near(direction);
+        let (o, d) = (self.origin, self.map.image(v));
+        // The distance of a line from the centre is that of |o x d| / |d|.
+        let cross = Triple { x: o.y * d.z - o.z * d.y, y: o.z * d.x - o.x * d.z, z: o.x * d.y - o.y * d.x };
+        let square = d.dot(d);
+        let room = self.reach_squared * square - cross.dot(cross);
+        let zero = square.all(0.0);
+        let is_near = zero.le(room);
         if !is_near.any() {
             return None;
         }
-        let (near, far) = self.span(direction, end());
-        let active = is_near & near.le(far);
-        active.any().then_some(Approach { near, far, direction, active })
-    }
-
-    /// Which rays come near enough to the centre: the distance of a line is that of |o x d| / |d|.
-    #[inline(always)]
-    fn is_near(&self, d: Triple<S>) -> Mask<S> {
-        let o = self.origin;
-        let cross = Triple { x: o.y * d.z - o.z * d.y, y: o.z * d.x - o.x * d.z, z: o.x * d.y - o.y * d.x };
-        cross.dot(cross).le(self.reach_squared * d.dot(d))
-    }
-
-    /// The part of the rays in the box.
-    #[inline(always)]
-    fn span(&self, d: Triple<S>, t_max: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+        let inverse = square.max(square.all(TINY)).recip();
+        let (middle, half) = (-o.dot(d) * inverse, room.max(zero).sqrt() * inverse);
+        let (mut near, mut far) = ((middle - half).max(zero), end().min(middle + half));
         let inverse = d.recip();
-        let (mut near, mut far) = (t_max.all(0.0), t_max);
         for (lesser, larger, inverse) in [
             (self.lesser.x, self.larger.x, inverse.x),
             (self.lesser.y, self.larger.y, inverse.y),
@@ -546,7 +540,8 @@ impl<S: Simd> Setting<S> {
             near = near.max(a.min(b));
             far = far.min(a.max(b));
         }
-        (near, far)
+        let active = is_near & near.le(far);
+        active.any().then_some(Approach { near, far, direction: d, active })
     }
 
     #[inline(always)]
@@ -581,7 +576,7 @@ impl<S: Simd> WithNorm<S> for Meet<'_, S> {
     type Output = u32;
 
     #[inline(always)]
-    fn run(mut self, norm: impl Evaluate<S>) -> u32 {
+    fn run(mut self, one: impl Evaluate<S>, many: impl Evaluate<S, SIDE_BY_SIDE>) -> u32 {
         let simd = self.0;
         let setting = Setting::new(simd, self.1.shape);
         let mut better = 0;
@@ -599,12 +594,12 @@ impl<S: Simd> WithNorm<S> for Meet<'_, S> {
                 let Some(approach) = setting.approach(v, end) else { continue };
                 match waiting.take() {
                     None => waiting = Some((packet, i, approach)),
-                    Some(first) => better |= self.meet(norm, &setting, [first, (packet, i, approach)]),
+                    Some(first) => better |= self.meet(many, &setting, [first, (packet, i, approach)]),
                 }
             }
         }
         match waiting {
-            Some(last) => better | self.meet(norm, &setting, [last]),
+            Some(last) => better | self.meet(one, &setting, [last]),
             None => better,
         }
     }
@@ -614,7 +609,7 @@ impl<S: Simd> Meet<'_, S> {
     #[inline(always)]
     fn meet<const K: usize>(
         &mut self,
-        norm: impl Evaluate<S>,
+        norm: impl Evaluate<S, K>,
         setting: &Setting<S>,
         registers: [(usize, usize, Approach<S>); K],
     ) -> u32 {
@@ -623,11 +618,12 @@ impl<S: Simd> Meet<'_, S> {
         for k in 1..K {
             passages[k] = setting.passage(&registers[k].2);
         }
-        let crossings = first_crossings([norm; K], &passages, tolerance);
+        let crossings = first_crossings(norm, &Passage::join(&passages), tolerance);
         let mut better = 0;
         for k in 0..K {
             let (packet, i, approach) = &registers[k];
-            if crossings[k].found.any() && self.take(*packet, *i, approach.near, &crossings[k], setting) {
+            let crossing = crossings.part(k);
+            if crossing.found.any() && self.take(*packet, *i, approach.near, &crossing, setting) {
                 better |= 1 << packet;
             }
         }
@@ -656,12 +652,12 @@ impl<S: Simd> Meet<'_, S> {
         let is_near = crossing.found & (t - best).abs().le(error + old_error);
         let doubt = crossing.doubt.select(one, zero);
         let doubt = is_near.select(one, is_closer.select(doubt, old_doubt));
-        S::as_mut_simd_f32s(&mut hits.doubt.0).0[i] = doubt.register;
+        S::as_mut_simd_f32s(&mut hits.doubt.0).0[i] = doubt.register();
         if !is_closer.any() {
             return false;
         }
-        S::as_mut_simd_f32s(&mut hits.t.0).0[i] = is_closer.select(t, best).register;
-        S::as_mut_simd_f32s(&mut hits.error.0).0[i] = is_closer.select(error, old_error).register;
+        S::as_mut_simd_f32s(&mut hits.t.0).0[i] = is_closer.select(t, best).register();
+        S::as_mut_simd_f32s(&mut hits.error.0).0[i] = is_closer.select(error, old_error).register();
         let old_ids = S::as_simd_u32s(&hits.id.0).0[i];
         S::as_mut_simd_u32s(&mut hits.id.0).0[i] = is_closer.select_u32(simd.splat_u32s(*id), old_ids);
         let mut end = zero;
@@ -699,7 +695,7 @@ impl<S: Simd> WithNorm<S> for Occlude<'_, S> {
     type Output = PacketOcclusion;
 
     #[inline(always)]
-    fn run(self, norm: impl Evaluate<S>) -> PacketOcclusion {
+    fn run(self, norm: impl Evaluate<S>, _: impl Evaluate<S, SIDE_BY_SIDE>) -> PacketOcclusion {
         let Self(simd, OccludeKernel { shape, directions, t_max }) = self;
         let setting = Setting::new(simd, shape);
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
@@ -709,7 +705,7 @@ impl<S: Simd> WithNorm<S> for Occlude<'_, S> {
             let v = Triple::of_packet(simd, directions, i);
             let Some(approach) = setting.approach(v, || end * splat(1.0 + END)) else { continue };
             let tolerance = splat(shape.tolerance);
-            let [Entry { s, inside, touched }] = entries([norm], &[setting.passage(&approach)], tolerance);
+            let Entry { s, inside, touched } = entries(norm, &setting.passage(&approach), tolerance);
             // A place inside that is nearer than the end is proof; one at the end is not.
             let middle = splat(0.5) * (approach.near + approach.far);
             let certain = inside & (middle + s).lt(end * splat(1.0 - END));

@@ -86,11 +86,12 @@ impl FlightLanes {
         let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
         for i in 0..PACKET / S::F32_LANES {
             let (norm, passage) = self.load(simd, i);
-            let [crossing] = first_crossings([norm], &[passage], tolerance);
+            let crossing = first_crossings(norm, &passage, tolerance);
             let way = crossing.found.select(crossing.s, tolerance.all(f32::INFINITY));
-            S::as_mut_simd_f32s(&mut answers.way.0).0[i] = way.register;
-            S::as_mut_simd_f32s(&mut answers.error.0).0[i] = (crossing.error + tolerance.all(1e-6)).register;
-            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = crossing.doubt.select(one, zero).register;
+            S::as_mut_simd_f32s(&mut answers.way.0).0[i] = way.register();
+            S::as_mut_simd_f32s(&mut answers.error.0).0[i] =
+                (crossing.error + tolerance.all(1e-6)).register();
+            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = crossing.doubt.select(one, zero).register();
         }
     }
 
@@ -101,17 +102,17 @@ impl FlightLanes {
         let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
         for i in 0..PACKET / S::F32_LANES {
             let (norm, passage) = self.load(simd, i);
-            let [entry] = entries([norm], &[passage], tolerance);
+            let entry = entries(norm, &passage, tolerance);
             let way = tolerance.all(0.5).mul_add(passage.length, entry.s);
             let way = entry.inside.select(way, tolerance.all(f32::INFINITY));
             let doubt = entry.touched.and_not(entry.inside);
-            S::as_mut_simd_f32s(&mut answers.way.0).0[i] = way.register;
-            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = doubt.select(one, zero).register;
+            S::as_mut_simd_f32s(&mut answers.way.0).0[i] = way.register();
+            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = doubt.select(one, zero).register();
         }
     }
 
     #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, i: usize) -> (LogNorm<S, AnyPower<S>>, Passage<S>) {
+    fn load<S: Simd>(&self, simd: S, i: usize) -> (LogNorm<S, AnyPower<S, 1>, 1>, Passage<S>) {
         let lane = |column: &PacketOf<f32>| Lanes::new(simd, S::as_simd_f32s(&column.0).0[i]);
         let norm = LogNorm::new(AnyPower::new(lane(&self.p)), lane(&self.q));
         let length = lane(&self.length);

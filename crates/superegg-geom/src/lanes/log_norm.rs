@@ -1,36 +1,38 @@
-//! N for any two powers, in logarithms: three of coordinates, two of sums, a power of two at the end, and one division.
+//! N for any two powers, in logarithms: three of coordinates, two of sums, a power of two at the end, and one reciprocal.
 
 use pulp::Simd;
 
-use super::kernel::{Descent, Evaluate, Triple};
+use super::kernel::{Descent, Evaluate, TINY, Triple};
 use super::vector::Lanes;
 
 /// A coordinate is at least this: its derivative is divided by it.
 const LEAST: f32 = 1e-12;
+/// Less than 1 by more than what a quick reciprocal is off.
+const SHORT: f32 = 1.0 - 1e-4;
 
 /// The norm in x and y, by logarithms.
-pub(super) trait LogRadius<S: Simd>: Copy {
+pub(super) trait LogRadius<S: Simd, const K: usize>: Copy {
     /// The logarithm of R, and its derivative as `(a dx + b dy) / c`: a, b and c. For x, y > 0.
-    fn evaluate(self, x: Lanes<S>, y: Lanes<S>) -> (Lanes<S>, [Lanes<S>; 3]);
+    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]);
 }
 
 /// Any p >= 1, one for each lane.
 #[derive(Clone, Copy)]
-pub(super) struct AnyPower<S: Simd> {
-    p: Lanes<S>,
-    inverse: Lanes<S>,
+pub(super) struct AnyPower<S: Simd, const K: usize> {
+    p: Lanes<S, K>,
+    inverse: Lanes<S, K>,
 }
 
-impl<S: Simd> AnyPower<S> {
+impl<S: Simd, const K: usize> AnyPower<S, K> {
     #[inline(always)]
-    pub(super) fn new(p: Lanes<S>) -> Self {
+    pub(super) fn new(p: Lanes<S, K>) -> Self {
         Self { p, inverse: p.all(1.0) / p }
     }
 
     /// `log (a^p + b^p)^(1/p)` from the logarithms of a and b, by (max + log(1 + w)) / p with w = 2^-|p log a - p log b|; and the parts of a and b
     /// in its derivative with the number that both are to be divided by.
     #[inline(always)]
-    fn log_sum(self, log_a: Lanes<S>, log_b: Lanes<S>) -> (Lanes<S>, [Lanes<S>; 3]) {
+    fn log_sum(self, log_a: Lanes<S, K>, log_b: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
         let one = self.p.all(1.0);
         let (a, b) = (self.p * log_a, self.p * log_b);
         let w = (-(a - b).abs()).exp2();
@@ -40,9 +42,9 @@ impl<S: Simd> AnyPower<S> {
     }
 }
 
-impl<S: Simd> LogRadius<S> for AnyPower<S> {
+impl<S: Simd, const K: usize> LogRadius<S, K> for AnyPower<S, K> {
     #[inline(always)]
-    fn evaluate(self, x: Lanes<S>, y: Lanes<S>) -> (Lanes<S>, [Lanes<S>; 3]) {
+    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
         let (log, [of_x, of_y, sum]) = self.log_sum(x.log2_quick(), y.log2_quick());
         (log, [of_x * y, of_y * x, sum * (x * y)])
     }
@@ -52,9 +54,9 @@ impl<S: Simd> LogRadius<S> for AnyPower<S> {
 #[derive(Clone, Copy)]
 pub(super) struct Round;
 
-impl<S: Simd> LogRadius<S> for Round {
+impl<S: Simd, const K: usize> LogRadius<S, K> for Round {
     #[inline(always)]
-    fn evaluate(self, x: Lanes<S>, y: Lanes<S>) -> (Lanes<S>, [Lanes<S>; 3]) {
+    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
         let square = x.mul_add(x, y * y);
         (square.log2_quick() * x.all(0.5), [x, y, square])
     }
@@ -62,23 +64,23 @@ impl<S: Simd> LogRadius<S> for Round {
 
 /// N with a norm in x and y within any other.
 #[derive(Clone, Copy)]
-pub(super) struct LogNorm<S: Simd, X> {
+pub(super) struct LogNorm<S: Simd, X, const K: usize> {
     xy: X,
-    rz: AnyPower<S>,
+    rz: AnyPower<S, K>,
 }
 
-impl<S: Simd, X: LogRadius<S>> LogNorm<S, X> {
+impl<S: Simd, X: LogRadius<S, K>, const K: usize> LogNorm<S, X, K> {
     #[inline(always)]
-    pub(super) fn new(xy: X, q: Lanes<S>) -> Self {
+    pub(super) fn new(xy: X, q: Lanes<S, K>) -> Self {
         Self { xy, rz: AnyPower::new(q) }
     }
 }
 
-impl<S: Simd, X: LogRadius<S>> Evaluate<S> for LogNorm<S, X> {
+impl<S: Simd, X: LogRadius<S, K>, const K: usize> Evaluate<S, K> for LogNorm<S, X, K> {
     /// The slope of log N is that of each logarithm times its share; all denominators are multiplied together, so that the way, which is the slope's
     /// reciprocal, takes the one division.
     #[inline(always)]
-    fn descent(self, point: Triple<S>, direction: Triple<S>, level: Lanes<S>) -> Descent<S> {
+    fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K> {
         let least = level.all(LEAST);
         let (x, y, z) = (point.x.abs().max(least), point.y.abs().max(least), point.z.abs().max(least));
         let (log_r, [of_x, of_y, of_xy]) = self.xy.evaluate(x, y);
@@ -88,7 +90,10 @@ impl<S: Simd, X: LogRadius<S>> Evaluate<S> for LogNorm<S, X> {
         let upright = of_z * direction.z.times_sign_of(point.z);
         let below = (of_r * z).mul_add(radial, upright * of_xy);
         let above = sum * z * of_xy;
-        let one = level.all(1.0);
-        Descent { excess: one - level * (-log_n).exp2(), way: above / below }
+        let (one, tiny) = (level.all(1.0), level.all(TINY));
+        let excess = level.mul_add(-(-log_n).exp2(), one);
+        // A little too short, so that no step goes too far.
+        let short = below.abs().max(tiny).with_sign_of(below).recip_rough() * level.all(SHORT);
+        Descent { excess, way: above * short }
     }
 }
