@@ -12,7 +12,7 @@ use superegg_geom::lanes::beam::{
     BeamBoxes, BeamShape, Bundles, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits, PacketOf,
     PacketVectors, WideVectors,
 };
-use superegg_geom::lanes::settle::SettleBatch;
+use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
 
 use crate::bvh::Slot;
@@ -44,6 +44,16 @@ pub(crate) struct Candidate {
     /// The path, as a node of the tile's paths.
     path: u32,
     pub(crate) kind: Kind,
+    /// How its crossings are settled together; `None` where each goes by itself.
+    lens: Option<Lens>,
+}
+
+/// A convex shape as f64 sees it from the beam's origin.
+#[derive(Clone, Copy, Debug)]
+struct Lens {
+    /// The beam's origin in unit space.
+    origin: DVec3,
+    powers: [f64; 2],
 }
 
 /// What a candidate is.
@@ -128,22 +138,23 @@ pub(crate) struct Beam<'s> {
     /// Lanes, by packet, whose ray has to go the exact way.
     exact: Vec<u32>,
     batch: SettleBatch,
+    unsettled: Vec<Unsettled>,
+    /// The beam's origin, in the world.
+    origin: DVec3,
     /// The largest coordinates of directions.
     largest: DVec3,
     middle: DVec3,
     footprint: Footprint,
 }
 
-/// How the crossing of a ray is settled.
-enum Plan {
-    /// There is none.
-    Nothing,
-    /// The ray has to go the exact way.
-    Exact,
-    /// With others, at this place of the batch.
-    Settle { candidate: u32, place: usize, t: f64, error: f64 },
-    /// By itself.
-    One { candidate: u32 },
+/// A crossing that is settled with others.
+#[derive(Clone, Copy, Debug)]
+struct Unsettled {
+    ray: u32,
+    candidate: u32,
+    /// Where it was found, and by how much that may be off.
+    t: f64,
+    error: f64,
 }
 
 /// What a beam is asked.
@@ -177,6 +188,8 @@ impl<'s> Beam<'s> {
             ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
             batch: SettleBatch::default(),
+            unsettled: Vec::new(),
+            origin: DVec3::ZERO,
             largest: DVec3::ZERO,
             middle: DVec3::ZERO,
             footprint: Footprint::NONE,
@@ -215,50 +228,45 @@ impl<'s> Beam<'s> {
             }
             return;
         };
+        found.resize(rays.len(), None);
         let mut batch = std::mem::take(&mut self.batch);
+        let mut unsettled = std::mem::take(&mut self.unsettled);
         batch.clear();
-        let plans: Vec<Plan> = (0..rays.len()).map(|i| self.plan(i, &rays[i], scale, &mut batch)).collect();
+        unsettled.clear();
+        for packet in 0..self.hits.len() {
+            let hits = self.hits[packet];
+            let first = packet * PACKET;
+            for lane in 0..PACKET.min(rays.len() - first) {
+                let (ray, candidate) = (first + lane, hits.id.0[lane]);
+                if self.exact[packet] >> lane & 1 == 1 || hits.doubt.0[lane] > 0.0 {
+                    found[ray] = self.exact_hit(&rays[ray], footprint);
+                } else if candidate != u32::MAX {
+                    let Candidate { unit_from_world, lens, .. } = &self.candidates[candidate as usize];
+                    let Some(Lens { origin, powers }) = *lens else {
+                        let settled = self.settle(&rays[ray], candidate);
+                        found[ray] = settled.or_else(|| self.exact_hit(&rays[ray], footprint));
+                        continue;
+                    };
+                    let (t, error) =
+                        (f64::from(hits.t.0[lane]) * scale, f64::from(hits.error.0[lane]) * scale);
+                    let direction = unit_from_world.matrix3 * rays[ray].direction;
+                    batch.push(&SettleRay { origin, direction, t, powers });
+                    unsettled.push(Unsettled { ray: ray as u32, candidate, t, error });
+                }
+            }
+        }
         batch.run();
-        for (plan, ray) in plans.into_iter().zip(rays) {
-            let settled = match plan {
-                Plan::Nothing => {
-                    found.push(None);
-                    continue;
+        for (place, &Unsettled { ray, candidate, t, error }) in unsettled.iter().enumerate() {
+            // Where it is farther off than was said another shape may be first.
+            let settled = batch.get(place).filter(|(hit, _)| (hit.t - t).abs() <= error);
+            found[ray as usize] = match settled {
+                Some((hit, gradient)) => {
+                    Some(BeamHit { t: hit.t, candidate, unit_point: hit.point, gradient, leaving: false })
                 }
-                Plan::Exact => None,
-                // Where it is farther off than was said another shape may be first.
-                Plan::Settle { candidate, place, t, error } => {
-                    batch.get(place).filter(|(hit, _)| (hit.t - t).abs() <= error).map(|(hit, gradient)| {
-                        BeamHit { t: hit.t, candidate, unit_point: hit.point, gradient, leaving: hit.leaving }
-                    })
-                }
-                Plan::One { candidate } => self.settle(ray, candidate),
+                None => self.exact_hit(&rays[ray as usize], footprint),
             };
-            found.push(settled.or_else(|| self.exact_hit(ray, footprint)));
         }
-        self.batch = batch;
-    }
-
-    /// What is to be done to settle a ray.
-    fn plan(&self, i: usize, ray: &Ray, scale: f64, batch: &mut SettleBatch) -> Plan {
-        let (packet, lane) = (i / PACKET, i % PACKET);
-        let hits = &self.hits[packet];
-        if self.exact[packet] >> lane & 1 == 1 || hits.doubt.0[lane] > 0.0 {
-            return Plan::Exact;
-        }
-        let candidate = hits.id.0[lane];
-        if candidate == u32::MAX {
-            return Plan::Nothing;
-        }
-        let shape = self.shape_of(candidate);
-        let local = ray.through(&self.candidates[candidate as usize].unit_from_world);
-        let distance = local.origin.abs().max_element();
-        if !shape.is_convex() || distance <= 1.0 || distance > MOST_DISTANCE {
-            return Plan::One { candidate };
-        }
-        let (t, error) = (f64::from(hits.t.0[lane]) * scale, f64::from(hits.error.0[lane]) * scale);
-        let place = batch.push(&shape, &local, t);
-        Plan::Settle { candidate, place, t, error }
+        (self.batch, self.unsettled) = (batch, unsettled);
     }
 
     /// How many rays meet something, as far as the lanes can tell.
@@ -376,6 +384,7 @@ impl<'s> Beam<'s> {
 
     fn traverse(&mut self, origin: DVec3, scale: f64, question: &mut Question<'_>) {
         let Some(root) = self.scene.root.clone() else { return };
+        self.origin = origin;
         let mask = self.still_asking(u32::MAX);
         if origin.is_finite() && mask != 0 {
             self.visit_group(root, NO_NODE, DAffine3::IDENTITY, origin, 1.0, scale, mask, question);
@@ -657,7 +666,12 @@ impl<'s> Beam<'s> {
 
     fn push_candidate(&mut self, frame: &Frame, target: &LeafTarget) -> u32 {
         let path = self.push_path(frame.path, target.place);
-        self.candidates.push(Candidate { unit_from_world: target.unit_from_world, path, kind: target.kind });
+        let LeafTarget { unit_from_world, shape, kind, .. } = *target;
+        let origin = unit_from_world.transform_point3(self.origin);
+        let distance = origin.abs().max_element();
+        let is_settled_with_others = shape.is_convex() && distance > 1.0 && distance <= MOST_DISTANCE;
+        let lens = is_settled_with_others.then(|| Lens { origin, powers: settle_powers(&shape) });
+        self.candidates.push(Candidate { unit_from_world, path, kind, lens });
         self.candidates.len() as u32 - 1
     }
 
@@ -786,7 +800,7 @@ impl<'s> Beam<'s> {
             Kind::StandIn => StandIn::unit_shape(),
         };
         let path = hit.path.places().iter().fold(NO_NODE, |above, &place| self.push_path(above, place));
-        self.candidates.push(Candidate { unit_from_world, path, kind });
+        self.candidates.push(Candidate { unit_from_world, path, kind, lens: None });
         BeamHit {
             t: hit.t,
             candidate: self.candidates.len() as u32 - 1,

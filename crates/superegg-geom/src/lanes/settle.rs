@@ -5,7 +5,6 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::ray::Ray;
 use crate::superquadric::{ShapeHit, Superquadric};
 
 /// Rays that are settled together.
@@ -30,6 +29,25 @@ pub struct SettleBatch {
     answers: Vec<Answer>,
 }
 
+/// A ray to be settled.
+#[derive(Clone, Copy, Debug)]
+pub struct SettleRay {
+    /// In the space of the unit shape: outside of its box, and not more than some thousand radii away.
+    pub origin: DVec3,
+    /// In the same space.
+    pub direction: DVec3,
+    /// Where the crossing was found.
+    pub t: f64,
+    /// The shape's, by [`settle_powers`].
+    pub powers: [f64; 2],
+}
+
+/// The powers of a convex shape.
+pub fn settle_powers(shape: &Superquadric) -> [f64; 2] {
+    let norm = shape.norm();
+    [norm.xy.p.min(MOST_POWER), norm.rz.p.min(MOST_POWER)]
+}
+
 /// A crossing with the gradient of N there.
 pub type Settled = (ShapeHit, DVec3);
 
@@ -51,9 +69,9 @@ impl SettleBatch {
         self.count = 0;
     }
 
-    /// Adds a ray in the space of its unit shape, from outside and not more than some thousand radii away, that was found to cross the shape near
-    /// `t`. Returns its place.
-    pub fn push(&mut self, shape: &Superquadric, ray: &Ray, t: f64) -> usize {
+    /// Adds a ray that was found to cross a shape near `t`. Returns its place.
+    #[inline]
+    pub fn push(&mut self, ray: &SettleRay) -> usize {
         let lane = self.count % WIDTH;
         if lane == 0 {
             self.rays.push([[1.0; WIDTH]; 6]);
@@ -61,16 +79,12 @@ impl SettleBatch {
         }
         if let (Some(rays), Some(guesses)) = (self.rays.last_mut(), self.guesses.last_mut()) {
             // From a place so near N can be told to the last digits.
-            let base = ray.origin + t * ray.direction;
+            let base = ray.origin + ray.t * ray.direction;
             for axis in 0..3 {
                 rays[axis][lane] = base[axis];
                 rays[axis + 3][lane] = ray.direction[axis];
             }
-            let norm = shape.norm();
-            let numbers = [t, norm.xy.p.min(MOST_POWER), norm.rz.p.min(MOST_POWER)];
-            for (column, number) in guesses.iter_mut().zip(numbers) {
-                column[lane] = number;
-            }
+            (guesses[0][lane], guesses[1][lane], guesses[2][lane]) = (ray.t, ray.powers[0], ray.powers[1]);
         }
         self.count += 1;
         self.count - 1
@@ -85,6 +99,7 @@ impl SettleBatch {
 
     /// The answer for a place; `None` where it could not be proven that the crossing is there and is the first, which
     /// [`Superquadric::intersect`] then knows.
+    #[inline]
     pub fn get(&self, place: usize) -> Option<Settled> {
         let (row, lane) = (place / WIDTH, place % WIDTH);
         let (answer, ray) = (self.answers.get(row)?, &self.rays[row]);
@@ -190,7 +205,8 @@ fn evaluate<const FUSED: bool>(x: f64, y: f64, z: f64, p: (f64, f64), q: (f64, f
     let sizes = [x.abs(), y.abs(), z.abs()].map(|x| if x > LEAST { x } else { LEAST });
     let [ax, ay, az] = sizes;
     // One division for the three logarithms.
-    let [(kx, mx), (ky, my), (kz, mz)] = [exponent_and_mantissa(ax), exponent_and_mantissa(ay), exponent_and_mantissa(az)];
+    let [(kx, mx), (ky, my), (kz, mz)] =
+        [exponent_and_mantissa(ax), exponent_and_mantissa(ay), exponent_and_mantissa(az)];
     let (sx, sy, sz) = (mx + 1.0, my + 1.0, mz + 1.0);
     let sxy = sx * sy;
     let inverse = 1.0 / (sxy * sz);
@@ -206,7 +222,13 @@ fn evaluate<const FUSED: bool>(x: f64, y: f64, z: f64, p: (f64, f64), q: (f64, f
         log: log * std::f64::consts::LN_2,
         slopes: [(rz * of_x * ay).copysign(x), (rz * of_y * ax).copysign(y), (of_z * xy).copysign(z)],
         above: sum_z * az * xy,
-        least: if ax < ay { if ax < az { ax } else { az } } else if ay < az { ay } else { az },
+        least: if ax < ay {
+            if ax < az { ax } else { az }
+        } else if ay < az {
+            ay
+        } else {
+            az
+        },
     }
 }
 
@@ -280,6 +302,7 @@ fn exp2<const FUSED: bool>(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Ray;
 
     #[test]
     fn powers_are_those_of_the_library() {
@@ -306,7 +329,9 @@ mod tests {
             let target = 0.6 * DVec3::new((2.1 * a).sin(), (0.9 * a).sin(), (1.3 * a).cos());
             let ray = Ray::new(origin, (target - origin).normalize());
             if let Some(hit) = shape.intersect(&ray, crate::RayStart::Free) {
-                batch.push(&shape, &ray, hit.t + 1e-7 * a.cos());
+                let t = hit.t + 1e-7 * a.cos();
+                let powers = settle_powers(&shape);
+                batch.push(&SettleRay { origin: ray.origin, direction: ray.direction, t, powers });
                 expected.push((shape, hit));
             }
         }
