@@ -205,8 +205,11 @@ fn light_is_that_of_the_ray_tracer_where_nothing_casts_a_shadow() {
         progress: &|_| (),
     };
     let film = superegg_render::render(&compiled, &settings, &budget).unwrap().film;
-    let traced: Vec<u8> =
-        film.to_bytes(Encoding::Srgb).chunks(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect();
+    let traced: Vec<u8> = superegg_render::Development::of(&settings.picture)
+        .rgb8(&film)
+        .chunks(3)
+        .flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255])
+        .collect();
     let traced = RgbaImage::from_raw(SIZE.0, SIZE.1, traced).unwrap();
     assert!(difference(&drawn, &traced) < 0.005, "{}", difference(&drawn, &traced));
 }
