@@ -1,5 +1,6 @@
 //! The subcommands, one file each.
 
+pub(crate) mod animate;
 pub(crate) mod bench;
 pub(crate) mod check;
 pub(crate) mod export;
@@ -7,6 +8,7 @@ pub(crate) mod info;
 pub(crate) mod intersect;
 pub(crate) mod iotest;
 mod made_scene;
+pub(crate) mod merge;
 pub(crate) mod model;
 pub(crate) mod render;
 pub(crate) mod run;
@@ -29,6 +31,8 @@ pub(crate) enum Outcome {
     Fine,
     /// The input had errors; they have been told.
     ErrorsInInput,
+    /// It was asked to stop, and did in good order; this is its exit code.
+    Stopped(u8),
 }
 
 impl Outcome {

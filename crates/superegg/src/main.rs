@@ -5,13 +5,17 @@ mod commands;
 mod csv_input;
 mod files;
 mod folders;
+mod interrupt;
 mod load;
+mod long_render;
 mod memory;
 mod modeller;
+mod part_file;
 mod picture_file;
 mod pointless;
 mod prompt;
 mod say;
+mod share;
 
 use std::process::ExitCode;
 
@@ -41,6 +45,8 @@ fn main() -> ExitCode {
     let Some(command) = args.command else { return finish(commands::model::run(args.scene.as_deref())) };
     finish(match command {
         Command::Render(args) => commands::render::run(&args),
+        Command::Animate(args) => commands::animate::run(&args),
+        Command::Merge(args) => commands::merge::run(&args),
         Command::Intersect(args) => commands::intersect::run(&args),
         Command::Iotest(args) => commands::iotest::run(&args),
         Command::Info(args) => commands::info::run(&args),
@@ -56,6 +62,7 @@ fn finish(outcome: anyhow::Result<Outcome>) -> ExitCode {
     match outcome {
         Ok(Outcome::Fine) => ExitCode::SUCCESS,
         Ok(Outcome::ErrorsInInput) => ExitCode::from(1),
+        Ok(Outcome::Stopped(code)) => ExitCode::from(code),
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             say::complain(format_args!("superegg: {error:#}"));

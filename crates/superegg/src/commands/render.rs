@@ -1,32 +1,37 @@
 //! `superegg render`: a scene into a picture.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
+use superegg_lang::write_session;
 use superegg_render::{
-    CompiledScene, Film, RayCounts, RenderBudget, RenderSettings, Rendered, Shows, render,
+    CompiledScene, Film, PartHeader, RayCounts, RenderBudget, RenderSettings, Share, Shows,
 };
 use superegg_scene::{Picture, Scene};
 
 use crate::args::RenderArgs;
 use crate::commands::{Outcome, available_threads, counted};
 use crate::files;
+use crate::interrupt::Interrupt;
 use crate::load::load;
+use crate::long_render::LongRender;
 use crate::memory::peak_rss_bytes;
 use crate::picture_file::PictureFormat;
 use crate::pointless::concerns;
 use crate::say;
+use crate::share::ShareArg;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
-    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene));
+    let share =
+        args.long.tiles.map(ShareArg::share).transpose().context("cannot tell the share for --tiles")?;
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene, share));
     for place in [Some(output.as_path()), args.stats.as_deref()] {
         files::check_writable_place(place, &args.scene)?;
     }
-    let format = PictureFormat::of(&output)?;
+    let format = format_of(&output, share)?;
     let mut clock = Clock::start();
     let loaded = load(&args.scene)?;
     let parse = clock.lap();
@@ -34,7 +39,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
 
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let scene = loaded.session.scene();
-    let compiled = CompiledScene::compile(scene, root.as_deref(), args.depth.unwrap_or(scene.depth));
+    let depth = args.depth.unwrap_or(scene.depth);
+    let compiled = CompiledScene::compile(scene, root.as_deref(), depth);
     let compile = clock.lap();
     let settings = settings_of(args, scene);
     let picture = settings.picture;
@@ -46,16 +52,37 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
             "superegg: warning: --max-samples changes nothing without --noise, for each pixel takes --samples",
         );
     }
-    if let Some(root) = root.filter(|_| compiled.instance_count().to_string() == "0") {
+    if let Some(root) = root.as_deref().filter(|_| compiled.instance_count().to_string() == "0") {
         say::complain(format_args!(
             "superegg: warning: '{root}' comes to nothing: the picture will show only the background"
         ));
     }
 
     let threads = args.threads.map_or_else(available_threads, usize::from);
-    let rendered = draw(&compiled, &settings, args.quiet, threads)?;
+    let header = || {
+        let text = write_session(&loaded.session);
+        let whole = share.unwrap_or(Share::WHOLE);
+        PartHeader::new(env!("CARGO_PKG_VERSION"), &text, root.as_deref(), depth, &settings, whole)
+    };
+    let tell = |told: &str| say::complain(format_args!("superegg: {told}"));
+    let inform = |told: &str| {
+        if !args.quiet {
+            tell(told);
+        }
+    };
+    let mut work = LongRender::new(&output, share, args.long.resume, &picture, header, &inform)?;
+    let interrupt = Interrupt::listen()?;
+    let bar = progress_bar(work.wanted_pixels(), args.quiet);
+    let budget =
+        RenderBudget { threads, cancel: interrupt.flag(), progress: &|pixels| bar.set_position(pixels) };
+    let rendered = work.render(&compiled, &settings, &budget, &|told| bar.suspend(|| tell(told)));
+    bar.finish_and_clear();
+    let rendered = rendered?;
     let render = clock.lap();
-    files::write(&output, &format.encode(&rendered.film, &settings)?)?;
+    let stopped = work.conclude(&output, || match format {
+        Some(format) => files::write(&output, &format.encode(&rendered.film, &settings)?),
+        None => Ok(()),
+    })?;
     let write = clock.lap();
 
     let stats = Stats {
@@ -83,12 +110,17 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     }
     let is_piped =
         [Some(output.as_path()), args.stats.as_deref()].into_iter().flatten().any(files::is_standard_stream);
+    if let Some(stopped) = stopped {
+        tell(&format!("stopped: {stopped}"));
+        return Ok(Outcome::Stopped(interrupt.exit_code()));
+    }
     if !args.quiet && !is_piped {
         say::out(format_args!(
-            "{}: {}x{}, {}, {render:.1} s{}{}",
+            "{}: {}x{}, {}{}, {render:.1} s{}{}",
             output.display(),
             stats.width,
             stats.height,
+            share.map_or_else(String::new, |share| format!("share {share}, ")),
             counted(&stats.instances, "instance"),
             shown(&settings, &rendered.film, stats.samples_taken.as_ref()),
             limits(&stats)
@@ -99,7 +131,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
 
 /// The settings that the scene has, but for what the arguments say.
 fn settings_of(args: &RenderArgs, scene: &Scene) -> RenderSettings {
-    let of_scene = scene.picture;
+    let of_scene = args.develop.change(scene.picture);
     let (width, height) =
         args.size.map_or((of_scene.width, of_scene.height), |size| (size.width, size.height));
     let picture = Picture {
@@ -109,10 +141,6 @@ fn settings_of(args: &RenderArgs, scene: &Scene) -> RenderSettings {
         noise: args.noise.unwrap_or(of_scene.noise),
         most_samples: args.max_samples.unwrap_or(of_scene.most_samples),
         filter: args.filter.map_or(of_scene.filter, Into::into),
-        encoding: args.encoding.map_or(of_scene.encoding, Into::into),
-        exposure: args.exposure.unwrap_or(of_scene.exposure),
-        tone: args.tone.map_or(of_scene.tone, Into::into),
-        bits: args.bits.unwrap_or(of_scene.bits),
         transparent: args.transparent || of_scene.transparent,
         bounces: args.bounces.unwrap_or(of_scene.bounces),
         ..of_scene
@@ -149,30 +177,35 @@ fn limits(stats: &Stats) -> String {
     limits
 }
 
-/// The scene's name with .png, in the current folder.
-fn default_output(scene: &Path) -> PathBuf {
+/// The scene's name with .png, or with the share and .part, in the current folder.
+fn default_output(scene: &Path, share: Option<Share>) -> PathBuf {
     let stem = scene.file_stem().filter(|_| !files::is_standard_stream(scene));
     let mut name = stem.unwrap_or("scene".as_ref()).to_owned();
-    name.push(".png");
+    name.push(match share {
+        // As many digits for each, so that names are in order.
+        Some(share) => {
+            let digits = share.count().to_string().len();
+            format!("-{:0digits$}-of-{}.part", share.number(), share.count())
+        }
+        None => ".png".to_owned(),
+    });
     PathBuf::from(name)
 }
 
-fn draw(
-    compiled: &CompiledScene,
-    settings: &RenderSettings,
-    quiet: bool,
-    threads: usize,
-) -> Result<Rendered> {
-    let picture = settings.picture;
-    let bar = progress_bar(u64::from(picture.width) * u64::from(picture.height), quiet);
-    let budget = RenderBudget {
-        threads,
-        cancel: &AtomicBool::new(false),
-        progress: &|pixels| bar.set_position(pixels),
-    };
-    let rendered = render(compiled, settings, &budget).context("cannot start the threads");
-    bar.finish_and_clear();
-    rendered
+/// The format of the picture; `None` for a share, which is none.
+fn format_of(output: &Path, share: Option<Share>) -> Result<Option<PictureFormat>> {
+    let is_part = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("part"));
+    let name = output.display();
+    match share {
+        Some(_) if is_part => Ok(None),
+        Some(_) => bail!(
+            "a share is no picture, so -o takes NAME.part, not '{name}'; 'superegg merge' makes the picture"
+        ),
+        None if is_part => {
+            bail!("'{name}' would be a partial file; --tiles K/N renders one, or name a picture")
+        }
+        None => PictureFormat::of(output).map(Some),
+    }
 }
 
 /// A bar on standard error; hidden where that is no terminal.
@@ -242,9 +275,10 @@ struct SamplesTaken {
 
 impl SamplesTaken {
     fn of(film: &Film) -> Self {
-        let taken = || film.pixels().iter().map(|pixel| pixel.samples);
+        // Of the pixels that have been made.
+        let taken = || film.pixels().iter().map(|pixel| pixel.samples).filter(|samples| *samples > 0);
         let total: u64 = taken().map(u64::from).sum();
-        Self { mean: total as f64 / film.pixels().len().max(1) as f64, most: taken().max().unwrap_or(0) }
+        Self { mean: total as f64 / taken().count().max(1) as f64, most: taken().max().unwrap_or(0) }
     }
 }
 

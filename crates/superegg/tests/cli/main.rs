@@ -3,9 +3,11 @@
 // A test that is skipped says so.
 #![allow(clippy::print_stderr)]
 
+mod animate;
 mod crashes;
 mod film;
 mod gallery;
+mod long;
 mod modeller;
 #[cfg(unix)]
 mod prompt;
