@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use superegg_lang::{
-    Effect, Request, Session, Settings, Timeline, complete, highlight, hint, load_text, write_session,
+    Effect, Request, Session, Settings, Timeline, complete, highlight, hint, load_text, scene_at,
+    write_session,
 };
 
 /// No more is looked at: it would take its time and find nothing new.
@@ -95,6 +96,9 @@ fn comes_back(timeline: &Timeline) {
         let (loaded, diagnostics) = load_text("saved", &text);
         assert!(diagnostics.is_empty(), "{diagnostics:?}\n{text}");
         assert_eq!(of_scene(&loaded), session, "{text}");
+        for frame in [0.0, 7.5] {
+            assert_eq!(scene_at(&loaded, frame), scene_at(&session, frame), "{text}");
+        }
     }
 }
 

@@ -136,6 +136,20 @@ pub enum Command {
     RemoveFloor,
     /// Keep ambient light from corners, or no longer.
     SetAmbientOcclusion(Option<AmbientOcclusion>),
+    /// Keep the numbers of a line at a frame. The line itself is [`crate::Parsed::keyed`].
+    SetKey {
+        /// The frame.
+        frame: f64,
+        /// The line's words after its command.
+        words: Vec<String>,
+    },
+    /// Take keys away.
+    RemoveKeys {
+        /// The frame, or `all`.
+        frame: String,
+        /// The command whose keys are meant, for what is selected; those of all commands where it is not said.
+        command: Option<String>,
+    },
     /// Set how deep objects are opened.
     SetDepth(u32),
 }

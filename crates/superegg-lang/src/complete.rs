@@ -1,7 +1,7 @@
 //! What the word at the cursor could become.
 
 use crate::names::{names_of, next_arg};
-use crate::parser::words_of_command;
+use crate::parser::{Word, line_within, words_of_command};
 use crate::session::Session;
 use crate::settings::{SettingKind, find_setting};
 use crate::spec::{ArgKind, CommandSpec};
@@ -39,10 +39,15 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
                 .is_some_and(|word| line_at(line, word.columns.start) == '"' && !word.text.starts_with('"')),
     );
     let start = line.len() - partial.len() - quote;
-    let Some((command, before)) = before.split_first() else {
-        return Completion { start, candidates: commands(partial), file: None };
+    let (mut before, mut fits): (&[Word<'_>], fn(&CommandSpec) -> bool) = (before, |_| true);
+    let (spec, before) = loop {
+        let Some((command, rest)) = before.split_first() else {
+            return Completion { start, candidates: commands(partial, fits), file: None };
+        };
+        let Some(spec) = command_of(command.text, rest) else { return nothing };
+        let Some(within) = line_within(spec, rest) else { break (spec, rest) };
+        (before, fits) = (within, CommandSpec::is_keyable);
     };
-    let Some(spec) = command_of(command.text, before) else { return nothing };
     let mut candidates = Vec::new();
     let mut file = None;
     if partial.starts_with('-') {
@@ -57,7 +62,7 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
             candidates.extend(values(before.last().map_or("", |word| word.text), partial));
         }
         Some(ArgKind::File) => file = Some(partial.to_owned()),
-        Some(ArgKind::Number(_) | ArgKind::Size) | None => {}
+        Some(ArgKind::Number(_) | ArgKind::Size | ArgKind::Line) | None => {}
     }
     Completion { start, candidates, file }
 }
@@ -67,10 +72,11 @@ fn line_at(line: &str, column: usize) -> char {
 }
 
 /// Command names that begin so; other spellings only where no name does.
-fn commands(partial: &str) -> Vec<String> {
-    let names = fitting(COMMANDS.iter().map(|spec| spec.name), partial);
+fn commands(partial: &str, fits: fn(&CommandSpec) -> bool) -> Vec<String> {
+    let known = || COMMANDS.iter().filter(|spec| fits(spec));
+    let names = fitting(known().map(|spec| spec.name), partial);
     let spellings = || {
-        let mut found = fitting(COMMANDS.iter().flat_map(CommandSpec::all_spellings), partial);
+        let mut found = fitting(known().flat_map(CommandSpec::all_spellings), partial);
         // One spelling may be two commands'.
         found.sort();
         found.dedup();
@@ -138,6 +144,10 @@ mod tests {
         assert_eq!(found("nonsense b"), (10, String::new()));
         assert_eq!(found("xs 1 "), (5, String::new()));
         assert_eq!(found("ap b # ap b"), (11, String::new()));
+        assert_eq!(found("key 2 rotateA"), (6, "rotateAll".into()));
+        assert_eq!(found("key 2 add"), (6, String::new()));
+        assert_eq!(found("key 2 floor 0 b"), (14, "ball".into()));
+        assert_eq!(found("unkey "), (6, "all".into()));
     }
 
     #[test]

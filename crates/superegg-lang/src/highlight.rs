@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::names::{is_loose, is_name_of, names_of, next_arg};
 use crate::number::parse_number;
-use crate::parser::{Word, words_of_command};
+use crate::parser::{Word, line_within, words_of_command};
 use crate::session::Session;
 use crate::settings::can_be;
 use crate::spec::{ArgKind, CommandSpec, Of, parse_size, size_form};
@@ -33,19 +33,23 @@ pub fn highlight(session: &Session, line: &str) -> Vec<(Range<usize>, Paint)> {
     bytes_of_columns.push(line.len());
     let bytes = |columns: &Range<usize>| bytes_of_columns[columns.start]..bytes_of_columns[columns.end];
     let mut parts = Vec::new();
-    if let Some((first, rest)) = words.split_first() {
+    let (mut line_words, mut fits): (&[Word<'_>], fn(&CommandSpec) -> bool) = (&words, |_| true);
+    while let Some((first, rest)) = line_words.split_first() {
         let spec = command_of(first.text, rest);
         let first_paint = match spec {
-            Some(_) => Some(Paint::Command),
+            Some(spec) if fits(spec) => Some(Paint::Command),
             None if rest.is_empty() && begins_command(first.text) => None,
-            None => Some(Paint::Wrong),
+            _ => Some(Paint::Wrong),
         };
         parts.extend(first_paint.map(|paint| (bytes(&first.columns), paint)));
-        for (i, word) in rest.iter().enumerate().filter(|_| spec.is_some()) {
+        let within = spec.and_then(|spec| line_within(spec, rest)).unwrap_or(&[]);
+        let own = &rest[..rest.len() - within.len()];
+        for (i, word) in own.iter().enumerate().filter(|_| spec.is_some()) {
             let is_typed = i + 1 == rest.len() && bytes(&word.columns).end == line.len();
             let paint = spec.and_then(|spec| paint_of(session, spec, &rest[..i], word, is_typed));
             parts.extend(paint.map(|paint| (bytes(&word.columns), paint)));
         }
+        (line_words, fits) = (within, CommandSpec::is_keyable);
     }
     let end_of_words = words.last().map_or(0, |word| bytes(&word.columns).end);
     if let Some(comment) = line[end_of_words..].find('#') {
@@ -105,7 +109,7 @@ fn paint_of(
             Some(true) => Some(Paint::Value),
             _ => unless_typed(true),
         },
-        ArgKind::File | ArgKind::Size => None,
+        ArgKind::File | ArgKind::Size | ArgKind::Line => None,
     }
 }
 
@@ -162,6 +166,12 @@ mod tests {
             ("render a.png 64x48 9", "cccccc.......vvvvv.w"),
             ("set size 64x48", "ccc.nnnn.vvvvv"),
             ("coeff 1 1 1 1", "ccccc.v.v.v.w"),
+            ("ao 16 2", "cc.vv.v"),
+            ("ao man 2", "cc.nnn.."),
+            ("key 24 rotate 0 0 x", "ccc.vv.cccccc.v.v.w"),
+            ("key 24 rotat", "ccc.vv......"),
+            ("key x delete ball", "ccc.w.wwwwww.nnnn"),
+            ("unkey all rotate", "ccccc.nnn.nnnnnn"),
             ("zzz", "www"),
         ] {
             assert_eq!(shown(line), expected, "{line}");

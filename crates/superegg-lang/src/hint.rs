@@ -4,7 +4,7 @@ use superegg_scene::Entity;
 
 use crate::names::{is_loose, next_arg};
 use crate::number::parse_number;
-use crate::parser::{Word, words_of_command};
+use crate::parser::{Word, line_within, words_of_command};
 use crate::session::Session;
 use crate::settings::find_setting;
 use crate::spec::{Arg, ArgKind, CommandSpec, Needs};
@@ -25,8 +25,16 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
         return None;
     }
     let words = words_of_command(line);
-    let (first, rest) = words.split_first()?;
     let is_at_word = !line.ends_with(char::is_whitespace);
+    let mut words: &[Word<'_>] = &words;
+    // Of a line within the line, once that begins.
+    while let Some((first, rest)) = words.split_first()
+        && let Some(within) = find_command(first.text).and_then(|spec| line_within(spec, rest))
+        && !within.is_empty()
+    {
+        words = within;
+    }
+    let (first, rest) = words.split_first()?;
     let (spec, rest_of_name) = match command_so_far(first.text, rest) {
         Some(spec) => (spec, String::new()),
         None if rest.is_empty() && is_at_word => only_command(first.text)?,
@@ -91,7 +99,7 @@ fn arguments_after(spec: &CommandSpec, place: usize) -> String {
             .iter()
             .filter(|arg| {
                 at += 1;
-                at > place || matches!(arg.kind, ArgKind::Words(_))
+                at > place || matches!(arg.kind, ArgKind::Words(_) | ArgKind::Line)
             })
             .map(brief)
             .collect();
@@ -106,7 +114,7 @@ fn brief(arg: &Arg) -> String {
     match arg.kind {
         ArgKind::Number(range) if !range.brief().is_empty() => format!("{}({})", arg.name, range.brief()),
         ArgKind::Choice(choices) => choices.join("|"),
-        ArgKind::Words(_) => format!("{} ...", arg.name),
+        ArgKind::Words(_) | ArgKind::Line => format!("{} ...", arg.name),
         _ => arg.name.to_owned(),
     }
 }
@@ -148,6 +156,10 @@ mod tests {
             ("ao ball ", "|[ALIAS]   needs a selected object"),
             ("ao 16 ", "|distance(>0)"),
             ("setPattern", "| none|checker|gradient [r(0..1) g(0..1) b(0..1)] [size|x] [y z]"),
+            ("key ", "|FRAME COMMAND ..."),
+            ("key 2 ", "|COMMAND ..."),
+            ("key 2 setColor 1 ", "|g(0..1) b(0..1)"),
+            ("key 2 rotate ", "|x y z degrees   needs a selected object"),
             ("exp 1 -3", "|   n must be above 0"),
         ] {
             assert_eq!(shown(line).as_deref(), Some(expected), "{line}");

@@ -2,8 +2,11 @@
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Entity, Light, LightKind, Material, Object, Pattern, Primitive, Scene};
+use superegg_scene::{
+    Entity, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Track, TrackWord,
+};
 
+use crate::animation::line_of;
 use crate::diagnostic::Fault;
 use crate::number::format_number;
 use crate::parser::shorten;
@@ -22,16 +25,18 @@ pub(crate) fn info(session: &Session, names: &[String]) -> Result<String, (usize
     for (i, name) in names.iter().enumerate() {
         let scene = session.scene();
         if let Some(entity) = scene.get(name) {
-            texts.push(details(name, entity));
+            texts.push(details(scene, name, entity));
             continue;
         }
         match name.to_ascii_lowercase().as_str() {
             "all" => {
-                texts.extend(sorted(scene.entities()).iter().map(|(name, entity)| details(name, entity)));
+                texts.extend(
+                    sorted(scene.entities()).iter().map(|(name, entity)| details(scene, name, entity)),
+                );
             }
             "selected" => {
                 texts.push(match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
-                    Some((name, entity)) => details(name, entity),
+                    Some((name, entity)) => details(scene, name, entity),
                     None => "nothing is selected".to_owned(),
                 });
             }
@@ -65,11 +70,52 @@ fn list(session: &Session) -> String {
     lines.push(format!("background {}", vector(scene.background)));
     lines.extend(surroundings_words(scene));
     lines.push(format!("depth {}", scene.depth));
+    if scene.tracks().len() > 0 {
+        lines.push(format!("keys ({})", scene.tracks().map(|track| track.keys().len()).sum::<usize>()));
+        lines.extend(scene.tracks().map(|track| format!("  {}", track_words(track))));
+    }
     lines.push(match session.selected() {
         Some(name) => format!("selected: {name}"),
         None => "nothing is selected".to_owned(),
     });
     lines.join("\n")
+}
+
+/// What a track's keys are of, and their frames.
+fn track_words(track: &Track) -> String {
+    const MOST_FRAMES: usize = 12;
+    let subject = track.subject();
+    let plain = subject.words.iter().filter_map(|word| match word {
+        TrackWord::Number => None,
+        TrackWord::Word(word) | TrackWord::Entity(word) | TrackWord::Light(word) => Some(&**word),
+    });
+    let mut words = std::iter::once(&*subject.command).chain(plain).collect::<Vec<_>>().join(" ");
+    if let Some(selected) = &subject.selected {
+        words += &format!(" of {selected}");
+    }
+    if let Some(cursor) = &subject.cursor {
+        words += &format!("/{cursor}");
+    }
+    let frames: Vec<String> = track.keys().take(MOST_FRAMES).map(|key| format_number(key.frame)).collect();
+    words += &format!(": {} {}", if track.keys().len() == 1 { "frame" } else { "frames" }, frames.join(", "));
+    if track.keys().len() > MOST_FRAMES {
+        words += &format!(" and {} more", track.keys().len() - MOST_FRAMES);
+    }
+    words
+}
+
+/// The keys of what has this name, one a line.
+fn key_details(scene: &Scene, name: &str) -> String {
+    let mut text = String::new();
+    for track in scene.tracks().filter(|track| track.subject().selected.as_deref() == Some(name)) {
+        let child =
+            track.subject().cursor.as_ref().map_or(String::new(), |alias| format!(" (child {alias})"));
+        for key in track.keys() {
+            let line = line_of(track.subject(), &key.numbers);
+            text.push_str(&format!("\n  key {} {line}{child}", format_number(key.frame)));
+        }
+    }
+    text
 }
 
 /// By name, as people look for things; the order in which they were made tells nothing.
@@ -139,11 +185,12 @@ fn pattern_words(pattern: Pattern) -> String {
     }
 }
 
-fn details(name: &str, entity: &Entity) -> String {
-    match entity {
+fn details(scene: &Scene, name: &str, entity: &Entity) -> String {
+    let details = match entity {
         Entity::Primitive(primitive) => primitive_details(name, primitive),
         Entity::Object(object) => object_details(name, object),
-    }
+    };
+    details + &key_details(scene, name)
 }
 
 fn primitive_details(name: &str, primitive: &Primitive) -> String {

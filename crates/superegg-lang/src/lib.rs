@@ -4,6 +4,7 @@
 //! alone writes to a scene. What a command asks of the world outside (read a file, write one, stop) it returns as an
 //! [`Effect`]; nothing here reads, writes or prints.
 
+mod animation;
 mod command;
 mod complete;
 mod diagnostic;
@@ -24,6 +25,7 @@ mod table;
 mod timeline;
 mod writer;
 
+pub use animation::scene_at;
 pub use command::{Command, Recovery, Request};
 pub use complete::{Completion, complete};
 pub use diagnostic::{Diagnostic, Fault, Severity};
@@ -40,4 +42,4 @@ pub use spec::{Arg, ArgKind, CommandSpec, Group, Needs, Of, Range, parse_size};
 pub use suggest::nearest;
 pub use table::{COMMANDS, find_command};
 pub use timeline::Timeline;
-pub use writer::write_session;
+pub use writer::{write_scene, write_session};

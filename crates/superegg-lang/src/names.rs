@@ -2,6 +2,8 @@
 
 use superegg_scene::Entity;
 
+use crate::animation::key_frames;
+use crate::number::parse_number;
 use crate::parser::Word;
 use crate::session::Session;
 use crate::settings::SETTINGS;
@@ -23,6 +25,8 @@ pub(crate) fn names_of(session: &Session, of: Of) -> Vec<&str> {
         Of::Light => scene.named_lights().map(|(name, _)| name).collect(),
         Of::Command => COMMANDS.iter().map(|spec| spec.name).collect(),
         Of::Setting => SETTINGS.iter().map(|spec| spec.name).collect(),
+        // Frames are numbers, and there may be thousands.
+        Of::KeyFrame => vec!["all"],
     }
 }
 
@@ -39,7 +43,13 @@ pub(crate) fn is_name_of(session: &Session, of: Of, name: &str) -> bool {
             .and_then(|name| scene.object(name).ok())
             .is_some_and(|object| object.child(name).is_some()),
         Of::Command => crate::table::find_command(name).is_some(),
-        Of::Light | Of::Setting => names_of(session, of).iter().any(|known| known.eq_ignore_ascii_case(name)),
+        Of::KeyFrame if parse_number(name).is_ok() => {
+            let frame = parse_number(name);
+            key_frames(scene).iter().any(|held| Ok(*held) == frame)
+        }
+        Of::Light | Of::Setting | Of::KeyFrame => {
+            names_of(session, of).iter().any(|known| known.eq_ignore_ascii_case(name))
+        }
     }
 }
 

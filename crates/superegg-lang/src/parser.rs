@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::animation::not_keyable;
 use crate::command::Command;
 use crate::diagnostic::Fault;
 use crate::number::parse_number;
@@ -19,6 +20,8 @@ pub struct Parsed {
     pub spec: &'static CommandSpec,
     /// The characters of the command's own word and of each argument that has a place of its own, counted from 0.
     pub columns: Vec<Range<usize>>,
+    /// The command within it, of a command that takes a line.
+    pub keyed: Option<Box<Parsed>>,
 }
 
 /// A word of a line.
@@ -74,11 +77,11 @@ pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
 /// The words of a line as its command tells them apart.
 pub(crate) fn words_of_command(line: &str) -> Vec<Word<'_>> {
     let words = split_words(line, Quoting::Plain);
-    let takes_file = words
-        .first()
-        .and_then(|first| find_command(first.text))
-        .is_some_and(|spec| spec.all_args().any(|arg| arg.kind == ArgKind::File));
-    if takes_file && line.contains('"') { split_words(line, Quoting::Quoted) } else { words }
+    let takes_file = || {
+        let spec = words.first().and_then(|first| find_command(first.text));
+        spec.is_some_and(|spec| spec.all_args().any(|arg| arg.kind == ArgKind::File))
+    };
+    if line.contains('"') && takes_file() { split_words(line, Quoting::Quoted) } else { words }
 }
 
 /// Reads one line. `None` is a line without a command: blank, or a comment.
@@ -87,9 +90,15 @@ pub(crate) fn words_of_command(line: &str) -> Vec<Word<'_>> {
 /// An unknown command, a wrong number of arguments, or an argument out of its range.
 pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
     let words = words_of_command(line);
-    let Some((first, rest)) = words.split_first() else {
-        return Ok(None);
-    };
+    words.split_first().map(|(first, rest)| parse_words(first, rest)).transpose()
+}
+
+/// The command that a line within a line is, once it begins: of a command that takes one, the words from there on.
+pub(crate) fn line_within<'w, 'a>(spec: &CommandSpec, rest: &'w [Word<'a>]) -> Option<&'w [Word<'a>]> {
+    rest.get(1..).filter(|_| spec.takes_line())
+}
+
+fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault> {
     let spec = command_of(first.text, rest).ok_or_else(|| unknown_command(first))?;
     let mut args = Args {
         spelling: first.text,
@@ -98,12 +107,19 @@ pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
         size: None,
         options: Vec::new(),
     };
+    let keyed = match line_within(spec, rest).and_then(<[_]>::split_first) {
+        Some((first, rest)) => Some(Box::new(parse_keyed(first, rest)?)),
+        None => None,
+    };
     let rest = take_loose(spec, rest, &mut args)?;
     check_count(spec, first, &rest)?;
+    // Of a line within this one the command's own word is told by `keyed`.
+    let begins_line = |i: usize| i == 1 && spec.takes_line();
     let placed = spec.all_args().filter(|arg| arg.kind != ArgKind::Size);
     let last_repeated = spec.all_args().last().filter(|_| spec.is_variadic());
-    for (word, arg) in rest.iter().zip(placed.chain(last_repeated.into_iter().cycle())) {
+    for (i, (word, arg)) in rest.iter().zip(placed.chain(last_repeated.into_iter().cycle())).enumerate() {
         match arg.kind {
+            ArgKind::Line if begins_line(i) => {}
             ArgKind::Number(range) => args.numbers.push(read_number(spec, arg.name, range, word)?),
             ArgKind::Choice(choices) => {
                 check_choice(spec, choices, word)?;
@@ -113,7 +129,12 @@ pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
                 let fault = Fault::new("no-file", "the name of the file is empty");
                 return Err(fault.help(usage_help(spec)).at(word.columns.clone()));
             }
-            ArgKind::Name(_) | ArgKind::File | ArgKind::Value | ArgKind::Words(_) | ArgKind::Size => {
+            ArgKind::Name(_)
+            | ArgKind::File
+            | ArgKind::Value
+            | ArgKind::Words(_)
+            | ArgKind::Line
+            | ArgKind::Size => {
                 args.words.push(word.text);
             }
         }
@@ -121,7 +142,15 @@ pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
     let command = (spec.build)(&args);
     let columns =
         std::iter::once(first).chain(rest.iter().copied()).map(|word| word.columns.clone()).collect();
-    Ok(Some(Parsed { command, spec, columns }))
+    Ok(Parsed { command, spec, columns, keyed })
+}
+
+/// A line within a line, of a command that there can be keys of.
+fn parse_keyed<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault> {
+    match command_of(first.text, rest) {
+        Some(spec) if !spec.is_keyable() => Err(not_keyable(spec).at(first.columns.clone())),
+        _ => parse_words(first, rest),
+    }
 }
 
 /// Takes out what has no place of its own among the arguments: options, and the size of a picture.
@@ -176,8 +205,14 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
     let counts = spec.counts();
     let given = rest.len();
     let most = counts.last().copied().unwrap_or(0);
-    if counts.contains(&given) || (counts.is_empty() && given == 0) || spec.is_variadic() {
+    let has_line = !spec.takes_line() || given >= most;
+    if counts.contains(&given) || (counts.is_empty() && given == 0) || (spec.is_variadic() && has_line) {
         return Ok(());
+    }
+    if spec.takes_line() {
+        let fault = Fault::new("argument-count", format!("{} takes a frame and a command", spec.name));
+        let end = rest.last().map_or(first.columns.end, |word| word.columns.end);
+        return Err(fault.help(usage_help(spec)).at(first.columns.start..end));
     }
     let wanted: Vec<String> =
         if counts.is_empty() { vec!["no".into()] } else { counts.iter().map(ToString::to_string).collect() };

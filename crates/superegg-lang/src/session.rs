@@ -11,7 +11,7 @@ use crate::settings::{self, Settings};
 use crate::spec::{ArgKind, Needs, Of};
 use crate::suggest::nearest;
 use crate::table::CHECKER_SIZE;
-use crate::{help, info};
+use crate::{animation, help, info};
 
 /// A scene with what is selected in it, and the settings. Every change goes through [`Session::run_line`] or [`Session::execute`]. A clone
 /// takes no time that grows with the scene.
@@ -165,6 +165,9 @@ impl Session {
                     check_direction(sky.up, "the direction that is above, such as 0 1 0", parsed)?;
                 }
                 self.scene.sky = *sky;
+                if sky.is_none() {
+                    self.scene.remove_keys(None, |subject| &*subject.command == "sky");
+                }
             }
             Command::SetFloor { height, surface, up } => {
                 if let Some(name) = surface {
@@ -181,8 +184,17 @@ impl Session {
             Command::RemoveFloor => {
                 self.floor_or_fault(parsed)?;
                 self.scene.floor = None;
+                self.scene.remove_keys(None, |subject| ["floor", "floorUp"].contains(&&*subject.command));
             }
             Command::SetAmbientOcclusion(occlusion) => self.scene.ambient_occlusion = *occlusion,
+            Command::SetKey { frame, words } => {
+                let Some(keyed) = &parsed.keyed else { return Ok(Effect::Done) };
+                animation::set_key(self, *frame, keyed, words)?;
+            }
+            Command::RemoveKeys { frame, command } => {
+                let told = animation::remove_keys(self, frame, command.as_deref(), parsed)?;
+                return Ok(Effect::Changed(Some(told)));
+            }
             Command::SetDepth(depth) => self.scene.depth = *depth,
             command => match parsed.spec.needs {
                 Needs::Object => {
@@ -324,6 +336,7 @@ impl Session {
                 let lights = self.scene.named_lights().map(|(name, _)| name);
                 ("unknown-name", 1, did_you_mean(name, lights, "'info' lists the lights"))
             }
+            SceneError::KeyNumbers { .. } => ("key-numbers", 0, "'info' lists the keys".to_owned()),
             SceneError::Transform(_) => {
                 let fault = Fault::new("transform", error.to_string()).at(arguments(parsed));
                 return fault.help(format!("for example: {}", parsed.spec.example));
@@ -430,13 +443,13 @@ fn pattern(word: &str, numbers: &[f64], parsed: &Parsed) -> Result<Pattern, Faul
     }
 }
 
-fn at_word(fault: Fault, parsed: &Parsed, word: usize) -> Fault {
+pub(crate) fn at_word(fault: Fault, parsed: &Parsed, word: usize) -> Fault {
     let columns = parsed.columns.get(word).unwrap_or(&parsed.columns[0]).clone();
     fault.at(columns)
 }
 
 /// The characters of all arguments.
-fn arguments(parsed: &Parsed) -> std::ops::Range<usize> {
+pub(crate) fn arguments(parsed: &Parsed) -> std::ops::Range<usize> {
     let first = parsed.columns.get(1).unwrap_or(&parsed.columns[0]);
     first.start..parsed.columns[parsed.columns.len() - 1].end
 }

@@ -21,19 +21,22 @@ pub enum Group {
     Objects,
     /// Lights, camera, background, depth.
     Scene,
+    /// Keys.
+    Animation,
     /// Rendering, viewing, tests, settings.
     Pictures,
 }
 
 impl Group {
     /// Every group, in the order of help.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Session,
         Self::Files,
         Self::Editing,
         Self::Primitives,
         Self::Objects,
         Self::Scene,
+        Self::Animation,
         Self::Pictures,
     ];
 
@@ -46,6 +49,7 @@ impl Group {
             Self::Primitives => "primitives",
             Self::Objects => "objects",
             Self::Scene => "scene",
+            Self::Animation => "animation",
             Self::Pictures => "pictures",
         }
     }
@@ -59,6 +63,7 @@ impl Group {
             Self::Primitives => "Primitives",
             Self::Objects => "Objects",
             Self::Scene => "Light, camera, scene",
+            Self::Animation => "Animation",
             Self::Pictures => "Pictures and tests",
         }
     }
@@ -164,6 +169,8 @@ pub enum Of {
     Command,
     /// A setting.
     Setting,
+    /// A frame that has keys, or the word `all`.
+    KeyFrame,
 }
 
 /// What an argument is.
@@ -183,6 +190,8 @@ pub enum ArgKind {
     Value,
     /// Any number of names, none included. Only as the last argument.
     Words(Of),
+    /// A command of which there can be keys, with its arguments. Only as the last argument, after one other.
+    Line,
 }
 
 /// One argument.
@@ -232,7 +241,12 @@ impl CommandSpec {
 
     /// Whether any number of words may follow.
     pub fn is_variadic(&self) -> bool {
-        self.all_args().last().is_some_and(|arg| matches!(arg.kind, ArgKind::Words(_)))
+        self.all_args().last().is_some_and(|arg| matches!(arg.kind, ArgKind::Words(_) | ArgKind::Line))
+    }
+
+    /// Whether another command with its arguments follows.
+    pub(crate) fn takes_line(&self) -> bool {
+        self.all_args().any(|arg| arg.kind == ArgKind::Line)
     }
 
     /// The numbers of arguments that it may have (without those of a variadic one).
@@ -253,7 +267,7 @@ impl CommandSpec {
         for (depth, part) in self.args.iter().enumerate() {
             for (i, arg) in part.iter().enumerate() {
                 let open = if depth > 0 && i == 0 { "[" } else { "" };
-                let dots = if matches!(arg.kind, ArgKind::Words(_)) { " ..." } else { "" };
+                let dots = if matches!(arg.kind, ArgKind::Words(_) | ArgKind::Line) { " ..." } else { "" };
                 let gap = if words.is_empty() { "" } else { " " };
                 let name = match arg.kind {
                     ArgKind::Choice(choices) => choices.join("|"),

@@ -1,5 +1,7 @@
 //! The one table of commands.
 
+use std::sync::LazyLock;
+
 use superegg_geom::Exponents;
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
@@ -263,7 +265,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[&[name("NAME", Of::Entity)]],
-        summary: "deletes a primitive or object, and every child that stands for it",
+        summary: "deletes a primitive or object with its keys, and every child that stands for it",
         default: "",
         example: "delete ball",
         build: |args| Command::Delete(args.text(0)),
@@ -555,7 +557,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Object,
         options: &[],
         args: &[&[name("ALIAS", Of::Child)]],
-        summary: "takes a child out of the object; what it stands for stays",
+        summary: "takes a child and its keys out of the object; what it stands for stays",
         default: "",
         example: "remove head",
         build: |args| Command::RemoveChild(args.text(0)),
@@ -711,7 +713,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[&[name("NAME", Of::Light)]],
-        summary: "takes a light away",
+        summary: "takes a light and its keys away",
         default: "",
         example: "unlight lamp",
         build: |args| Command::RemoveLight(args.text(0)),
@@ -817,7 +819,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[],
-        summary: "takes the sky away: the background shows again",
+        summary: "takes the sky and its keys away: the background shows again",
         default: "",
         example: "unsky",
         build: |_| Command::SetSky(None),
@@ -857,7 +859,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[],
-        summary: "takes the floor away",
+        summary: "takes the floor and its keys away",
         default: "",
         example: "unfloor",
         build: |_| Command::RemoveFloor,
@@ -891,6 +893,30 @@ pub const COMMANDS: &[CommandSpec] = &[
         default: "25",
         example: "setDepth 8",
         build: |args| Command::SetDepth(args.whole(0)),
+    },
+    CommandSpec {
+        name: "key",
+        spellings: &[],
+        group: Group::Animation,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[number("FRAME", Range::Any), Arg { name: "COMMAND", kind: ArgKind::Line }]],
+        summary: "keeps the numbers of a command at a frame, for what is selected and the child at the cursor; at a frame between keys they go over smoothly, and the command is carried out with them after all others",
+        default: "",
+        example: "key 24 rotate 0 0 1 90",
+        build: |args| Command::SetKey { frame: args.number(0), words: args.texts() },
+    },
+    CommandSpec {
+        name: "unkey",
+        spellings: &[],
+        group: Group::Animation,
+        needs: Needs::Nothing,
+        options: &[],
+        args: &[&[name("FRAME|all", Of::KeyFrame)], &[name("COMMAND", Of::Command)]],
+        summary: "takes the keys at a frame away, or all; with COMMAND only those of that command for what is selected",
+        default: "",
+        example: "unkey 24 rotate",
+        build: |args| Command::RemoveKeys { frame: args.text(0), command: args.optional_text(1) },
     },
     CommandSpec {
         name: "render",
@@ -1004,10 +1030,19 @@ pub fn find_command(word: &str) -> Option<&'static CommandSpec> {
 
 /// Every command with this spelling, in any case.
 pub(crate) fn commands_spelt(word: &str) -> impl Iterator<Item = &'static CommandSpec> {
-    COMMANDS
-        .iter()
-        .filter(move |spec| spec.all_spellings().any(|spelling| spelling.eq_ignore_ascii_case(word)))
+    let alike = word.bytes().next().map_or(&[][..], |first| &BY_FIRST_LETTER[usize::from(first)]);
+    let is_spelt = move |spelling: &str| spelling.eq_ignore_ascii_case(word);
+    alike.iter().filter(move |(spelling, _)| is_spelt(spelling)).map(|(_, spec)| *spec)
 }
+
+/// The spellings with their commands by their first byte, in either case: files have a hundred thousand lines.
+static BY_FIRST_LETTER: LazyLock<[Vec<(&str, &CommandSpec)>; 256]> = LazyLock::new(|| {
+    let all = || COMMANDS.iter().flat_map(|spec| spec.all_spellings().map(move |spelling| (spelling, spec)));
+    std::array::from_fn(|first| {
+        let begins = |spelling: &str| spelling.as_bytes()[..1].eq_ignore_ascii_case(&[first as u8]);
+        all().filter(|(spelling, _)| begins(spelling)).collect()
+    })
+});
 
 /// The command that these words call: a spelling and its arguments. `ao` with exactly two arguments, both of them numbers, is
 /// ambientOcclusion; with any others it is addObject, as it was before there was the other one.
@@ -1067,7 +1102,8 @@ mod tests {
     #[test]
     fn words_come_last_and_only_there() {
         for spec in COMMANDS {
-            let position = spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Words(_)));
+            let position =
+                spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Words(_) | ArgKind::Line));
             assert!(position.is_none_or(|p| p + 1 == spec.all_args().count()), "{}", spec.name);
         }
     }

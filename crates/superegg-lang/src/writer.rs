@@ -9,30 +9,39 @@ use superegg_scene::{
     Camera, Entity, Floor, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Sky,
 };
 
+use crate::animation::line_of;
 use crate::info::vector;
 use crate::number::format_number;
 use crate::session::Session;
 use crate::settings;
 
-/// The session as commands: the settings, then one block for each primitive and object, then the floor (which names a primitive) and what is selected. What has its default value is left
+/// The session as commands: the settings, then one block for each primitive and object, then the floor (which names a primitive), the keys, and what is selected. What has its default value is left
 /// out; numbers read back to the same bits. Loading the text gives the same session.
 ///
 /// A block stands after those of what its object holds, else in the order in which things were made. Where objects hold each other, one of them is
 /// named before its block.
 pub fn write_session(session: &Session) -> String {
-    let scene = session.scene();
+    write_scene(session.scene(), session.selected())
+}
+
+/// The same of a scene in which this is selected.
+pub fn write_scene(scene: &Scene, selected: Option<&str>) -> String {
     let mut text = String::from("# superegg scene\n");
     write_settings(&mut text, scene);
     let mut blocks = Blocks { scene, text, begun: HashSet::new(), named: HashSet::new(), last: None };
     for (name, _) in scene.entities() {
         blocks.write(name);
     }
-    let Blocks { mut text, last, .. } = blocks;
+    let Blocks { mut text, mut last, .. } = blocks;
     if let Some(floor) = &scene.floor {
         text.push('\n');
         write_floor(&mut text, floor);
     }
-    match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
+    if scene.tracks().len() > 0 {
+        text.push('\n');
+        last = write_keys(&mut text, scene, last);
+    }
+    match selected.and_then(|name| Some((name, scene.get(name)?))) {
         Some((name, _)) if last == Some(name) => {}
         Some((name, entity)) => line(&mut text, &format!("\n{}", select(name, entity))),
         None if last.is_none() => {}
@@ -183,6 +192,47 @@ fn write_floor(text: &mut String, floor: &Floor) {
             }
         }
     }
+}
+
+/// Writes the keys of each track after selecting what they are of, and puts the cursors back that are moved for it. Returns what is selected
+/// afterwards.
+fn write_keys<'a>(text: &mut String, scene: &'a Scene, mut selected: Option<&'a str>) -> Option<&'a str> {
+    // The cursors that are elsewhere now: object and alias.
+    let mut moved: Vec<(&str, &str)> = Vec::new();
+    let cursor_of = |object: &str| scene.object(object).ok()?.cursor().map(|(alias, _)| alias);
+    let mut choose = |text: &mut String, name: &'a str| {
+        if let Some(entity) = scene.get(name).filter(|_| selected != Some(name)) {
+            line(text, &select(name, entity));
+            selected = Some(name);
+        }
+        selected
+    };
+    for track in scene.tracks() {
+        let subject = track.subject();
+        if let Some(name) = subject.selected.as_deref() {
+            choose(text, name);
+            if let Some(alias) = subject.cursor.as_deref() {
+                let held = moved.iter().position(|(object, _)| *object == name);
+                if held.map_or(cursor_of(name), |at| Some(moved[at].1)) != Some(alias) {
+                    line(text, &format!("setCursor {alias}"));
+                    match held {
+                        Some(at) => moved[at].1 = alias,
+                        None => moved.push((name, alias)),
+                    }
+                }
+            }
+        }
+        for key in track.keys() {
+            line(text, &format!("key {} {}", format_number(key.frame), line_of(subject, &key.numbers)));
+        }
+    }
+    for (object, alias) in moved {
+        if let Some(own) = cursor_of(object).filter(|own| *own != alias) {
+            choose(text, object);
+            line(text, &format!("setCursor {own}"));
+        }
+    }
+    selected
 }
 
 fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use superegg_lang::{
     Arg, ArgKind, COMMANDS, CommandSpec, Effect, Needs, Of, Range, SETTINGS, Session, Settings, Timeline,
-    complete, format_number, highlight, hint, load_text, parse_line, write_session,
+    complete, format_number, highlight, hint, load_text, parse_line, scene_at, write_session,
 };
 
 fn config(cases: u32) -> ProptestConfig {
@@ -46,6 +46,7 @@ fn word(arg: &'static Arg) -> BoxedStrategy<String> {
         ArgKind::Name(Of::Setting) | ArgKind::Words(Of::Setting) => {
             prop::sample::select(SETTINGS.iter().map(|spec| spec.name.to_owned()).collect::<Vec<_>>()).boxed()
         }
+        ArgKind::Line => keyable_line().boxed(),
         ArgKind::Name(_) | ArgKind::File | ArgKind::Words(_) => {
             prop::sample::select(vec!["a", "b", "c", "2nd", "all", "größe", "a/b", "\"x\"", "prm"])
                 .prop_map(str::to_owned)
@@ -56,7 +57,16 @@ fn word(arg: &'static Arg) -> BoxedStrategy<String> {
 
 /// A line that the table allows, with any of its spellings and any number of its optional parts.
 fn line() -> impl Strategy<Value = String> {
-    prop::sample::select(COMMANDS.iter().collect::<Vec<&'static CommandSpec>>()).prop_flat_map(|spec| {
+    line_of(COMMANDS.iter().collect())
+}
+
+/// The same of the commands that there can be keys of, but for those of no numbers: faults of a line within a line are the line's.
+fn keyable_line() -> impl Strategy<Value = String> {
+    line_of(COMMANDS.iter().filter(|spec| spec.is_keyable()).collect())
+}
+
+fn line_of(specs: Vec<&'static CommandSpec>) -> impl Strategy<Value = String> {
+    prop::sample::select(specs).prop_flat_map(|spec| {
         let spellings: Vec<_> = spec.all_spellings().collect();
         let words: Vec<_> = spec.all_args().map(word).collect();
         let counts = if spec.counts().is_empty() { vec![0] } else { spec.counts() };
@@ -123,6 +133,43 @@ proptest! {
             let settled = write_session(&loaded);
             prop_assert_eq!(write_session(&load_text("again.scn", &settled).0), settled);
         }
+    }
+
+    /// With one key of a line the scene is, at any frame, what it is after that line.
+    #[test]
+    fn a_key_is_its_line_carried_out(
+        lines in lines(), keyed in keyable_line(), frame in number(Range::Any), at in number(Range::Any)
+    ) {
+        let mut timeline = run(&lines);
+        let _ = timeline.run_line("unkey all");
+        let mut direct = timeline.session().clone();
+        if timeline.run_line(&format!("key {} {keyed}", format_number(frame))).is_ok() {
+            prop_assert_eq!(timeline.session().scene().tracks().len(), 1);
+            let still = scene_at(timeline.session(), at);
+            match direct.run_line(&keyed) {
+                Ok(_) => prop_assert_eq!(still.as_ref(), Ok(direct.scene()), "{}", keyed),
+                Err(_) => prop_assert!(still.is_err(), "{keyed}"),
+            }
+        }
+    }
+
+    /// At any frame there is a scene without keys, or a fault that says what to do; a scene that was saved and loaded has the same.
+    #[test]
+    fn stills_are_saved(lines in lines(), keys in prop::collection::vec((number(Range::Any), keyable_line()), 1..20), frame in number(Range::Any)) {
+        let mut timeline = run(&lines);
+        for (frame, line) in keys {
+            let _ = timeline.run_line(&format!("key {} {line}", format_number(frame)));
+        }
+        let session = loaded_part(timeline.session());
+        let still = scene_at(&session, frame);
+        match &still {
+            Ok(still) => prop_assert_eq!(still.tracks().len(), 0),
+            Err(fault) => prop_assert!(fault.help.is_some() && fault.message.starts_with("at frame "), "{fault:?}"),
+        }
+        let (loaded, diagnostics) = load_text("saved.scn", &write_session(&session));
+        prop_assert!(diagnostics.is_empty(), "{diagnostics:?}");
+        prop_assert_eq!(&loaded_part(&loaded), &session);
+        prop_assert_eq!(scene_at(&loaded, frame), still);
     }
 
     /// Every line of the table's making parses; a fault at carrying it out changes nothing and says where.

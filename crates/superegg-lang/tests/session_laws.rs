@@ -43,6 +43,15 @@ fn line(random: &mut Random) -> String {
             ArgKind::Number(_) => *random.pick(&["0", "1", "2", ".5", "-1", "1e-9", "25"]),
             ArgKind::Choice(choices) => *random.pick(choices),
             ArgKind::Size => "8x6",
+            ArgKind::Line => *random.pick(&[
+                "rotate 0 0 1 90",
+                "color 1 0 0",
+                "light a 1 2 3",
+                "camera 1 2 3 0 0 0",
+                "floor 1 a",
+                "set exposure 2",
+                "xall 1e300 0 0",
+            ]),
             _ => *random.pick(&["a", "b", "c", "o", "p", "size", "on"]),
         };
         words.push(word.to_owned());

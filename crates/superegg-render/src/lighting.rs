@@ -133,7 +133,8 @@ fn add_seen(setting: Setting<'_>, asked: ShadowRays, end: f64, colors: &mut [DVe
 }
 
 /// Follows rays that something stops straight on through what lets light through: each surface takes its share and colours the rest, each inside
-/// takes what it absorbs. Light is not bent on this way, so glass throws a coloured shadow without a focus.
+/// takes what it absorbs. Each also mirrors its part away, which makes the rim of a glass ball's shadow dark; but light is not bent on this way, so there is
+/// no bright focus in it.
 pub(crate) fn add_dimmed(
     setting: Setting<'_>,
     mut rays: ShadowRays,
@@ -159,7 +160,8 @@ pub(crate) fn add_dimmed(
             let shares = shading::Shares::of(&surface.material, cos);
             let way = (surface.position - flight.ray.origin).length();
             let inside = if surface.leaving { (-surface.material.absorb * way).exp() } else { DVec3::ONE };
-            let color = color * shares.through * surface.material.color.map(f64::sqrt) * inside;
+            let clear = 1.0 - shading::reflectance(cos, surface.material.index);
+            let color = color * shares.through * clear * surface.material.color.map(f64::sqrt) * inside;
             if color.max_element() > setting.picture.least_weight {
                 // t = 1 stays the place of the light.
                 let rest =

@@ -191,37 +191,32 @@ impl<'a> Job<'a> {
         let picture = &self.settings.picture;
         let setting = Setting::new(self.scene, self.settings);
         let mut tracer = TileTracer::new(setting, &self.view, picture.samples);
-        let by_block = tile.pixels_by_block();
         let columns = tile.x.len();
         let row_place =
-            |&(x, y): &(u32, u32)| (y - tile.y.start) as usize * columns + (x - tile.x.start) as usize;
+            |(x, y): (u32, u32)| (y - tile.y.start) as usize * columns + (x - tile.x.start) as usize;
+        let by_block: Vec<(usize, (u32, u32))> =
+            tile.pixels_by_block().into_iter().map(|pixel| (row_place(pixel), pixel)).collect();
         let mut pixels = vec![Gathered::default(); by_block.len()];
+        let mut batch = Batch::default();
         let mut round = vec![self.stopping.first; pixels.len()];
         while let Some(&longest) = round.iter().max().filter(|longest| **longest > 0) {
             let begun: Vec<u32> = pixels.iter().map(Gathered::count).collect();
             // One sample of each pixel that goes on, then the next of each.
-            let samples = (0..longest).flat_map(|step| {
-                by_block.iter().filter_map({
-                    let (round, begun, row_place) = (&round, &begun, &row_place);
-                    move |pixel| {
-                        let place = row_place(pixel);
-                        (step < round[place]).then(|| (place, *pixel, begun[place] + step))
+            for step in 0..longest {
+                for &(place, pixel) in by_block.iter().filter(|(place, _)| step < round[*place]) {
+                    let index = begun[place] + step;
+                    let Place { film_px, is_negative } = self.placement.place(pixel, index);
+                    batch.samples.push(FilmSample { pixel, index, film_px });
+                    batch.of.push((place, is_negative));
+                    if batch.of.len() == by_block.len() {
+                        self.take(&mut batch, setting, &mut tracer, &mut pixels);
                     }
-                })
-            });
-            let mut samples = samples.peekable();
-            while samples.peek().is_some() {
+                }
                 if self.cancel.load(Ordering::Relaxed) {
                     return None;
                 }
-                let batch: Vec<(usize, FilmSample, bool)> =
-                    samples.by_ref().take(by_block.len()).map(|sample| self.placed(sample)).collect();
-                let film_samples: Vec<FilmSample> = batch.iter().map(|(_, sample, _)| *sample).collect();
-                let sightings = self.sightings(setting, &mut tracer, &film_samples);
-                for ((place, _, is_negative), seen) in batch.into_iter().zip(sightings) {
-                    pixels[place].add(&seen, is_negative);
-                }
             }
+            self.take(&mut batch, setting, &mut tracer, &mut pixels);
             round = self.stopping.next_round(columns, &pixels);
         }
         let is_transparent = picture.transparent;
@@ -229,10 +224,20 @@ impl<'a> Job<'a> {
         Some((pixels.iter().map(pixel).collect(), tracer.taken))
     }
 
-    /// A sample of a pixel on the film, with the pixel's place in its tile, and whether the filter is negative there.
-    fn placed(&self, (place, pixel, index): (usize, (u32, u32), u32)) -> (usize, FilmSample, bool) {
-        let Place { film_px, is_negative } = self.placement.place(pixel, index);
-        (place, FilmSample { pixel, index, film_px }, is_negative)
+    /// Traces samples, and adds what they see to their pixels.
+    fn take(
+        &self,
+        batch: &mut Batch,
+        setting: Setting<'a>,
+        tracer: &mut TileTracer<'a>,
+        pixels: &mut [Gathered],
+    ) {
+        let sightings = self.sightings(setting, tracer, &batch.samples);
+        for (&(place, is_negative), seen) in batch.of.iter().zip(&sightings) {
+            pixels[place].add(seen, is_negative);
+        }
+        batch.samples.clear();
+        batch.of.clear();
     }
 
     /// What samples see of what the picture shows.
@@ -276,6 +281,14 @@ impl<'a> Job<'a> {
         }
         sightings
     }
+}
+
+/// Samples that go through the scene together.
+#[derive(Default)]
+struct Batch {
+    samples: Vec<FilmSample>,
+    /// The place of each one's pixel in its tile, and whether the filter is negative there.
+    of: Vec<(usize, bool)>,
 }
 
 /// What surfaces show instead of light; black where there is none.

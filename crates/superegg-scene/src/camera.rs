@@ -1,6 +1,6 @@
 //! The scene's camera.
 
-use superegg_geom::glam::DVec3;
+use superegg_geom::glam::{DQuat, DVec3};
 use superegg_geom::unit_vector;
 
 /// A thin lens: what is in focus is sharp, the rest is spread over discs.
@@ -48,6 +48,18 @@ impl Camera {
         (right, right.cross(forward), forward)
     }
 
+    /// The camera gone round its target by an angle in degrees, right-handed about its up direction (about the one that takes its place, where
+    /// it looks along that). At 0 it is the camera itself.
+    #[must_use]
+    pub fn orbited(&self, angle_deg: f64) -> Self {
+        if angle_deg == 0.0 {
+            return *self;
+        }
+        let up = if self.looks_along_up() { self.frame().1 } else { unit(self.up) };
+        let turn = DQuat::from_axis_angle(up, angle_deg.to_radians());
+        Self { position: self.target + turn * (self.position - self.target), up, ..*self }
+    }
+
     /// Whether `up` lies along the line of sight, so that it says nothing.
     pub fn looks_along_up(&self) -> bool {
         unit(self.target - self.position).cross(unit(self.up)).length() <= 1e-9
@@ -79,6 +91,19 @@ mod tests {
     #[test]
     fn default_frame_is_the_axes() {
         assert_eq!(Camera::default().frame(), (DVec3::X, DVec3::Y, DVec3::NEG_Z));
+    }
+
+    #[test]
+    fn an_orbit_goes_round_the_target_with_the_same_distance() {
+        let camera = Camera { target: DVec3::X, up: DVec3::Y * 3.0, ..Camera::default() };
+        assert_eq!(camera.orbited(0.0), camera);
+        // From +z to +x, right-handed about y.
+        let quarter = camera.orbited(90.0);
+        let from = camera.position - camera.target;
+        assert!((quarter.position - camera.target - DVec3::Y.cross(from)).length() < 1e-12);
+        assert!((camera.orbited(360.0).position - camera.position).length() < 1e-12);
+        let down = Camera { position: DVec3::Y * 5.0, ..Camera::default() };
+        assert!((down.orbited(180.0).position + down.position).length() < 1e-12);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! exists, aliases are unique within an object, every list of transform steps is invertible. What rays hit is compiled from
 //! it elsewhere.
 
+mod animation;
 mod camera;
 mod light;
 mod object;
@@ -14,6 +15,7 @@ mod scene;
 mod surroundings;
 mod view_settings;
 
+pub use animation::{Key, Track, TrackSubject, TrackWord};
 pub use camera::{Camera, Lens};
 pub use light::{Light, LightKind};
 pub use object::{Child, Object};

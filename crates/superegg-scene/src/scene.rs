@@ -4,6 +4,7 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::{TransformError, TransformStep};
 use thiserror::Error;
 
+use crate::animation::{Track, TrackSubject, Tracks};
 use crate::camera::Camera;
 use crate::light::Light;
 use crate::object::{Child, Object};
@@ -73,6 +74,14 @@ pub enum SceneError {
     /// No light has this name.
     #[error("no light is named '{0}'")]
     UnknownLight(String),
+    /// The other keys of this track have so many numbers.
+    #[error("the other keys of {command} here have {count} numbers each")]
+    KeyNumbers {
+        /// The command.
+        command: String,
+        /// How many numbers they have.
+        count: usize,
+    },
     /// The transform is not usable.
     #[error(transparent)]
     Transform(#[from] TransformError),
@@ -97,6 +106,7 @@ pub struct Scene {
     pub depth: u32,
     /// How the picture is taken.
     pub picture: Picture,
+    tracks: Tracks,
 }
 
 impl PartialEq for Scene {
@@ -111,6 +121,7 @@ impl PartialEq for Scene {
             && self.ambient_occlusion == other.ambient_occlusion
             && self.depth == other.depth
             && self.picture == other.picture
+            && self.tracks == other.tracks
     }
 }
 
@@ -126,6 +137,7 @@ impl Default for Scene {
             ambient_occlusion: None,
             depth: DEFAULT_DEPTH,
             picture: Picture::default(),
+            tracks: Tracks::default(),
         }
     }
 }
@@ -276,12 +288,15 @@ impl Scene {
         Ok(())
     }
 
-    /// Takes the child of this alias out of the object. A cursor that stood on it goes to the last child.
+    /// Takes the child of this alias out of the object, and its keys away. A cursor that stood on it goes to the last child.
     ///
     /// # Errors
     /// An unknown object or alias.
     pub fn remove_child(&mut self, object: &str, alias: &str) -> Result<(), SceneError> {
         if self.object_mut(object)?.remove_child(alias) {
+            self.tracks.remove(None, |subject| {
+                subject.selected.as_deref() == Some(object) && subject.cursor.as_deref() == Some(alias)
+            });
             Ok(())
         } else {
             Err(SceneError::UnknownAlias { object: object.to_owned(), alias: alias.to_owned() })
@@ -296,7 +311,7 @@ impl Scene {
         self.objects().flat_map(uses_in).collect()
     }
 
-    /// Takes a primitive or object away, and every child that stands for it. Returns object and alias of those children.
+    /// Takes a primitive or object away, its keys, and every child that stands for it. Returns object and alias of those children.
     ///
     /// # Errors
     /// An unknown name.
@@ -309,19 +324,21 @@ impl Scene {
             self.remove_child(object, alias)?;
         }
         self.entities.remove(name);
+        self.tracks.remove(None, |subject| subject.is_about(name));
         if let Some(floor) = &mut self.floor {
             floor.surface.take_if(|surface| **surface == *name);
         }
         Ok(uses)
     }
 
-    /// Gives a primitive or object another name. The children that stand for it follow; their aliases stay.
+    /// Gives a primitive or object another name. The children that stand for it follow, and its keys; their aliases stay.
     ///
     /// # Errors
     /// An unknown name, or a new one that is taken.
     pub fn rename(&mut self, name: &str, new: &str) -> Result<(), SceneError> {
         self.check_pair(name, new)?;
         self.entities.rename(name, new);
+        self.tracks.rename(name, new);
         let objects: Vec<String> = self.objects().map(|(object, _)| object.to_owned()).collect();
         for object in objects {
             if self.object(&object)?.aliases_of(name).next().is_some() {
@@ -336,7 +353,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Adds a copy under a new name, at the end. Where an object holds itself, its copy holds itself too.
+    /// Adds a copy under a new name, at the end, without keys. Where an object holds itself, its copy holds itself too.
     ///
     /// # Errors
     /// An unknown name, or a new one that is taken.
@@ -392,11 +409,35 @@ impl Scene {
         self.lights.insert(name, light);
     }
 
-    /// Takes a light away.
+    /// Takes a light away, and its keys.
     ///
     /// # Errors
     /// No light has this name.
     pub fn remove_light(&mut self, name: &str) -> Result<(), SceneError> {
-        if self.lights.remove(name) { Ok(()) } else { Err(SceneError::UnknownLight(name.to_owned())) }
+        if !self.lights.remove(name) {
+            return Err(SceneError::UnknownLight(name.to_owned()));
+        }
+        self.tracks.remove(None, |subject| subject.names_light(name));
+        Ok(())
+    }
+
+    /// The tracks of keys, in the order in which they began. They change nothing here: what a scene is at a frame the
+    /// language knows, whose commands they are of.
+    pub fn tracks(&self) -> impl ExactSizeIterator<Item = &Track> {
+        self.tracks.iter()
+    }
+
+    /// Adds a key, or replaces the one at its frame. What the subject names is there; the numbers are as many as it has places for.
+    ///
+    /// # Errors
+    /// The other keys of the same subject have another count of numbers.
+    pub fn set_key(&mut self, subject: TrackSubject, frame: f64, numbers: &[f64]) -> Result<(), SceneError> {
+        let command = subject.command.to_string();
+        self.tracks.set(subject, frame, numbers).map_err(|count| SceneError::KeyNumbers { command, count })
+    }
+
+    /// Takes away the keys at a frame, or all of them, of the tracks that are meant. Returns how many there were.
+    pub fn remove_keys(&mut self, frame: Option<f64>, is_meant: impl Fn(&TrackSubject) -> bool) -> usize {
+        self.tracks.remove(frame, is_meant)
     }
 }

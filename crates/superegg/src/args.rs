@@ -29,6 +29,8 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Ray trace a scene into a PNG picture
     Render(RenderArgs),
+    /// Ray trace the frames of a film, from the keys of a scene or with the camera going round, and make the film
+    Animate(AnimateArgs),
     /// Put the shares of a picture together
     Merge(MergeArgs),
     /// Find where rays first cross a surface
@@ -159,6 +161,42 @@ impl DevelopArgs {
             ..picture
         }
     }
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct AnimateArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    /// Let the camera go round its target once in N frames; frame 0 is seen from where the scene has it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(FrameRange::MOST)))]
+    pub(crate) turntable: Option<u32>,
+    /// The frames to make, both included; from the first key to the last unless given
+    #[arg(long, value_name = "A..B")]
+    pub(crate) frames: Option<FrameRange>,
+    /// The folder of the frames, or a film in .mp4, .webm or .gif (by ffmpeg) with its frames in a folder beside it; the scene's name with
+    /// _frames in the current folder unless given
+    #[arg(short, long, value_name = "FOLDER|FILM")]
+    pub(crate) output: Option<PathBuf>,
+    /// Frames a second of the film
+    #[arg(long, value_name = "F", default_value = "24", value_parser = frames_a_second)]
+    pub(crate) fps: f64,
+    /// Width and height in pixels; what the scene sets, or 1280x960, unless given
+    #[arg(long, value_name = "WxH")]
+    pub(crate) size: Option<Size>,
+    /// Samples a pixel; what the scene sets, or 4, unless given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
+    pub(crate) samples: Option<u32>,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// How deep objects are opened, 0 to 64, instead of what the scene says
+    #[arg(long, value_name = "D", value_parser = depth)]
+    pub(crate) depth: Option<u32>,
+    /// Threads to use; one for each core unless given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Print nothing but errors and warnings
+    #[arg(long)]
+    pub(crate) quiet: bool,
 }
 
 /// What of a scene is meant.
@@ -392,6 +430,37 @@ impl FromStr for Size {
     }
 }
 
+/// Frames of a film, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FrameRange {
+    pub(crate) first: u32,
+    /// Not before the first.
+    pub(crate) last: u32,
+}
+
+impl FrameRange {
+    /// The last frame that there can be.
+    pub(crate) const MOST: u32 = 999_999;
+}
+
+impl FromStr for FrameRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |word: &str| {
+            let number = word.parse().ok().filter(|number| *number <= Self::MOST);
+            number.ok_or_else(|| format!("frames are A..B, such as 0..47, from 0 to {}", Self::MOST))
+        };
+        let (first, last) = text.split_once("..").unwrap_or((text, text));
+        let (first, last) = (number(first)?, number(last)?);
+        if first > last {
+            Err(format!("frame {first} does not come before frame {last}"))
+        } else {
+            Ok(Self { first, last })
+        }
+    }
+}
+
 /// What to say of a first word that is neither a command nor a file, nor an option.
 pub(crate) fn no_such_command(word: &str) -> Option<String> {
     let names: Vec<String> = Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
@@ -435,6 +504,10 @@ fn positive(text: &str) -> Result<f64, String> {
     number_in(text, Range::Positive)
 }
 
+fn frames_a_second(text: &str) -> Result<f64, String> {
+    number_in(text, Range::AboveTo(0.0, 1000.0))
+}
+
 fn not_negative(text: &str) -> Result<f64, String> {
     number_in(text, Range::NonNegative)
 }
@@ -451,6 +524,15 @@ mod tests {
     #[test]
     fn the_arguments_fit_together() {
         Args::command().debug_assert();
+    }
+
+    #[test]
+    fn ranges_of_frames() {
+        assert_eq!("0..47".parse(), Ok(FrameRange { first: 0, last: 47 }));
+        assert_eq!("7".parse(), Ok(FrameRange { first: 7, last: 7 }));
+        for bad in ["", "..", "1..", "5..4", "-1..4", "0..1000000", "1.5..2", "0..1..2", "a..b"] {
+            assert!(bad.parse::<FrameRange>().is_err(), "{bad}");
+        }
     }
 
     #[test]

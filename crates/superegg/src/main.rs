@@ -45,6 +45,7 @@ fn main() -> ExitCode {
     let Some(command) = args.command else { return finish(commands::model::run(args.scene.as_deref())) };
     finish(match command {
         Command::Render(args) => commands::render::run(&args),
+        Command::Animate(args) => commands::animate::run(&args),
         Command::Merge(args) => commands::merge::run(&args),
         Command::Intersect(args) => commands::intersect::run(&args),
         Command::Iotest(args) => commands::iotest::run(&args),

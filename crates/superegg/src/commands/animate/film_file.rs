@@ -1,0 +1,157 @@
+//! Frames into a film, by ffmpeg.
+
+use std::ffi::OsString;
+use std::io::ErrorKind;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail};
+
+use crate::commands::animate::frame_folder::FrameFolder;
+
+/// A format of films.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FilmFormat {
+    /// H.264, which everything plays.
+    Mp4,
+    /// VP9, which browsers play; keeps transparency.
+    WebM,
+    /// 256 colours, over and over.
+    Gif,
+}
+
+impl FilmFormat {
+    /// The endings of names that there are, as a person reads them.
+    pub(crate) const ENDINGS: &str = ".mp4, .webm or .gif";
+
+    /// The format of a file by its name's ending.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "mp4" => Some(Self::Mp4),
+            "webm" => Some(Self::WebM),
+            "gif" => Some(Self::Gif),
+            _ => None,
+        }
+    }
+
+    /// Makes the film of the frames, whole or not at all.
+    ///
+    /// # Errors
+    /// ffmpeg is not there, or refuses; the frames stay, and the error says how to go on.
+    pub(crate) fn make(
+        self,
+        path: &Path,
+        folder: &FrameFolder,
+        frames: impl ExactSizeIterator<Item = u32>,
+        fps: f64,
+        transparent: bool,
+    ) -> Result<()> {
+        // Beside the film, and of its ending, by which ffmpeg knows what to write.
+        let mut name = OsString::from(format!(".superegg-{}-", std::process::id()));
+        name.push(path.file_name().unwrap_or_default());
+        let unfinished = path.with_file_name(name);
+        let mut args = self.arguments(folder.path(), frames, fps, transparent);
+        let by_hand = shown(&args, path);
+        args.push(unfinished.clone().into_os_string());
+        let ran = Command::new("ffmpeg").args(&args).stdin(Stdio::null()).stdout(Stdio::null()).output();
+        let done = match ran {
+            Ok(output) if output.status.success() => std::fs::rename(&unfinished, path)
+                .with_context(|| format!("cannot write '{}'", path.display())),
+            Ok(output) => {
+                let told = String::from_utf8_lossy(&output.stderr);
+                let last = told.trim().lines().last().unwrap_or("it does not say why");
+                Err(anyhow::anyhow!(
+                    "ffmpeg cannot make '{}': {last}\nthe frames are in '{}'; by hand: {by_hand}",
+                    path.display(),
+                    folder.path().display()
+                ))
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound => bail!(
+                "ffmpeg, which makes films of frames, is not installed; the frames are in '{}'. With ffmpeg run the same command \
+                 again, or: {by_hand}",
+                folder.path().display()
+            ),
+            Err(error) => Err(error).context("cannot run ffmpeg"),
+        };
+        if done.is_err() {
+            let _ = std::fs::remove_file(&unfinished);
+        }
+        done
+    }
+
+    /// The words for ffmpeg, but for the film's name.
+    fn arguments(
+        self,
+        folder: &Path,
+        mut frames: impl ExactSizeIterator<Item = u32>,
+        fps: f64,
+        transparent: bool,
+    ) -> Vec<OsString> {
+        let count = frames.len();
+        let first = frames.next().unwrap_or(0);
+        // Sides of H.264 and VP9 are even; colours are those of high definition.
+        let plain = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv";
+        let colors = "-colorspace bt709 -color_primaries bt709 -color_trc bt709";
+        let codec = match self {
+            Self::Mp4 => {
+                format!("-vf {plain} {colors} -c:v libx264 -crf 16 -pix_fmt yuv420p -movflags +faststart")
+            }
+            Self::WebM => {
+                let pixels = if transparent { "yuva420p" } else { "yuv420p" };
+                format!("-vf {plain} {colors} -c:v libvpx-vp9 -crf 20 -b:v 0 -pix_fmt {pixels}")
+            }
+            Self::Gif => "-vf split[a][b];[a]palettegen[p];[b][p]paletteuse -loop 0".to_owned(),
+        };
+        let mut args: Vec<OsString> =
+            format!("-y -hide_banner -loglevel error -framerate {fps} -start_number {first} -i")
+                .split(' ')
+                .map(OsString::from)
+                .collect();
+        // A percent sign in a folder's name would be taken for a number's place.
+        let folder = folder.to_string_lossy().replace('%', "%%");
+        args.push(Path::new(&folder).join(FrameFolder::PATTERN).into_os_string());
+        args.extend(["-frames:v".into(), count.to_string().into()]);
+        args.extend(codec.split(' ').map(OsString::from));
+        args
+    }
+}
+
+/// A command as it is typed in a shell.
+fn shown(args: &[OsString], path: &Path) -> String {
+    let mut text = String::from("ffmpeg");
+    for word in args.iter().map(|word| word.to_string_lossy()).chain([path.to_string_lossy()]) {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./%:+=,".contains(c);
+        let quoted = format!("'{}'", word.replace('\'', "'\\''"));
+        text.push(' ');
+        text.push_str(if word.chars().all(is_plain) { &word } else { &quoted });
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_can_be_typed() {
+        let args = FilmFormat::Mp4.arguments(Path::new("my 100% film"), 3..8, 12.5, false);
+        let text = shown(&args, Path::new("it's.mp4"));
+        assert!(
+            text.starts_with("ffmpeg -y -hide_banner -loglevel error -framerate 12.5 -start_number 3 -i 'my 100%% film/frame_%04d.png' -frames:v 5 "),
+            "{text}"
+        );
+        assert!(text.ends_with(r"'it'\''s.mp4'"), "{text}");
+    }
+
+    #[test]
+    fn the_ending_says_the_format() {
+        for (name, format) in [
+            ("a.MP4", Some(FilmFormat::Mp4)),
+            ("b.webm", Some(FilmFormat::WebM)),
+            ("c.gif.png", None),
+            ("gif", None),
+        ] {
+            assert_eq!(FilmFormat::of(Path::new(name)), format, "{name}");
+        }
+    }
+}
