@@ -7,6 +7,7 @@
 //! the ray passes within 1e-5 of tangency.
 
 pub mod beam;
+mod descent;
 pub mod flight;
 mod kernel;
 mod log_norm;

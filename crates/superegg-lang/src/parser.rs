@@ -77,11 +77,11 @@ pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
 /// The words of a line as its command tells them apart.
 pub(crate) fn words_of_command(line: &str) -> Vec<Word<'_>> {
     let words = split_words(line, Quoting::Plain);
-    let takes_file = words
-        .first()
-        .and_then(|first| find_command(first.text))
-        .is_some_and(|spec| spec.all_args().any(|arg| arg.kind == ArgKind::File));
-    if takes_file && line.contains('"') { split_words(line, Quoting::Quoted) } else { words }
+    let takes_file = || {
+        let spec = words.first().and_then(|first| find_command(first.text));
+        spec.is_some_and(|spec| spec.all_args().any(|arg| arg.kind == ArgKind::File))
+    };
+    if line.contains('"') && takes_file() { split_words(line, Quoting::Quoted) } else { words }
 }
 
 /// Reads one line. `None` is a line without a command: blank, or a comment.

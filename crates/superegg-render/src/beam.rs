@@ -9,9 +9,10 @@ use std::sync::Arc;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
-    BeamBoxes, BeamShape, Kernels, PACKET, PacketHits, PacketOf, PacketVectors,
+    BeamBoxes, BeamShape, Bundles, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits, PacketOf,
+    PacketVectors, WideVectors,
 };
-use superegg_geom::lanes::settle::SettleBatch;
+use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
 
 use crate::bvh::Slot;
@@ -24,7 +25,7 @@ use crate::traverse::{Departure, Hit};
 /// Rays of a packet.
 pub(crate) const LANES: usize = PACKET;
 /// Rays of a beam at most: as many packets as a mask has bits.
-pub(crate) const MOST_RAYS: usize = 32 * PACKET;
+pub(crate) const MOST_RAYS: usize = MOST_PACKETS * PACKET;
 /// The rounding of a direction and a map in f32, as a part of the way, with room.
 const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 /// The least tolerance of N in f32.
@@ -43,6 +44,16 @@ pub(crate) struct Candidate {
     /// The path, as a node of the tile's paths.
     path: u32,
     pub(crate) kind: Kind,
+    /// How its crossings are settled together; `None` where each goes by itself.
+    lens: Option<Lens>,
+}
+
+/// A convex shape as f64 sees it from the beam's origin.
+#[derive(Clone, Copy, Debug)]
+struct Lens {
+    /// The beam's origin in unit space.
+    origin: DVec3,
+    powers: [f64; 2],
 }
 
 /// What a candidate is.
@@ -99,7 +110,7 @@ struct Frame {
     longest: f64,
     /// A direction in the middle, in the tree's space.
     middle: DVec3,
-    inverse: Vec<PacketVectors>,
+    bundles: Bundles,
 }
 
 /// Shadow rays of a tile, seen from the light.
@@ -118,37 +129,51 @@ pub(crate) struct Beam<'s> {
     kernels: Kernels,
     pub(crate) candidates: Vec<Candidate>,
     paths: Vec<PathNode>,
+    /// The rays' directions, and the same scaled, in f32.
+    wide: Vec<WideVectors>,
     directions: Vec<PacketVectors>,
+    /// Lanes that have a ray.
+    live: Vec<u32>,
     hits: Vec<PacketHits>,
+    /// By packets the largest t of the beam that still counts for some ray; negative where none asks.
+    ends: NumberOfPackets,
     /// Lanes, by packet, whose ray has to go the exact way.
     exact: Vec<u32>,
-    images: Vec<PacketVectors>,
-    spare: Vec<Vec<PacketVectors>>,
     batch: SettleBatch,
+    unsettled: Vec<Unsettled>,
+    /// The beam's origin, in the world.
+    origin: DVec3,
     /// The largest coordinates of directions.
     largest: DVec3,
     middle: DVec3,
     footprint: Footprint,
 }
 
-/// How the crossing of a ray is settled.
-enum Plan {
-    /// There is none.
-    Nothing,
-    /// The ray has to go the exact way.
-    Exact,
-    /// With others, at this place of the batch.
-    Settle { candidate: u32, place: usize },
-    /// By itself.
-    One { candidate: u32 },
+/// A crossing that is settled with others.
+#[derive(Clone, Copy, Debug)]
+struct Unsettled {
+    ray: u32,
+    candidate: u32,
+    /// Where it was found, and by how much that may be off.
+    t: f64,
+    error: f64,
 }
 
 /// What a beam is asked.
 enum Question<'a> {
     /// The closest crossing of each ray.
-    Closest { rays: &'a [Ray], bits: Vec<[u64; 3]> },
+    Closest { rays: &'a [Ray] },
     /// Whether there is one before the end.
-    Any { shadow: &'a Shadow<'a>, bits: Vec<[u64; 3]>, occluded: Vec<u32> },
+    Any { shadow: &'a Shadow<'a>, occluded: Vec<u32> },
+}
+
+impl Question<'_> {
+    fn ray(&self, i: usize) -> Option<&Ray> {
+        match self {
+            Self::Closest { rays } => rays.get(i),
+            Self::Any { shadow, .. } => shadow.rays.get(i)?.as_ref(),
+        }
+    }
 }
 
 impl<'s> Beam<'s> {
@@ -158,12 +183,15 @@ impl<'s> Beam<'s> {
             kernels: Kernels::default(),
             candidates: Vec::new(),
             paths: Vec::new(),
+            wide: Vec::new(),
             directions: Vec::new(),
+            live: Vec::new(),
             hits: Vec::new(),
+            ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
-            images: Vec::new(),
-            spare: Vec::new(),
             batch: SettleBatch::default(),
+            unsettled: Vec::new(),
+            origin: DVec3::ZERO,
             largest: DVec3::ZERO,
             middle: DVec3::ZERO,
             footprint: Footprint::NONE,
@@ -202,50 +230,45 @@ impl<'s> Beam<'s> {
             }
             return;
         };
+        found.resize(rays.len(), None);
         let mut batch = std::mem::take(&mut self.batch);
+        let mut unsettled = std::mem::take(&mut self.unsettled);
         batch.clear();
-        let plans: Vec<Plan> = (0..rays.len()).map(|i| self.plan(i, &rays[i], scale, &mut batch)).collect();
-        batch.run();
-        for (plan, ray) in plans.into_iter().zip(rays) {
-            let settled = match plan {
-                Plan::Nothing => {
-                    found.push(None);
-                    continue;
+        unsettled.clear();
+        for packet in 0..self.hits.len() {
+            let hits = self.hits[packet];
+            let first = packet * PACKET;
+            for lane in 0..PACKET.min(rays.len() - first) {
+                let (ray, candidate) = (first + lane, hits.id.0[lane]);
+                if self.exact[packet] >> lane & 1 == 1 || hits.doubt.0[lane] > 0.0 {
+                    found[ray] = self.exact_hit(&rays[ray], footprint);
+                } else if candidate != u32::MAX {
+                    let Candidate { unit_from_world, lens, .. } = &self.candidates[candidate as usize];
+                    let Some(Lens { origin, powers }) = *lens else {
+                        let settled = self.settle(&rays[ray], candidate);
+                        found[ray] = settled.or_else(|| self.exact_hit(&rays[ray], footprint));
+                        continue;
+                    };
+                    let (t, error) =
+                        (f64::from(hits.t.0[lane]) * scale, f64::from(hits.error.0[lane]) * scale);
+                    let direction = unit_from_world.matrix3 * rays[ray].direction;
+                    batch.push(&SettleRay { origin, direction, t, powers });
+                    unsettled.push(Unsettled { ray: ray as u32, candidate, t, error });
                 }
-                Plan::Exact => None,
-                Plan::Settle { candidate, place } => batch.get(place).map(|(hit, gradient)| BeamHit {
-                    t: hit.t,
-                    candidate,
-                    unit_point: hit.point,
-                    gradient,
-                    leaving: hit.leaving,
-                }),
-                Plan::One { candidate } => self.settle(ray, candidate),
+            }
+        }
+        batch.run();
+        for (place, &Unsettled { ray, candidate, t, error }) in unsettled.iter().enumerate() {
+            // Where it is farther off than was said another shape may be first.
+            let settled = batch.get(place).filter(|(hit, _)| (hit.t - t).abs() <= error);
+            found[ray as usize] = match settled {
+                Some((hit, gradient)) => {
+                    Some(BeamHit { t: hit.t, candidate, unit_point: hit.point, gradient, leaving: false })
+                }
+                None => self.exact_hit(&rays[ray as usize], footprint),
             };
-            found.push(settled.or_else(|| self.exact_hit(ray, footprint)));
         }
-        self.batch = batch;
-    }
-
-    /// What is to be done to settle a ray.
-    fn plan(&self, i: usize, ray: &Ray, scale: f64, batch: &mut SettleBatch) -> Plan {
-        let (packet, lane) = (i / PACKET, i % PACKET);
-        let hits = &self.hits[packet];
-        if self.exact[packet] >> lane & 1 == 1 || hits.doubt.0[lane] > 0.0 {
-            return Plan::Exact;
-        }
-        let candidate = hits.id.0[lane];
-        if candidate == u32::MAX {
-            return Plan::Nothing;
-        }
-        let shape = self.shape_of(candidate);
-        let local = ray.through(&self.candidates[candidate as usize].unit_from_world);
-        let distance = local.origin.abs().max_element();
-        if !shape.is_convex() || distance <= 1.0 || distance > MOST_DISTANCE {
-            return Plan::One { candidate };
-        }
-        let place = batch.push(&shape, &local, f64::from(hits.t.0[lane]) * scale);
-        Plan::Settle { candidate, place }
+        (self.batch, self.unsettled) = (batch, unsettled);
     }
 
     /// How many rays meet something, as far as the lanes can tell.
@@ -260,9 +283,7 @@ impl<'s> Beam<'s> {
         let first = rays.first()?;
         let scale = self.take_directions(rays.iter().map(|ray| Some(ray.direction)), f32::INFINITY)?;
         self.footprint = Footprint { spread: footprint.spread * scale, ..footprint };
-        let bits =
-            if footprint == Footprint::NONE { Vec::new() } else { rays.iter().map(ray_bits).collect() };
-        self.traverse(first.origin, scale, &mut Question::Closest { rays, bits });
+        self.traverse(first.origin, scale, &mut Question::Closest { rays });
         Some(scale)
     }
 
@@ -280,18 +301,14 @@ impl<'s> Beam<'s> {
             return self.occluded_exactly(shadow, |_, _| true, none);
         };
         self.footprint = footprint_of_light;
-        for hits in &mut self.hits {
+        let end = (1.0 / scale) as f32;
+        for (hits, packet_end) in self.hits.iter_mut().zip(&mut self.ends.0) {
             for t in &mut hits.t.0 {
-                *t = if *t > 0.0 { (1.0 / scale) as f32 } else { -1.0 };
+                *t = if *t > 0.0 { end } else { -1.0 };
             }
+            *packet_end = hits.end();
         }
-        let has_width = shadow.widths.iter().any(|&width| width > 0.0);
-        let bits = if has_width {
-            shadow.rays.iter().map(|ray| ray.as_ref().map_or([0; 3], ray_bits)).collect()
-        } else {
-            Vec::new()
-        };
-        let mut question = Question::Any { shadow, bits, occluded: none };
+        let mut question = Question::Any { shadow, occluded: none };
         self.traverse(light, scale, &mut question);
         let Question::Any { occluded, .. } = question else { return Vec::new() };
         let exact = std::mem::take(&mut self.exact);
@@ -327,44 +344,52 @@ impl<'s> Beam<'s> {
     /// Takes directions into packets, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them.
     fn take_directions(
         &mut self,
-        directions: impl Iterator<Item = Option<DVec3>> + Clone,
+        directions: impl ExactSizeIterator<Item = Option<DVec3>>,
         t_max: f32,
     ) -> Option<f64> {
-        self.largest = directions.clone().flatten().fold(DVec3::ZERO, |largest, d| largest.max(d.abs()));
-        let (_, scale) = scale_to_unit(self.largest)?;
-        self.largest *= scale;
-        self.directions.clear();
+        let packets = directions.len().div_ceil(PACKET);
+        self.wide.clear();
+        self.wide.resize(packets, [PacketOf::splat(0.0); 3]);
+        for (i, direction) in directions.enumerate() {
+            let Some(direction) = direction else { continue };
+            let columns = &mut self.wide[i / PACKET];
+            columns[0].0[i % PACKET] = direction.x;
+            columns[1].0[i % PACKET] = direction.y;
+            columns[2].0[i % PACKET] = direction.z;
+        }
+        let largest = DVec3::from_array(self.kernels.largest(&self.wide));
+        let (_, scale) = scale_to_unit(largest)?;
+        self.largest = largest * scale;
+        self.directions.resize(packets, [PacketOf::splat(0.0); 3]);
+        self.live.resize(packets, 0);
+        self.kernels.narrow(&self.wide, scale, &mut self.directions, &mut self.live);
         self.hits.clear();
         self.exact.clear();
-        let mut sum = DVec3::ZERO;
-        for (i, direction) in directions.enumerate() {
-            let lane = i % PACKET;
-            if lane == 0 {
-                self.directions.push([PacketOf::splat(0.0); 3]);
-                self.hits.push(PacketHits::up_to(-1.0));
-                self.exact.push(0);
+        self.exact.resize(packets, 0);
+        self.ends = NumberOfPackets::splat(-1.0);
+        let mut middle = DVec3::ZERO;
+        for (packet, &live) in self.live.iter().enumerate() {
+            let mut hits = PacketHits::up_to(t_max);
+            if live != 0 {
+                self.ends.0[packet] = t_max;
+                middle += DVec3::from_array(
+                    self.directions[packet].each_ref().map(|column| f64::from(column.0[0])),
+                );
             }
-            let Some(direction) = direction else { continue };
-            if !direction.is_finite() || direction == DVec3::ZERO {
-                continue;
+            for lane in lanes(!live & ((1 << PACKET) - 1)) {
+                hits.t.0[lane] = -1.0;
             }
-            let scaled = direction * scale;
-            sum += scaled;
-            let (packet, hits) = (self.directions.last_mut()?, self.hits.last_mut()?);
-            for axis in 0..3 {
-                packet[axis].0[lane] = scaled[axis] as f32;
-            }
-            hits.t.0[lane] = t_max;
+            self.hits.push(hits);
         }
-        self.middle = sum.normalize_or_zero();
+        self.middle = middle.normalize_or_zero();
         Some(scale)
     }
 
     fn traverse(&mut self, origin: DVec3, scale: f64, question: &mut Question<'_>) {
         let Some(root) = self.scene.root.clone() else { return };
-        let packets = self.directions.len() as u32;
-        let mask = if packets == 32 { u32::MAX } else { (1 << packets) - 1 };
-        if origin.is_finite() {
+        self.origin = origin;
+        let mask = self.still_asking(u32::MAX);
+        if origin.is_finite() && mask != 0 {
             self.visit_group(root, NO_NODE, DAffine3::IDENTITY, origin, 1.0, scale, mask, question);
         }
     }
@@ -377,6 +402,7 @@ impl<'s> Beam<'s> {
         group_from_world: DAffine3,
         origin: DVec3,
         stretch: f64,
+        mask: u32,
     ) -> Option<Frame> {
         let tree_from_world = group.space.tree_from_group() * group_from_world;
         let group_origin = group_from_world.transform_point3(origin);
@@ -385,20 +411,8 @@ impl<'s> Beam<'s> {
         if !tree_origin.is_finite() || tree_origin.abs().max_element() > 1e15 {
             return None;
         }
-        let mut inverse = self.spare.pop().unwrap_or_default();
-        let zero = [PacketOf::splat(0.0); 3];
-        inverse.resize(self.directions.len(), zero);
-        self.images.resize(self.directions.len(), zero);
-        self.kernels.transform(&columns, &self.directions, &mut self.images, &mut inverse);
-        let (mut shortest, mut longest) = (f32::INFINITY, 0f32);
-        for (image, hits) in self.images.iter().zip(&self.hits) {
-            for lane in 0..PACKET {
-                let [x, y, z] = [image[0].0[lane], image[1].0[lane], image[2].0[lane]];
-                let squared = x * x + y * y + z * z;
-                shortest = if hits.t.0[lane] > 0.0 { shortest.min(squared) } else { shortest };
-                longest = longest.max(squared);
-            }
-        }
+        let bundles = self.kernels.bundles(&columns, &self.directions, mask);
+        let [shortest, longest] = bundles.squares;
         let distance = tree_origin.length() + 2.0;
         let passed = distance / f64::from(shortest.sqrt()) * map_scale;
         let reach = |row: DVec3| row.abs().dot(self.largest);
@@ -417,7 +431,7 @@ impl<'s> Beam<'s> {
             passed,
             longest: f64::from(longest.sqrt()) / map_scale,
             middle: tree_from_world.matrix3 * self.middle,
-            inverse,
+            bundles,
             path,
             group_from_world,
             group,
@@ -436,7 +450,7 @@ impl<'s> Beam<'s> {
         mask: u32,
         question: &mut Question<'_>,
     ) {
-        let Some(frame) = self.open(group, path, group_from_world, origin, stretch) else {
+        let Some(frame) = self.open(group, path, group_from_world, origin, stretch, mask) else {
             self.leave_to_f64(mask);
             return;
         };
@@ -444,7 +458,7 @@ impl<'s> Beam<'s> {
         let middle = frame.middle.as_vec3().to_array();
         let mut pending: Vec<(Slot, u32, f32)> = vec![(Slot::Node(0), mask, 0.0)];
         while let Some((slot, mask, _)) = pending.pop() {
-            let mask = self.still_asking(mask, question);
+            let mask = self.still_asking(mask);
             if mask == 0 {
                 continue;
             }
@@ -458,7 +472,7 @@ impl<'s> Beam<'s> {
                         pad: frame.pad,
                         t_scale: frame.t_scale,
                     };
-                    let met = self.kernels.boxes(&boxes, &frame.inverse, &self.hits, mask);
+                    let met = self.kernels.boxes(&boxes, &frame.bundles, &self.ends, mask);
                     let first = pending.len();
                     for (place, slot) in node.slots().enumerate() {
                         if met[place] != 0 {
@@ -497,15 +511,11 @@ impl<'s> Beam<'s> {
                 }
             }
         }
-        self.spare.push(frame.inverse);
     }
 
     /// The packets in which some ray still asks.
-    fn still_asking(&self, mask: u32, question: &Question<'_>) -> u32 {
-        let Question::Any { .. } = question else { return mask };
-        packets(mask)
-            .filter(|&packet| self.hits[packet].t.0.iter().any(|&t| t > 0.0))
-            .fold(0, |mask, packet| mask | 1 << packet)
+    fn still_asking(&self, mask: u32) -> u32 {
+        packets(mask).filter(|&packet| self.ends.0[packet] > 0.0).fold(0, |mask, packet| mask | 1 << packet)
     }
 
     /// Leaves all rays of a mask to the exact way.
@@ -589,16 +599,13 @@ impl<'s> Beam<'s> {
         let path = self.push_path(frame.path, target.place);
         let path = self.instance_path(path);
         // Only rays that draw the lot meet it; the others are put out of the way meanwhile.
-        let bits = match question {
-            Question::Closest { bits, .. } | Question::Any { bits, .. } => std::mem::take(bits),
-        };
         let before: Vec<(usize, PacketHits)> =
             packets(mask).map(|packet| (packet, self.hits[packet])).collect();
         for (packet, hits) in &before {
             for lane in 0..PACKET {
-                let draws = bits.get(packet * PACKET + lane);
-                let meets = draws.is_some_and(|bits| chance(*bits, path.places()) < stand_in.opacity);
-                if !meets || hits.t.0[lane] <= 0.0 {
+                let draws = |ray: &Ray| chance(ray_bits(ray), path.places()) < stand_in.opacity;
+                let asks = hits.t.0[lane] > 0.0;
+                if !(asks && question.ray(packet * PACKET + lane).is_some_and(draws)) {
                     self.hits[*packet].t.0[lane] = -1.0;
                 }
             }
@@ -614,9 +621,7 @@ impl<'s> Beam<'s> {
                     self.hits[packet].t.0[lane] = hits.t.0[lane];
                 }
             }
-        }
-        match question {
-            Question::Closest { bits: place, .. } | Question::Any { bits: place, .. } => *place = bits,
+            self.ends.0[packet] = self.hits[packet].end();
         }
     }
 
@@ -633,7 +638,7 @@ impl<'s> Beam<'s> {
         }
         let shape = self.beam_shape(frame, target);
         match question {
-            Question::Closest { rays, .. } => match shape {
+            Question::Closest { rays } => match shape {
                 Some(shape) if target.shape.is_convex() => self.meet(frame, target, &shape, mask),
                 shape => self.meet_exactly(frame, target, shape.as_ref(), rays, scale, mask),
             },
@@ -664,13 +669,18 @@ impl<'s> Beam<'s> {
 
     fn push_candidate(&mut self, frame: &Frame, target: &LeafTarget) -> u32 {
         let path = self.push_path(frame.path, target.place);
-        self.candidates.push(Candidate { unit_from_world: target.unit_from_world, path, kind: target.kind });
+        let LeafTarget { unit_from_world, shape, kind, .. } = *target;
+        let origin = unit_from_world.transform_point3(self.origin);
+        let distance = origin.abs().max_element();
+        let is_settled_with_others = shape.is_convex() && distance > 1.0 && distance <= MOST_DISTANCE;
+        let lens = is_settled_with_others.then(|| Lens { origin, powers: settle_powers(&shape) });
+        self.candidates.push(Candidate { unit_from_world, path, kind, lens });
         self.candidates.len() as u32 - 1
     }
 
     fn meet(&mut self, frame: &Frame, target: &LeafTarget, shape: &BeamShape, mask: u32) {
         let id = self.candidates.len() as u32;
-        if self.kernels.meet(shape, &self.directions, &mut self.hits, mask, id) != 0 {
+        if self.kernels.meet(shape, &self.directions, &mut self.hits, &mut self.ends, mask, id) != 0 {
             self.push_candidate(frame, target);
         }
     }
@@ -688,14 +698,14 @@ impl<'s> Beam<'s> {
         let id = self.candidates.len() as u32;
         let mut is_best = false;
         for packet in packets(mask) {
-            let mut near = self.hits.clone();
+            let mut near = self.hits[packet];
             if let Some(shape) = around {
-                self.kernels.meet(shape, &self.directions, &mut near, 1 << packet, id);
+                let (directions, near) = (&self.directions[packet..=packet], std::slice::from_mut(&mut near));
+                self.kernels.meet(shape, directions, near, &mut NumberOfPackets::splat(0.0), 1, id);
             }
             for lane in 0..PACKET {
                 let Some(ray) = rays.get(packet * PACKET + lane) else { continue };
-                let may_meet =
-                    around.is_none() || near[packet].id.0[lane] == id || near[packet].doubt.0[lane] > 0.0;
+                let may_meet = around.is_none() || near.id.0[lane] == id || near.doubt.0[lane] > 0.0;
                 if !may_meet || self.hits[packet].t.0[lane] <= 0.0 {
                     continue;
                 }
@@ -706,6 +716,7 @@ impl<'s> Beam<'s> {
                     is_best |= self.hits[packet].id.0[lane] == id;
                 }
             }
+            self.ends.0[packet] = self.hits[packet].end();
         }
         if is_best {
             self.push_candidate(frame, target);
@@ -724,23 +735,15 @@ impl<'s> Beam<'s> {
         let above_key = if frame.path == NO_NODE { 0x9e37_79b9 } else { self.paths[frame.path as usize].key };
         let key = path_key(above_key, target.place);
         for packet in packets(mask) {
-            let mut ask = 0u32;
-            let mut hit = 0u32;
-            match shape {
+            let (hit, ask) = match shape {
                 Some(shape) => {
                     let answer = self.kernels.occlude(shape, &self.directions[packet], &self.hits[packet].t);
-                    for lane in 0..PACKET {
-                        hit |= u32::from(answer.hit.0[lane] > 0.0) << lane;
-                        ask |= u32::from(answer.doubt.0[lane] > 0.0) << lane;
-                    }
-                    if !target.shape.is_convex() {
-                        // The lanes know only the convex shape around it.
-                        ask |= hit;
-                        hit = 0;
-                    }
+                    // Of one that is not convex the lanes know only the convex shape around it.
+                    let ask = if target.shape.is_convex() { answer.doubt } else { answer.hit | answer.doubt };
+                    (answer.hit, ask)
                 }
-                None => ask = (1 << PACKET) - 1,
-            }
+                None => (0, (1 << PACKET) - 1),
+            };
             for lane in lanes(hit | ask) {
                 let i = packet * PACKET + lane;
                 let Some(Some(ray)) = shadow.rays.get(i) else { continue };
@@ -767,6 +770,7 @@ impl<'s> Beam<'s> {
                     self.hits[packet].t.0[lane] = -1.0;
                 }
             }
+            self.ends.0[packet] = self.hits[packet].end();
         }
     }
 
@@ -800,7 +804,7 @@ impl<'s> Beam<'s> {
             Kind::StandIn => StandIn::unit_shape(),
         };
         let path = hit.path.places().iter().fold(NO_NODE, |above, &place| self.push_path(above, place));
-        self.candidates.push(Candidate { unit_from_world, path, kind });
+        self.candidates.push(Candidate { unit_from_world, path, kind, lens: None });
         BeamHit {
             t: hit.t,
             candidate: self.candidates.len() as u32 - 1,

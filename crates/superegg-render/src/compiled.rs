@@ -236,6 +236,13 @@ impl CompiledScene {
         name
     }
 
+    /// Whether the surface at the end of a path lets light through.
+    pub fn lets_light_through(&self, path: &InstancePath) -> bool {
+        let PathEnd::Leaf(_, leaf) = self.groups_along(path).1 else { return false };
+        let material = self.primitives[leaf.primitive as usize].material;
+        self.materials[material as usize].refracted.is_some_and(|share| share > 0.0)
+    }
+
     /// The places of a path's children among the children of their objects: of two paths the one with the smaller list comes first.
     pub(crate) fn rank(&self, path: &InstancePath) -> Vec<u32> {
         let mut ranks = Vec::with_capacity(path.places().len());

@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 use superegg_geom::glam::DVec3;
 use superegg_geom::lanes::beam::PACKET;
 use superegg_geom::lanes::flight::{FlightAnswers, FlightLanes};
-use superegg_geom::lanes::settle::SettleBatch;
+use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Ray, RayStart, Superquadric, scale_to_unit};
 
 use crate::bvh::{Node, PackedSlot, Slot, WIDTH};
@@ -329,7 +329,8 @@ impl<'s> Flight<'s> {
         }
         let Some(best) = done.best.take() else { return };
         if let Some((shape, local)) = best.open {
-            self.batch.push(&shape, &local, done.t_max);
+            let Ray { origin, direction, .. } = local;
+            self.batch.push(&SettleRay { origin, direction, t: done.t_max, powers: settle_powers(&shape) });
             self.unsettled.push((done.index, done.scale));
         }
         let Best { path, primitive, unit_point, leaving, .. } = best;

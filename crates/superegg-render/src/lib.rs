@@ -5,11 +5,15 @@
 //! and [`CompiledScene::query_point`] ask it; [`render`] draws it into a [`Film`]. [`flatten`] is the slow trusted twin
 //! for shallow scenes.
 
+mod adaptive;
 mod beam;
 mod bvh;
 mod compile;
 mod compiled;
+mod develop;
+mod exr_file;
 mod film;
+mod filter;
 pub mod flatten;
 mod flight;
 mod footprint;
@@ -20,14 +24,18 @@ mod interaction;
 mod lighting;
 pub mod measure;
 mod medium;
+mod partial;
 mod path;
 mod pattern;
+mod placement;
 mod point;
 mod point_query;
 mod render;
 mod sampler;
 mod sequence;
 mod shading;
+mod share;
+mod shows;
 mod stand_in;
 mod support;
 mod tile;
@@ -36,14 +44,19 @@ mod traverse;
 mod view;
 
 pub use compiled::{CompiledScene, Swelling};
-pub use film::{Film, ImageError, Pixel};
+pub use develop::{Development, ImageError};
+pub use exr_file::{ExrError, exr_file};
+pub use film::{Film, Pixel};
 pub use flight::FlightRay;
 pub use footprint::{Footprint, LEAST_FOOTPRINT};
 pub use integrator::RayCounts;
 pub use interaction::SurfaceInteraction;
+pub use partial::{Difference, Part, PartError, PartHeader};
 pub use path::InstancePath;
 pub use point_query::PointAnswer;
 pub use render::{RenderBudget, RenderSettings, Rendered, Surroundings, TileWork, render, render_tiles};
+pub use share::Share;
+pub use shows::Shows;
 pub use tiling::{Tile, tiles};
 pub use traverse::{Departure, Hit, Side};
 pub use view::View;

@@ -2,7 +2,7 @@
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
-use superegg_scene::Light;
+use superegg_scene::{AmbientOcclusion, Light};
 
 use crate::flight::FlightRay;
 use crate::footprint::Footprint;
@@ -133,7 +133,8 @@ fn add_seen(setting: Setting<'_>, asked: ShadowRays, end: f64, colors: &mut [DVe
 }
 
 /// Follows rays that something stops straight on through what lets light through: each surface takes its share and colours the rest, each inside
-/// takes what it absorbs. Light is not bent on this way, so glass throws a coloured shadow without a focus.
+/// takes what it absorbs. Each also mirrors its part away, which makes the rim of a glass ball's shadow dark; but light is not bent on this way, so there is
+/// no bright focus in it.
 pub(crate) fn add_dimmed(
     setting: Setting<'_>,
     mut rays: ShadowRays,
@@ -159,7 +160,8 @@ pub(crate) fn add_dimmed(
             let shares = shading::Shares::of(&surface.material, cos);
             let way = (surface.position - flight.ray.origin).length();
             let inside = if surface.leaving { (-surface.material.absorb * way).exp() } else { DVec3::ONE };
-            let color = color * shares.through * surface.material.color.map(f64::sqrt) * inside;
+            let clear = 1.0 - shading::reflectance(cos, surface.material.index);
+            let color = color * shares.through * clear * surface.material.color.map(f64::sqrt) * inside;
             if color.max_element() > setting.picture.least_weight {
                 // t = 1 stays the place of the light.
                 let rest =
@@ -214,6 +216,35 @@ fn add_ambient(
     for ((pixel, light), _) in asked.adds.into_iter().zip(stopped).filter(|(_, stopped)| !stopped) {
         colors[pixel] += light;
     }
+}
+
+/// Of rays from each point to all sides of its surface the share that gets as far as it should.
+pub(crate) fn open_shares(
+    setting: Setting<'_>,
+    occlusion: AmbientOcclusion,
+    points: &[SurfacePoint<'_>],
+    taken: &mut Taken,
+) -> Vec<f64> {
+    let count = occlusion.samples.max(1);
+    let mut shares = vec![0.0; points.len()];
+    let (mut asked, mut of) = (Vec::new(), Vec::new());
+    for (i, point) in points.iter().enumerate() {
+        let key = point.arrival.key.branch(AMBIENT);
+        for place in 0..count {
+            let direction = cosine_direction(key.point(place, count), point.facing_normal());
+            let ray = toward(point, occlusion.distance * direction);
+            if setting.share_past_ground(&ray.ray, point.is_on_floor(), 1.0) > 0.0 {
+                asked.push(ray);
+                of.push(i);
+            }
+        }
+    }
+    taken.rays.ambient += asked.len() as u64;
+    let stopped = setting.scene.occluded_many(&asked, 1.0);
+    for (i, _) in of.into_iter().zip(stopped).filter(|(_, stopped)| !stopped) {
+        shares[i] += 1.0 / f64::from(count);
+    }
+    shares
 }
 
 /// A ray from a point to a light.

@@ -4,15 +4,19 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
-use superegg_geom::glam::{DVec2, DVec3};
+use superegg_geom::glam::DVec3;
 use superegg_scene::{AmbientOcclusion, Camera, Floor, Light, Material, Picture, Scene, Sky};
 
+use crate::adaptive::Stopping;
 use crate::compiled::CompiledScene;
+use crate::develop::Development;
 use crate::film::{Film, Pixel};
 use crate::gather::Gathered;
 use crate::integrator::{RayCounts, Setting, Taken};
-use crate::sampler::Sampler;
-use crate::tile::{FilmSample, TileTracer};
+use crate::lighting;
+use crate::placement::{Place, Placement};
+use crate::shows::{Shows, color_of_id};
+use crate::tile::{FilmSample, FirstSurface, Sighting, TileTracer};
 use crate::tiling::{Tile, tiles};
 use crate::view::View;
 
@@ -25,6 +29,8 @@ pub struct RenderSettings {
     pub camera: Camera,
     /// What is around the objects.
     pub surroundings: Surroundings,
+    /// What the picture shows.
+    pub shows: Shows,
 }
 
 /// What is around the objects of a scene.
@@ -43,6 +49,14 @@ pub struct Surroundings {
 }
 
 impl RenderSettings {
+    /// How the film becomes a picture, once it has the colours that are looked at ([`Shows::colored`]).
+    pub fn development(&self) -> Development {
+        match self.shows {
+            Shows::Light => Development::of(&self.picture),
+            _ => Development::undeveloped(&self.picture),
+        }
+    }
+
     /// The picture that a scene describes.
     pub fn of(scene: &Scene) -> Self {
         Self {
@@ -55,6 +69,7 @@ impl RenderSettings {
                 floor: scene.floor.clone().map(|floor| (floor, scene.floor_material())),
                 ambient_occlusion: scene.ambient_occlusion,
             },
+            shows: Shows::Light,
         }
     }
 }
@@ -116,7 +131,8 @@ pub fn render_tiles(
 ) -> Result<Rendered, rayon::ThreadPoolBuildError> {
     let Picture { width, height, .. } = settings.picture;
     let threads = rayon::ThreadPoolBuilder::new().num_threads(budget.threads).build()?;
-    let job = Job { scene, settings, view: View::new(&settings.camera, width, height) };
+    let settings = &settings.shows.stripped(settings);
+    let job = Job::new(scene, settings, budget.cancel);
     let done = AtomicU64::new(0);
     let rendered = Rendered { film: Film::new(width, height), rays: RayCounts::default(), stand_ins: 0 };
     let rendered = Mutex::new(rendered);
@@ -127,7 +143,7 @@ pub fn render_tiles(
             if budget.cancel.load(Ordering::Relaxed) {
                 return;
             }
-            let (pixels, taken) = job.render_tile(&tile);
+            let Some((pixels, taken)) = job.render_tile(&tile) else { return };
             let count = pixels.len() as u64;
             {
                 let mut rendered = rendered.lock().unwrap_or_else(PoisonError::into_inner);
@@ -142,36 +158,129 @@ pub fn render_tiles(
     Ok(rendered.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
+/// One picture in the making.
 struct Job<'a> {
     scene: &'a CompiledScene,
     settings: &'a RenderSettings,
     view: View,
+    placement: Placement,
+    stopping: Stopping,
+    /// The rays of a picture of ambient occlusion alone.
+    occlusion: AmbientOcclusion,
+    cancel: &'a AtomicBool,
 }
 
-impl Job<'_> {
-    /// The pixels of a tile, row by row.
-    fn render_tile(&self, tile: &Tile) -> (Vec<Pixel>, Taken) {
+impl<'a> Job<'a> {
+    fn new(scene: &'a CompiledScene, settings: &'a RenderSettings, cancel: &'a AtomicBool) -> Self {
+        let picture = &settings.picture;
+        let placement = Placement::of(picture);
+        let stopping = Stopping::of(picture, settings.development(), placement.shares());
+        Self {
+            scene,
+            settings,
+            view: View::new(&settings.camera, picture.width, picture.height),
+            placement,
+            stopping,
+            occlusion: Shows::occlusion(settings, scene),
+            cancel,
+        }
+    }
+
+    /// The pixels of a tile, row by row; `None` when it was cancelled.
+    fn render_tile(&self, tile: &Tile) -> Option<(Vec<Pixel>, Taken)> {
+        let picture = &self.settings.picture;
         let setting = Setting::new(self.scene, self.settings);
-        let pixels = tile.pixels_by_block();
-        let count = self.settings.picture.samples.max(1);
-        let mut tracer = TileTracer::new(setting, &self.view, count);
-        let mut sums = vec![Gathered::default(); pixels.len()];
-        for (place, index) in Sampler::new(count).places().zip(0..) {
-            let sample = |&(x, y): &(u32, u32)| FilmSample {
-                pixel: (x, y),
-                index,
-                film_px: DVec2::new(f64::from(x), f64::from(y)) + place,
-            };
-            let samples: Vec<FilmSample> = pixels.iter().map(sample).collect();
-            for (sum, seen) in sums.iter_mut().zip(tracer.trace(&samples)) {
-                sum.add(&seen);
+        let mut tracer = TileTracer::new(setting, &self.view, picture.samples);
+        let by_block = tile.pixels_by_block();
+        let columns = tile.x.len();
+        let row_place =
+            |&(x, y): &(u32, u32)| (y - tile.y.start) as usize * columns + (x - tile.x.start) as usize;
+        let mut pixels = vec![Gathered::default(); by_block.len()];
+        let mut round = vec![self.stopping.first; pixels.len()];
+        while let Some(&longest) = round.iter().max().filter(|longest| **longest > 0) {
+            let begun: Vec<u32> = pixels.iter().map(Gathered::count).collect();
+            // One sample of each pixel that goes on, then the next of each.
+            let samples = (0..longest).flat_map(|step| {
+                by_block.iter().filter_map({
+                    let (round, begun, row_place) = (&round, &begun, &row_place);
+                    move |pixel| {
+                        let place = row_place(pixel);
+                        (step < round[place]).then(|| (place, *pixel, begun[place] + step))
+                    }
+                })
+            });
+            let mut samples = samples.peekable();
+            while samples.peek().is_some() {
+                if self.cancel.load(Ordering::Relaxed) {
+                    return None;
+                }
+                let batch: Vec<(usize, FilmSample, bool)> =
+                    samples.by_ref().take(by_block.len()).map(|sample| self.placed(sample)).collect();
+                let film_samples: Vec<FilmSample> = batch.iter().map(|(_, sample, _)| *sample).collect();
+                let sightings = self.sightings(setting, &mut tracer, &film_samples);
+                for ((place, _, is_negative), seen) in batch.into_iter().zip(sightings) {
+                    pixels[place].add(&seen, is_negative);
+                }
+            }
+            round = self.stopping.next_round(columns, &pixels);
+        }
+        let is_transparent = picture.transparent;
+        let pixel = |gathered: &Gathered| gathered.pixel(self.placement.shares(), is_transparent);
+        Some((pixels.iter().map(pixel).collect(), tracer.taken))
+    }
+
+    /// A sample of a pixel on the film, with the pixel's place in its tile, and whether the filter is negative there.
+    fn placed(&self, (place, pixel, index): (usize, (u32, u32), u32)) -> (usize, FilmSample, bool) {
+        let Place { film_px, is_negative } = self.placement.place(pixel, index);
+        (place, FilmSample { pixel, index, film_px }, is_negative)
+    }
+
+    /// What samples see of what the picture shows.
+    fn sightings(
+        &self,
+        setting: Setting<'a>,
+        tracer: &mut TileTracer<'a>,
+        samples: &[FilmSample],
+    ) -> Vec<Sighting> {
+        let mut sightings = match self.settings.shows {
+            Shows::Light | Shows::Depth => tracer.trace(samples),
+            Shows::Normal => {
+                let color = |first: &FirstSurface| 0.5 + 0.5 * first.normal;
+                with_colors(tracer.trace(samples), color)
+            }
+            Shows::Id => with_colors(tracer.trace(samples), |first| color_of_id(first.id)),
+            Shows::Steps => {
+                let steps = |sample: &FilmSample| {
+                    self.scene.steps(&tracer.ray(sample), self.view.footprint(setting.picture.samples))
+                };
+                let steps: Vec<u64> = samples.iter().map(steps).collect();
+                let seen = tracer.trace(samples).into_iter().zip(steps);
+                seen.map(|(seen, steps)| Sighting { color: DVec3::splat(steps as f64), ..seen }).collect()
+            }
+            Shows::Occlusion => {
+                let mut colors = vec![DVec3::ZERO; samples.len()];
+                let points = tracer.first_points(samples, &mut colors);
+                let firsts = tracer.first_surfaces(samples.len(), &points);
+                let open = lighting::open_shares(setting, self.occlusion, &points, &mut tracer.taken);
+                colors.fill(DVec3::ZERO);
+                for (point, share) in points.iter().zip(open) {
+                    colors[point.arrival.pixel] = DVec3::splat(share);
+                }
+                colors.into_iter().zip(firsts).map(|(color, first)| Sighting { color, first }).collect()
+            }
+        };
+        if self.settings.picture.transparent && self.settings.shows != Shows::Steps {
+            for seen in sightings.iter_mut().filter(|seen| seen.first.is_none()) {
+                seen.color = DVec3::ZERO;
             }
         }
-        let mut by_row = vec![Pixel::EMPTY; pixels.len()];
-        for ((x, y), sum) in pixels.into_iter().zip(sums) {
-            let place = (y - tile.y.start) as usize * tile.x.len() + (x - tile.x.start) as usize;
-            by_row[place] = sum.pixel();
-        }
-        (by_row, tracer.taken)
+        sightings
     }
+}
+
+/// What surfaces show instead of light; black where there is none.
+fn with_colors(seen: Vec<Sighting>, color: impl Fn(&FirstSurface) -> DVec3) -> Vec<Sighting> {
+    let colored =
+        |seen: Sighting| Sighting { color: seen.first.as_ref().map_or(DVec3::ZERO, &color), ..seen };
+    seen.into_iter().map(colored).collect()
 }

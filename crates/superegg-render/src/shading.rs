@@ -75,7 +75,7 @@ pub(crate) fn direct(
 }
 
 /// Fresnel's reflectance, for unpolarised light that comes from air at this cosine of the angle to the normal.
-fn reflectance(cos: f64, index: f64) -> f64 {
+pub(crate) fn reflectance(cos: f64, index: f64) -> f64 {
     let cos = cos.clamp(0.0, 1.0);
     let direction = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, -cos);
     refract(direction, DVec3::Z, index.recip()).map_or(1.0, |(_, reflectance)| reflectance)

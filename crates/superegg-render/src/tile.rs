@@ -90,9 +90,24 @@ impl<'a> TileTracer<'a> {
 
     /// What each of some samples sees: at most [`crate::beam::MOST_RAYS`] of them, neighbours by the sixteen.
     pub(crate) fn trace(&mut self, samples: &[FilmSample]) -> Vec<Sighting> {
+        let mut colors = vec![DVec3::ZERO; samples.len()];
+        let points = self.first_points(samples, &mut colors);
+        let firsts = self.first_surfaces(samples.len(), &points);
+        let mut wave = Wave::new(self.setting, 1);
+        points.iter().for_each(|point| wave.leave(point, &mut colors, &mut self.taken));
+        wave.follow_all(&mut colors, &mut self.taken);
+        colors.into_iter().zip(firsts).map(|(color, first)| Sighting { color, first }).collect()
+    }
+
+    /// The points of surfaces that some samples see first, as many at most. What comes to them straight from lights, and what is seen where no
+    /// surface is, is added to the colours of the samples.
+    pub(crate) fn first_points(
+        &mut self,
+        samples: &[FilmSample],
+        colors: &mut [DVec3],
+    ) -> Vec<SurfacePoint<'a>> {
         self.taken.rays.camera += samples.len() as u64;
         let rays: Vec<Ray> = samples.iter().map(|sample| self.ray(sample)).collect();
-        let mut colors = vec![DVec3::ZERO; samples.len()];
         let arrivals = samples.iter().enumerate().map(|(pixel, sample)| Arrival {
             pixel,
             weight: DVec3::ONE,
@@ -101,13 +116,21 @@ impl<'a> TileTracer<'a> {
             is_from_floor: false,
         });
         let arrivals: Vec<Arrival> = arrivals.collect();
-        let points = if self.view.is_pinhole() {
-            self.trace_beam(&rays, arrivals, &mut colors)
+        if self.view.is_pinhole() {
+            self.trace_beam(&rays, arrivals, colors)
         } else {
-            self.trace_apart(&rays, arrivals, &mut colors)
-        };
-        let mut firsts: Vec<Option<FirstSurface>> = vec![None; samples.len()];
-        for point in &points {
+            self.trace_apart(&rays, arrivals, colors)
+        }
+    }
+
+    /// What the film keeps of the points that so many samples see first.
+    pub(crate) fn first_surfaces(
+        &self,
+        samples: usize,
+        points: &[SurfacePoint<'_>],
+    ) -> Vec<Option<FirstSurface>> {
+        let mut firsts: Vec<Option<FirstSurface>> = vec![None; samples];
+        for point in points {
             firsts[point.arrival.pixel] = Some(FirstSurface {
                 depth: self.view.depth(point.position),
                 normal: point.facing_normal(),
@@ -118,13 +141,11 @@ impl<'a> TileTracer<'a> {
                 },
             });
         }
-        let mut wave = Wave::new(self.setting, 1);
-        points.iter().for_each(|point| wave.leave(point, &mut colors, &mut self.taken));
-        wave.follow_all(&mut colors, &mut self.taken);
-        colors.into_iter().zip(firsts).map(|(color, first)| Sighting { color, first }).collect()
+        firsts
     }
 
-    fn ray(&self, sample: &FilmSample) -> Ray {
+    /// The camera ray of a sample.
+    pub(crate) fn ray(&self, sample: &FilmSample) -> Ray {
         if !self.view.has_lens() {
             return self.view.ray(sample.film_px);
         }

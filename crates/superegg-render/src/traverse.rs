@@ -127,6 +127,16 @@ impl CompiledScene {
         traversal.visit_root(ray);
         traversal.is_occluded
     }
+
+    /// How many boxes and shapes are asked for the first crossing of a ray of some width.
+    pub(crate) fn steps(&self, ray: &Ray, footprint: Footprint) -> u64 {
+        let Some((direction, scale)) = scale_to_unit(ray.direction) else { return 0 };
+        let footprint = Footprint { spread: footprint.spread * scale, ..footprint };
+        let ray = Ray { direction, ..*ray };
+        let mut traversal = Traversal::new(self, &ray, None, f64::INFINITY, footprint, false);
+        traversal.visit_root(&ray);
+        traversal.steps
+    }
 }
 
 struct Traversal<'a> {
@@ -146,6 +156,8 @@ struct Traversal<'a> {
     best: Option<Hit>,
     /// Slots to visit with the t at which the ray enters their boxes, shared by the groups that are open.
     pending: Vec<(Slot, f64)>,
+    /// Boxes and shapes asked so far.
+    steps: u64,
 }
 
 impl<'a> Traversal<'a> {
@@ -169,6 +181,7 @@ impl<'a> Traversal<'a> {
             path: InstancePath::default(),
             best: None,
             pending: Vec::new(),
+            steps: 0,
         }
     }
 
@@ -196,6 +209,7 @@ impl<'a> Traversal<'a> {
                     let node = &group.nodes[node as usize];
                     let first = self.pending.len();
                     for (place, slot) in node.slots().enumerate() {
+                        self.steps += 1;
                         let bounds = node.child_box(place);
                         let bounds = Aabb { min: bounds.min - slack, max: bounds.max + slack };
                         if let Some(near) = bounds.clip(&reciprocal, self.t_max) {
@@ -206,6 +220,7 @@ impl<'a> Traversal<'a> {
                     self.pending[first..].sort_by(|a, b| b.1.total_cmp(&a.1));
                 }
                 Slot::Leaf(leaf) => {
+                    self.steps += 1;
                     self.path.push(leaf);
                     self.visit_leaf(group, leaf, ray);
                     self.path.pop();
@@ -244,6 +259,7 @@ impl<'a> Traversal<'a> {
 
     /// A group too small to be opened, as an ellipsoid that stops its part of the light.
     fn visit_stand_in(&mut self, instance: &Instance, place: u32, ray: &Ray) {
+        self.steps += 1;
         let stand_in = instance.group.stand_in(&self.scene.primitives);
         self.path.push(place | InstancePath::INSTANCE);
         // A ray that starts on a stand-in does not meet it again.

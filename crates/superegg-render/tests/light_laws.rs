@@ -235,7 +235,7 @@ fn energy_never_grows_whatever_the_surfaces() {
                 share(i + 3, j + 1),
                 1.0 + share(i, j + 2),
                 share(i + 2, j),
-                if (i + j) % 2 == 0 { "on" } else { "off" },
+                if (i + j).is_multiple_of(2) { "on" } else { "off" },
                 share(j, i)
             )
         };

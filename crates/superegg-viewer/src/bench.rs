@@ -135,7 +135,13 @@ pub fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: 
     let job = |frame: usize| TraceJob {
         compiled: Arc::clone(&compiled),
         settings: RenderSettings {
-            picture: superegg_scene::Picture { width: size.0, height: size.1, samples: 1, ..scene.picture },
+            picture: superegg_scene::Picture {
+                width: size.0,
+                height: size.1,
+                samples: 1,
+                noise: 0.0,
+                ..scene.picture
+            },
             camera: eye_at(scene, frame, frames).camera(),
             ..RenderSettings::of(scene)
         },

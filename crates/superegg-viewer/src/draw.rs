@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use image::RgbaImage;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
-use superegg_render::Film;
+use superegg_render::{Development, Film};
 use superegg_scene::{Camera, Encoding, Light, LightKind, Shading};
 use wgpu::util::DeviceExt;
 
@@ -286,8 +286,8 @@ impl Drawing {
     }
 
     /// A traced picture for [`Picture::film`]. Enlarged it is smoothed.
-    pub fn upload_film(&self, film: &Film, encoding: Encoding) -> FilmTexture {
-        let bytes = film.to_bytes(encoding);
+    pub fn upload_film(&self, film: &Film, development: &Development) -> FilmTexture {
+        let bytes = development.rgb8(film);
         let rgba: Vec<u8> = bytes.chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect();
         let texture = self.device.create_texture_with_data(
             &self.queue,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use superegg_geom::glam::DVec2;
 use superegg_geom::{Aabb, Ray};
-use superegg_render::{CompiledScene, RenderSettings, Surroundings};
+use superegg_render::{CompiledScene, Development, RenderSettings, Surroundings};
 use superegg_scene::{Camera, Light, Scene};
 use wgpu::CurrentSurfaceTexture;
 use winit::application::ApplicationHandler;
@@ -400,10 +400,10 @@ impl App {
     }
 
     fn write_screenshot(&mut self) {
-        let encoding = self.shown_scene().picture.encoding;
+        let development = Development { transparent: false, ..Development::of(&self.shown_scene().picture) };
         let traced = self.traced.pass.as_ref().filter(|_| self.view.is_traced);
         let bytes = match traced {
-            Some(pass) => pass.film.to_png(encoding).map_err(|error| error.to_string()),
+            Some(pass) => development.png(&pass.film).map_err(|error| error.to_string()),
             None => self.preview_png(),
         };
         let written = bytes.and_then(|bytes| {
@@ -535,10 +535,14 @@ impl App {
                     width: key.size.0,
                     height: key.size.1,
                     samples: scene.picture.samples.clamp(1, MOST_SAMPLES),
+                    // A window has a background, and is to be quick.
+                    transparent: false,
+                    noise: 0.0,
                     ..scene.picture
                 },
                 camera: key.camera,
-                surroundings: Surroundings { lights: key.lights.clone(), ..settings.surroundings },
+                surroundings: Surroundings { lights: key.lights.clone(), ..settings.surroundings.clone() },
+                ..settings
             },
             number,
         });
@@ -575,9 +579,9 @@ impl App {
         if !self.view.is_traced || pass.number > self.traced.number {
             return;
         }
-        let encoding = self.shown_scene().picture.encoding;
+        let development = Development::of(&self.shown_scene().picture);
         if let Some(open) = &mut self.window {
-            open.film = Some(open.drawing.upload_film(&pass.film, encoding));
+            open.film = Some(open.drawing.upload_film(&pass.film, &development));
         }
         self.traced.pass = Some(pass);
         self.redraw();

@@ -218,8 +218,11 @@ fn traced(session: &Session) -> RgbaImage {
         progress: &|_| (),
     };
     let film = superegg_render::render(&compiled, &settings, &budget).unwrap().film;
-    let bytes: Vec<u8> =
-        film.to_bytes(Encoding::Srgb).chunks(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect();
+    let bytes: Vec<u8> = superegg_render::Development::of(&settings.picture)
+        .rgb8(&film)
+        .chunks(3)
+        .flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255])
+        .collect();
     RgbaImage::from_raw(SIZE.0, SIZE.1, bytes).unwrap()
 }
 

@@ -5,7 +5,10 @@ use std::str::FromStr;
 
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use superegg_lang::{ArgKind, Range, find_command, nearest, parse_number, parse_size};
-use superegg_scene::{Encoding, Picture};
+use superegg_render::Shows;
+use superegg_scene::{Encoding, Filter, Picture, Tone};
+
+use crate::share::ShareArg;
 
 /// A modeller and exact ray tracer for superquadrics.
 #[derive(Debug, Parser)]
@@ -28,6 +31,8 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Ray trace the frames of a film, from the keys of a scene or with the camera going round, and make the film
     Animate(AnimateArgs),
+    /// Put the shares of a picture together
+    Merge(MergeArgs),
     /// Find where rays first cross a surface
     Intersect(IntersectArgs),
     /// Test points with the inside-outside function
@@ -50,8 +55,9 @@ pub(crate) enum Command {
 pub(crate) struct RenderArgs {
     /// The scene file
     pub(crate) scene: PathBuf,
-    /// The picture; the scene's name with .png in the current folder unless given, - for standard output
-    #[arg(short, long, value_name = "OUT.png")]
+    /// The picture: .png to look at, or .exr for linear light with depth, normals, colours and instances; the scene's name with .png in
+    /// the current folder unless given, - for standard output
+    #[arg(short, long, value_name = "OUT.png|.exr")]
     pub(crate) output: Option<PathBuf>,
     /// Width and height in pixels; what the scene sets, or 1280x960, unless given
     #[arg(long, value_name = "WxH")]
@@ -59,23 +65,102 @@ pub(crate) struct RenderArgs {
     /// Samples a pixel; what the scene sets, or 4, unless given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
     pub(crate) samples: Option<u32>,
+    /// Let each pixel take more samples until the standard error of its value on the screen, 0 to 1, is below this; 0 for a fixed number
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = share)]
+    pub(crate) noise: Option<f64>,
+    /// The most samples that a pixel takes for --noise
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
+    pub(crate) max_samples: Option<u32>,
+    /// How samples are weighted
+    #[arg(long, value_enum)]
+    pub(crate) filter: Option<FilterArg>,
     #[command(flatten)]
     pub(crate) root: RootArgs,
     /// How deep objects are opened, 0 to 64, instead of what the scene says
     #[arg(long, value_name = "D", value_parser = depth)]
     pub(crate) depth: Option<u32>,
+    /// After so many mirrorings and transmissions a ray sees the sky, 0 to 256
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=256))]
+    pub(crate) bounces: Option<u32>,
     /// Threads to use; one for each core unless given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// How linear values become bytes; what the scene sets, or srgb, unless given
+    #[command(flatten)]
+    pub(crate) develop: DevelopArgs,
+    /// Leave the background transparent
+    #[arg(long)]
+    pub(crate) transparent: bool,
+    /// Show something else than light
     #[arg(long, value_enum)]
-    pub(crate) encoding: Option<EncodingArg>,
+    pub(crate) view: Option<ViewArg>,
     /// Write counts, seconds and memory as JSON to this file
     #[arg(long, value_name = "FILE.json")]
     pub(crate) stats: Option<PathBuf>,
     /// Print nothing but errors and warnings
     #[arg(long)]
     pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) long: LongArgs,
+}
+
+/// How a film becomes a picture.
+#[derive(Debug, clap::Args)]
+pub(crate) struct DevelopArgs {
+    /// How linear values become bytes; what the scene sets, or srgb, unless given
+    #[arg(long, value_enum)]
+    pub(crate) encoding: Option<EncodingArg>,
+    /// Stops by which the picture is brighter, -32 to 32: each doubles the light
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
+    pub(crate) exposure: Option<f64>,
+    /// How bright light is brought into range
+    #[arg(long, value_enum)]
+    pub(crate) tone: Option<ToneArg>,
+    /// Bits a channel of a PNG file, 8 or 16
+    #[arg(long, value_name = "8|16", value_parser = bits)]
+    pub(crate) bits: Option<u32>,
+}
+
+/// How long work is divided, and gone on with.
+#[derive(Debug, clap::Args)]
+pub(crate) struct LongArgs {
+    /// Go on with a render that was stopped or killed, from its partial file, OUT.png.part; begin anew where there is none
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Render share K of N (1/N to N/N, never 0) into the partial file that -o names; 'superegg merge' puts the shares together. 'auto' takes
+    /// the share that a Slurm array or an indexed Kubernetes job means this one to do; auto/N says of how many
+    #[arg(long, value_name = "K/N")]
+    pub(crate) tiles: Option<ShareArg>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct MergeArgs {
+    /// The partial files: shares of one picture, or what a stopped render left
+    #[arg(required = true, value_name = "FILE.part")]
+    pub(crate) parts: Vec<PathBuf>,
+    /// The picture, .png or .exr, - for standard output
+    #[arg(short, long, value_name = "OUT.png|.exr")]
+    pub(crate) output: PathBuf,
+    /// Write the picture even if tiles are missing; they are left black, or transparent
+    #[arg(long)]
+    pub(crate) partial: bool,
+    #[command(flatten)]
+    pub(crate) develop: DevelopArgs,
+    /// Print nothing but errors and warnings
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+impl DevelopArgs {
+    /// The picture, developed as the arguments say.
+    pub(crate) fn change(&self, picture: Picture) -> Picture {
+        Picture {
+            encoding: self.encoding.map_or(picture.encoding, Into::into),
+            exposure: self.exposure.unwrap_or(picture.exposure),
+            tone: self.tone.map_or(picture.tone, Into::into),
+            bits: self.bits.unwrap_or(picture.bits),
+            ..picture
+        }
+    }
 }
 
 #[derive(Debug, clap::Args)]
@@ -254,6 +339,81 @@ impl From<EncodingArg> for Encoding {
     }
 }
 
+/// How samples are weighted.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum FilterArg {
+    /// The pixel's own square, evenly
+    Box,
+    /// A tent that ends one pixel from the centre
+    Tent,
+    /// A bell of half a pixel
+    Gaussian,
+    /// The window of Blackman and Harris, 2 pixels to each side
+    Blackman,
+    /// The cubic of Mitchell and Netravali: sharper
+    Mitchell,
+}
+
+impl From<FilterArg> for Filter {
+    fn from(arg: FilterArg) -> Self {
+        match arg {
+            FilterArg::Box => Self::Box,
+            FilterArg::Tent => Self::Tent,
+            FilterArg::Gaussian => Self::Gaussian,
+            FilterArg::Blackman => Self::Blackman,
+            FilterArg::Mitchell => Self::Mitchell,
+        }
+    }
+}
+
+/// How bright light is brought into range.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ToneArg {
+    /// What is above 1 is cut off
+    None,
+    /// Bent gently by its luminance, 4 becomes white
+    Reinhard,
+    /// A film's curve: more contrast, bright colours turn white
+    Filmic,
+}
+
+impl From<ToneArg> for Tone {
+    fn from(arg: ToneArg) -> Self {
+        match arg {
+            ToneArg::None => Self::None,
+            ToneArg::Reinhard => Self::Reinhard,
+            ToneArg::Filmic => Self::Filmic,
+        }
+    }
+}
+
+/// What is shown instead of light.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ViewArg {
+    /// 0.5 + 0.5 n of each part of the normal
+    Normal,
+    /// White for the nearest to black for the farthest in the picture
+    Depth,
+    /// A colour for each instance
+    Id,
+    /// How many boxes and shapes a ray asks: black for none to white for the most in the picture
+    Steps,
+    /// Ambient occlusion alone
+    Ao,
+}
+
+impl From<ViewArg> for Shows {
+    fn from(arg: ViewArg) -> Self {
+        match arg {
+            ViewArg::Normal => Self::Normal,
+            ViewArg::Depth => Self::Depth,
+            ViewArg::Id => Self::Id,
+            ViewArg::Steps => Self::Steps,
+            ViewArg::Ao => Self::Occlusion,
+        }
+    }
+}
+
 /// A picture's size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Size {
@@ -322,6 +482,22 @@ fn depth(text: &str) -> Result<u32, String> {
     let range = find_command("setDepth").and_then(|spec| spec.all_args().next()).map(|arg| arg.kind);
     let Some(ArgKind::Number(range)) = range else { return Err("setDepth takes no number".to_owned()) };
     Ok(number_in(text, range)? as u32)
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    number_in(text, Range::Within(0.0, 1.0))
+}
+
+fn exposure(text: &str) -> Result<f64, String> {
+    number_in(text, Range::Within(-32.0, 32.0))
+}
+
+fn bits(text: &str) -> Result<u32, String> {
+    match text {
+        "8" => Ok(8),
+        "16" => Ok(16),
+        _ => Err("it must be 8 or 16".to_owned()),
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -8,6 +8,7 @@ pub(crate) mod info;
 pub(crate) mod intersect;
 pub(crate) mod iotest;
 mod made_scene;
+pub(crate) mod merge;
 pub(crate) mod model;
 pub(crate) mod render;
 pub(crate) mod run;
@@ -30,8 +31,8 @@ pub(crate) enum Outcome {
     Fine,
     /// The input had errors; they have been told.
     ErrorsInInput,
-    /// It was stopped by ctrl-c, and what was done so far stays.
-    Stopped,
+    /// It was asked to stop, and did in good order; this is its exit code.
+    Stopped(u8),
 }
 
 impl Outcome {

@@ -5,11 +5,17 @@ mod commands;
 mod csv_input;
 mod files;
 mod folders;
+mod interrupt;
 mod load;
+mod long_render;
 mod memory;
 mod modeller;
+mod part_file;
+mod picture_file;
+mod pointless;
 mod prompt;
 mod say;
+mod share;
 
 use std::process::ExitCode;
 
@@ -20,8 +26,6 @@ use crate::commands::Outcome;
 
 /// Wrong usage, or a file that cannot be read or written.
 const EXIT_USAGE: u8 = 2;
-/// Stopped by ctrl-c, as shells number it.
-const EXIT_STOPPED: u8 = 130;
 
 fn main() -> ExitCode {
     let args = Args::try_parse().unwrap_or_else(|error| {
@@ -42,6 +46,7 @@ fn main() -> ExitCode {
     finish(match command {
         Command::Render(args) => commands::render::run(&args),
         Command::Animate(args) => commands::animate::run(&args),
+        Command::Merge(args) => commands::merge::run(&args),
         Command::Intersect(args) => commands::intersect::run(&args),
         Command::Iotest(args) => commands::iotest::run(&args),
         Command::Info(args) => commands::info::run(&args),
@@ -57,7 +62,7 @@ fn finish(outcome: anyhow::Result<Outcome>) -> ExitCode {
     match outcome {
         Ok(Outcome::Fine) => ExitCode::SUCCESS,
         Ok(Outcome::ErrorsInInput) => ExitCode::from(1),
-        Ok(Outcome::Stopped) => ExitCode::from(EXIT_STOPPED),
+        Ok(Outcome::Stopped(code)) => ExitCode::from(code),
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             say::complain(format_args!("superegg: {error:#}"));

@@ -5,14 +5,16 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::kernel::{BOX, CLOSE, Evaluate, General, Pair, Square, Sum, TINY, Triple};
-use super::log_norm::LogNorm;
-use super::vector::Lanes;
+use super::descent::{Crossing, Entry, Passage, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
+use super::kernel::{BOX, Evaluate, TINY, Triple};
+use super::vector::{Lanes, Mask};
 use super::{PowerKind, lane_power};
 use crate::superquadric::Superquadric;
 
 /// Rays in a packet.
 pub const PACKET: usize = 16;
+/// Packets of a beam at most: as many as a mask has bits.
+pub const MOST_PACKETS: usize = 32;
 
 /// A number for each ray of a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +30,9 @@ impl<T: Copy> PacketOf<T> {
 
 /// A vector for each ray of a packet.
 pub type PacketVectors = [PacketOf<f32>; 3];
+
+/// The same in f64.
+pub type WideVectors = [PacketOf<f64>; 3];
 
 /// A convex shape, as the rays of a beam see it.
 #[derive(Clone, Copy, Debug)]
@@ -69,16 +74,11 @@ impl BeamShape {
     }
 }
 
-/// The largest distance of a point of the unit shape from its centre, or a little more: for p, q >= 2 by Hölder's inequality.
+/// The largest distance of a point of the unit shape from its centre, or up to a twentieth more. For p, q >= 2 Hölder's inequality gives
+/// x^2 + y^2 <= 2^(1 - 2/p) R^2 and r^2 + z^2 <= |(r^2, 1)| in the norm dual to q/2; each power is below its chord.
 fn reach(p: f32, q: f32) -> f32 {
-    let across = if p > 2.0 { 2f32.powf(1.0 - 2.0 / p) } else { 1.0 };
-    let squared = if q > 2.0 {
-        let dual = q / (q - 2.0);
-        (across.powf(dual) + 1.0).powf(1.0 / dual)
-    } else {
-        across
-    };
-    1.0001 * squared.sqrt()
+    let beyond = |p: f32| (1.0 - 2.0 / p).max(0.0);
+    1.0001 * (1.0 + beyond(p) + beyond(q)).sqrt()
 }
 
 /// The best that is known of the rays of a packet.
@@ -105,6 +105,11 @@ impl PacketHits {
         }
     }
 
+    /// The largest t that can still be the first of a ray.
+    pub fn end(&self) -> f32 {
+        self.t.0.iter().zip(self.error.0).map(|(t, error)| t + error).fold(-1.0, f32::max)
+    }
+
     /// Takes a candidate for one ray.
     #[inline(always)]
     pub fn take(&mut self, lane: usize, t: f32, error: f32, id: u32, doubt: f32) {
@@ -127,13 +132,34 @@ impl PacketHits {
     }
 }
 
-/// The answer of [`Kernels::occlude`] for a packet: 1 where it is so, 0 elsewhere.
+/// The answer of [`Kernels::occlude`] for a packet: a bit for each ray.
 #[derive(Clone, Copy, Debug)]
 pub struct PacketOcclusion {
     /// The shape is crossed, for certain.
-    pub hit: PacketOf<f32>,
+    pub hit: u32,
     /// It cannot be told.
-    pub doubt: PacketOf<f32>,
+    pub doubt: u32,
+}
+
+/// What the boxes of a tree know of the packets of a beam: bounds of the reciprocals of their rays' directions, in the tree's space.
+#[derive(Clone, Copy, Debug)]
+pub struct Bundles {
+    least: [NumberOfPackets; 3],
+    largest: [NumberOfPackets; 3],
+    /// The shortest and the longest image of a direction, squared.
+    pub squares: [f32; 2],
+}
+
+/// A number for each packet of a beam.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub struct NumberOfPackets(pub [f32; MOST_PACKETS]);
+
+impl NumberOfPackets {
+    /// The same for all.
+    pub fn splat(x: f32) -> Self {
+        Self([x; MOST_PACKETS])
+    }
 }
 
 /// The boxes of a node, as the rays of a beam see them.
@@ -162,27 +188,29 @@ impl Default for Kernels {
 }
 
 impl Kernels {
-    /// Which packets meet which boxes: bit i of an answer stands for packet i. `mask` has the packets to ask; `inverse` their reciprocal directions.
+    /// Which packets may meet which boxes before their ends, in the beam's own t: bit i of an answer stands for packet i. `mask` has the packets to ask.
     pub fn boxes(
         self,
         boxes: &BeamBoxes<'_>,
-        inverse: &[PacketVectors],
-        hits: &[PacketHits],
+        bundles: &Bundles,
+        ends: &NumberOfPackets,
         mask: u32,
     ) -> [u32; 8] {
-        self.0.dispatch(BoxKernel { boxes, inverse, hits, mask })
+        self.0.dispatch(BoxKernel { boxes, bundles, ends, mask })
     }
 
-    /// The closest crossings of one shape, taken as candidate `id`. Returns the packets in which one became the best.
+    /// The closest crossings of one shape, taken as candidate `id`. Returns the packets in which one became the best. `ends` are kept at the largest t
+    /// that can still be the first of a packet.
     pub fn meet(
         self,
         shape: &BeamShape,
         directions: &[PacketVectors],
         hits: &mut [PacketHits],
+        ends: &mut NumberOfPackets,
         mask: u32,
         id: u32,
     ) -> u32 {
-        self.0.dispatch(MeetKernel { shape, directions, hits, mask, id })
+        self.0.dispatch(MeetKernel { shape, directions, hits, ends, mask, id })
     }
 
     /// Which rays of one packet cross the shape before their end, which is the t in `hits`.
@@ -195,15 +223,25 @@ impl Kernels {
         self.0.dispatch(OccludeKernel { shape, directions, t_max })
     }
 
-    /// The images of directions under a linear map, and the reciprocals of their coordinates.
-    pub fn transform(
+    /// The largest coordinates of directions, by their size; what is no number does not count.
+    pub fn largest(self, directions: &[WideVectors]) -> [f64; 3] {
+        self.0.dispatch(LargestKernel(directions))
+    }
+
+    /// Directions times `scale` in f32, with a bit for each lane of a packet that has one: not zero, and finite. The others go along with one that has.
+    pub fn narrow(
         self,
-        columns: &[[f32; 3]; 3],
-        directions: &[PacketVectors],
-        images: &mut [PacketVectors],
-        inverse: &mut [PacketVectors],
+        directions: &[WideVectors],
+        scale: f64,
+        narrow: &mut [PacketVectors],
+        live: &mut [u32],
     ) {
-        self.0.dispatch(TransformKernel { columns, directions, images, inverse });
+        self.0.dispatch(NarrowKernel { directions, scale, narrow, live });
+    }
+
+    /// What a tree's boxes know of packets, by the linear map into its space. Of each packet in `mask` every lane counts.
+    pub fn bundles(self, columns: &[[f32; 3]; 3], directions: &[PacketVectors], mask: u32) -> Bundles {
+        self.0.dispatch(BundleKernel { columns, directions, mask })
     }
 }
 
@@ -221,56 +259,170 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
 
 struct BoxKernel<'a> {
     boxes: &'a BeamBoxes<'a>,
-    inverse: &'a [PacketVectors],
-    hits: &'a [PacketHits],
+    bundles: &'a Bundles,
+    ends: &'a NumberOfPackets,
     mask: u32,
 }
 
 impl WithSimd for BoxKernel<'_> {
     type Output = [u32; 8];
 
+    /// All packets against one box at a time, a bundle as an interval of reciprocals.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [u32; 8] {
-        let Self { boxes, inverse, hits, mask } = self;
+        let Self { boxes, bundles, ends, mask } = self;
         let mut met = [0; 8];
-        let registers = PACKET / S::F32_LANES;
-        let t_scale = Lanes::<S>::splat(simd, boxes.t_scale);
-        for (child, met) in met.iter_mut().enumerate().take(boxes.count) {
-            let slab = |axis: usize| {
-                let (origin, pad) = (boxes.origin[axis], boxes.pad[axis]);
-                (
-                    Lanes::<S>::splat(simd, boxes.bounds[axis][child] - origin - pad),
-                    Lanes::<S>::splat(simd, boxes.bounds[axis + 3][child] - origin + pad),
-                )
-            };
-            let slabs = [slab(0), slab(1), slab(2)];
-            for packet in bits(mask) {
-                for i in 0..registers {
-                    let lane = |column: &PacketOf<f32>| Lanes::new(simd, S::as_simd_f32s(&column.0).0[i]);
-                    let mut near = t_scale.all(0.0);
-                    let mut far = lane(&hits[packet].t) * t_scale;
-                    for axis in 0..3 {
-                        let inverse = lane(&inverse[packet][axis]);
-                        let (a, b) = (slabs[axis].0 * inverse, slabs[axis].1 * inverse);
-                        near = near.max(a.min(b));
-                        far = far.min(a.max(b));
-                    }
-                    if near.le(far).any() {
-                        *met |= 1 << packet;
-                        break;
-                    }
+        let mut faces = [[0f32; 8]; 6];
+        for axis in 0..3 {
+            for i in 0..8 {
+                faces[axis][i] = boxes.bounds[axis][i] - boxes.origin[axis] - boxes.pad[axis];
+                faces[axis + 3][i] = boxes.bounds[axis + 3][i] - boxes.origin[axis] + boxes.pad[axis];
+            }
+        }
+        let splat = |x: f32| Lanes::<S>::splat(simd, x);
+        let zero = splat(0.0);
+        let t_scale = splat(boxes.t_scale);
+        for i in 0..MOST_PACKETS / S::F32_LANES {
+            let asked = lanes_of_mask::<S>(mask, i);
+            if asked == 0 {
+                continue;
+            }
+            let lane = |column: &NumberOfPackets| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
+            let [x, y, z] = &bundles.least;
+            let least = [lane(x), lane(y), lane(z)];
+            let [x, y, z] = &bundles.largest;
+            let largest = [lane(x), lane(y), lane(z)];
+            let end = lane(ends) * t_scale;
+            for (child, met) in met.iter_mut().enumerate().take(boxes.count) {
+                let (mut near, mut far) = (zero, end);
+                for axis in 0..3 {
+                    let (low, high) = (splat(faces[axis][child]), splat(faces[axis + 3][child]));
+                    let (a, b) = (low * least[axis], low * largest[axis]);
+                    let (c, d) = (high * least[axis], high * largest[axis]);
+                    near = near.max(a.min(b).min(c.min(d)));
+                    far = far.min(a.max(b).max(c.max(d)));
                 }
+                *met |= (near.le(far).bits() & asked) << (i * S::F32_LANES);
             }
         }
         met
     }
 }
 
-struct TransformKernel<'a> {
+/// The bits of a mask for the lanes of register `i`.
+#[inline(always)]
+fn lanes_of_mask<S: Simd>(mask: u32, i: usize) -> u32 {
+    let below = mask >> (i * S::F32_LANES);
+    if S::F32_LANES < 32 { below & ((1 << S::F32_LANES) - 1) } else { below }
+}
+
+struct LargestKernel<'a>(&'a [WideVectors]);
+
+impl WithSimd for LargestKernel<'_> {
+    type Output = [f64; 3];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f64; 3] {
+        let mut largest = [[0f64; PACKET]; 3];
+        for packet in self.0 {
+            for axis in 0..3 {
+                for lane in 0..PACKET {
+                    let x = packet[axis].0[lane].abs();
+                    let most = &mut largest[axis][lane];
+                    *most = if x > *most { x } else { *most };
+                }
+            }
+        }
+        largest.map(|lanes| lanes.into_iter().fold(0.0, f64::max))
+    }
+}
+
+struct NarrowKernel<'a> {
+    directions: &'a [WideVectors],
+    scale: f64,
+    narrow: &'a mut [PacketVectors],
+    live: &'a mut [u32],
+}
+
+impl WithSimd for NarrowKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { directions, scale, narrow, live } = self;
+        for ((wide, narrow), live) in directions.iter().zip(narrow).zip(live) {
+            let mut size = PacketOf::splat(0f32);
+            for axis in 0..3 {
+                for lane in 0..PACKET {
+                    let x = (wide[axis].0[lane] * scale) as f32;
+                    narrow[axis].0[lane] = x;
+                    size.0[lane] += x.abs();
+                }
+            }
+            *live = 0;
+            for i in 0..PACKET / S::F32_LANES {
+                let size = Lanes::<S>::new(simd, S::as_simd_f32s(&size.0).0[i]);
+                let is_live = size.all(0.0).lt(size) & size.lt(size.all(f32::INFINITY));
+                *live |= is_live.bits() << (i * S::F32_LANES);
+            }
+            if *live != (1 << PACKET) - 1 && *live != 0 {
+                for column in narrow {
+                    let along = column.0[live.trailing_zeros() as usize];
+                    for lane in 0..PACKET {
+                        column.0[lane] = if *live >> lane & 1 == 1 { column.0[lane] } else { along };
+                    }
+                }
+            }
+        }
+    }
+}
+
+struct BundleKernel<'a> {
     columns: &'a [[f32; 3]; 3],
     directions: &'a [PacketVectors],
-    images: &'a mut [PacketVectors],
-    inverse: &'a mut [PacketVectors],
+    mask: u32,
+}
+
+/// Stands for a reciprocal of any size.
+const ENDLESS: f32 = 1e30;
+
+impl WithSimd for BundleKernel<'_> {
+    type Output = Bundles;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Bundles {
+        let Self { columns, directions, mask } = self;
+        let map = Linear::splat(simd, columns);
+        let splat = |x: f32| Lanes::<S>::splat(simd, x);
+        let mut bundles = Bundles {
+            least: [NumberOfPackets::splat(0.0); 3],
+            largest: [NumberOfPackets::splat(0.0); 3],
+            squares: [f32::INFINITY, 0.0],
+        };
+        let (mut shortest, mut longest) = (splat(f32::INFINITY), splat(0.0));
+        for packet in bits(mask) {
+            let (mut least, mut largest) = ([splat(f32::INFINITY); 3], [splat(f32::NEG_INFINITY); 3]);
+            for i in 0..PACKET / S::F32_LANES {
+                let v = map.image(Triple::of_packet(simd, &directions[packet], i));
+                let square = v.dot(v);
+                shortest = shortest.min(square);
+                longest = longest.max(square);
+                for (axis, v) in [v.x, v.y, v.z].into_iter().enumerate() {
+                    least[axis] = least[axis].min(v);
+                    largest[axis] = largest[axis].max(v);
+                }
+            }
+            for axis in 0..3 {
+                let (low, high) = (least[axis].least(), largest[axis].largest());
+                // Directions of both signs pass a slab anywhere.
+                let has_sign = low > TINY || high < -TINY;
+                bundles.least[axis].0[packet] = if has_sign { 1.0 / high } else { -ENDLESS };
+                bundles.largest[axis].0[packet] = if has_sign { 1.0 / low } else { ENDLESS };
+            }
+        }
+        bundles.squares = [shortest.least(), longest.largest()];
+        bundles
+    }
 }
 
 /// A linear map in every lane.
@@ -280,11 +432,8 @@ struct Linear<S: Simd>([Triple<S>; 3]);
 impl<S: Simd> Linear<S> {
     #[inline(always)]
     fn splat(simd: S, columns: &[[f32; 3]; 3]) -> Self {
-        Self(columns.map(|[x, y, z]| Triple {
-            x: Lanes::splat(simd, x),
-            y: Lanes::splat(simd, y),
-            z: Lanes::splat(simd, z),
-        }))
+        let [a, b, c] = *columns;
+        Self([Triple::splat(simd, a), Triple::splat(simd, b), Triple::splat(simd, c)])
     }
 
     #[inline(always)]
@@ -296,6 +445,11 @@ impl<S: Simd> Linear<S> {
 }
 
 impl<S: Simd> Triple<S> {
+    #[inline(always)]
+    fn splat(simd: S, [x, y, z]: [f32; 3]) -> Self {
+        Self { x: Lanes::splat(simd, x), y: Lanes::splat(simd, y), z: Lanes::splat(simd, z) }
+    }
+
     #[inline(always)]
     pub(super) fn of_packet(simd: S, packet: &PacketVectors, i: usize) -> Self {
         let lane = |column: &PacketOf<f32>| Lanes::new(simd, S::as_simd_f32s(&column.0).0[i]);
@@ -310,61 +464,14 @@ impl<S: Simd> Triple<S> {
     /// Reciprocals; that of 0 is a large number.
     #[inline(always)]
     fn recip(self) -> Self {
-        let one = self.x.all(1.0);
-        let of = |x: Lanes<S>| one / x.abs().max(x.all(TINY)).with_sign_of(x);
-        Self { x: of(self.x), y: of(self.y), z: of(self.z) }
+        Self { x: recip(self.x), y: recip(self.y), z: recip(self.z) }
     }
 }
 
-impl WithSimd for TransformKernel<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let map = Linear::splat(simd, self.columns);
-        for ((direction, image), inverse) in self.directions.iter().zip(self.images).zip(self.inverse) {
-            for i in 0..PACKET / S::F32_LANES {
-                let v = map.image(Triple::of_packet(simd, direction, i));
-                let reciprocal = v.recip();
-                for (packet, v) in [(&mut *image, v), (&mut *inverse, reciprocal)] {
-                    for (column, lanes) in packet.iter_mut().zip([v.x, v.y, v.z]) {
-                        S::as_mut_simd_f32s(&mut column.0).0[i] = lanes.register;
-                    }
-                }
-            }
-        }
-    }
+#[inline(always)]
+fn recip<S: Simd>(x: Lanes<S>) -> Lanes<S> {
+    x.abs().max(x.all(TINY)).with_sign_of(x).recip()
 }
-
-struct MeetKernel<'a> {
-    shape: &'a BeamShape,
-    directions: &'a [PacketVectors],
-    hits: &'a mut [PacketHits],
-    mask: u32,
-    id: u32,
-}
-
-impl WithSimd for MeetKernel<'_> {
-    type Output = u32;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> u32 {
-        match (self.shape.xy, self.shape.rz) {
-            (PowerKind::Two, PowerKind::Two) => self.run(simd, Pair(Square, Square)),
-            (PowerKind::Two, PowerKind::General(q)) => self.run(simd, Pair(Square, General::splat(simd, q))),
-            (PowerKind::General(p), PowerKind::Two) => self.run(simd, Pair(General::splat(simd, p), Square)),
-            (PowerKind::One, PowerKind::One) => self.run(simd, Pair(Sum, Sum)),
-            (PowerKind::Two, PowerKind::One) => self.run(simd, Pair(Square, Sum)),
-            (PowerKind::One, PowerKind::Two) => self.run(simd, Pair(Sum, Square)),
-            (xy, rz) => {
-                self.run(simd, LogNorm::new(Lanes::splat(simd, xy.power()), Lanes::splat(simd, rz.power())))
-            }
-        }
-    }
-}
-
-/// Steps of Newton's method before what is left goes to f64: grazing rays.
-const MOST_STEPS: usize = 10;
 
 /// What all rays against one shape share.
 #[derive(Clone, Copy)]
@@ -379,40 +486,51 @@ struct Setting<S: Simd> {
     inverse_t_scale: Lanes<S>,
 }
 
+/// A packet's rays, or a register's, on their way through a shape's box.
+#[derive(Clone, Copy)]
+struct Approach<S: Simd> {
+    /// The t where each enters and leaves, in the shape's space.
+    near: Lanes<S>,
+    far: Lanes<S>,
+    direction: Triple<S>,
+    active: Mask<S>,
+}
+
 impl<S: Simd> Setting<S> {
     #[inline(always)]
     fn new(simd: S, shape: &BeamShape) -> Self {
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
-        let triple = |of: &dyn Fn(f32) -> f32| {
-            let [x, y, z] = shape.origin.map(of);
-            Triple { x: splat(x), y: splat(y), z: splat(z) }
-        };
+        let [x, y, z] = shape.origin;
         let half = BOX + shape.tolerance;
         let reach = shape.reach + 2.0 * shape.tolerance;
         Self {
             map: Linear::splat(simd, &shape.columns),
-            origin: triple(&|x| x),
-            lesser: triple(&|x| -half - x),
-            larger: triple(&|x| half - x),
+            origin: Triple::splat(simd, [x, y, z]),
+            lesser: Triple::splat(simd, [-half - x, -half - y, -half - z]),
+            larger: Triple::splat(simd, [half - x, half - y, half - z]),
             reach_squared: splat(1.000_01 * reach * reach),
             t_scale: splat(shape.t_scale),
             inverse_t_scale: splat(1.0 / shape.t_scale),
         }
     }
 
-    /// Which rays come near enough to the centre: the distance of a line is that of |o x d| / |d|.
+    /// Where rays are within the ball around the shape and within its box before `end`; `None` where there are none.
     #[inline(always)]
-    fn is_near(&self, d: Triple<S>) -> super::vector::Mask<S> {
-        let o = self.origin;
+    fn approach(&self, v: Triple<S>, end: impl FnOnce() -> Lanes<S>) -> Option<Approach<S>> {
+        let (o, d) = (self.origin, self.map.image(v));
+        // The distance of a line from the centre is that of |o x d| / |d|.
         let cross = Triple { x: o.y * d.z - o.z * d.y, y: o.z * d.x - o.x * d.z, z: o.x * d.y - o.y * d.x };
-        cross.dot(cross).le(self.reach_squared * d.dot(d))
-    }
-
-    /// The part of the rays in the box.
-    #[inline(always)]
-    fn span(&self, d: Triple<S>, t_max: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+        let square = d.dot(d);
+        let room = self.reach_squared * square - cross.dot(cross);
+        let zero = square.all(0.0);
+        let is_near = zero.le(room);
+        if !is_near.any() {
+            return None;
+        }
+        let inverse = square.max(square.all(TINY)).recip();
+        let (middle, half) = (-o.dot(d) * inverse, room.max(zero).sqrt() * inverse);
+        let (mut near, mut far) = ((middle - half).max(zero), end().min(middle + half));
         let inverse = d.recip();
-        let (mut near, mut far) = (t_max.all(0.0), t_max);
         for (lesser, larger, inverse) in [
             (self.lesser.x, self.larger.x, inverse.x),
             (self.lesser.y, self.larger.y, inverse.y),
@@ -422,81 +540,133 @@ impl<S: Simd> Setting<S> {
             near = near.max(a.min(b));
             far = far.min(a.max(b));
         }
-        (near, far)
+        let active = is_near & near.le(far);
+        active.any().then_some(Approach { near, far, direction: d, active })
+    }
+
+    #[inline(always)]
+    fn passage(&self, approach: &Approach<S>) -> Passage<S> {
+        let Approach { near, far, direction, active } = *approach;
+        Passage { start: self.origin.along(near, direction), direction, length: far - near, active }
     }
 }
 
-impl MeetKernel<'_> {
+struct MeetKernel<'a> {
+    shape: &'a BeamShape,
+    directions: &'a [PacketVectors],
+    hits: &'a mut [PacketHits],
+    ends: &'a mut NumberOfPackets,
+    mask: u32,
+    id: u32,
+}
+
+/// [`MeetKernel`] with the lanes.
+struct Meet<'a, S: Simd>(S, MeetKernel<'a>);
+
+impl WithSimd for MeetKernel<'_> {
+    type Output = u32;
+
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S, norm: impl Evaluate<S>) -> u32 {
-        let Self { shape, directions, hits, mask, id } = self;
-        let setting = Setting::new(simd, shape);
-        let level = Lanes::<S>::splat(simd, 1.0 + shape.tolerance);
-        let (zero, one, infinity) = (level.all(0.0), level.all(1.0), level.all(f32::INFINITY));
-        let close = level.all(CLOSE);
-        let slack = level.all(2.0 * shape.tolerance + CLOSE);
+    fn with_simd<S: Simd>(self, simd: S) -> u32 {
+        with_norm(simd, self.shape.xy, self.shape.rz, Meet(simd, self))
+    }
+}
+
+impl<S: Simd> WithNorm<S> for Meet<'_, S> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run(mut self, one: impl Evaluate<S>, many: impl Evaluate<S, SIDE_BY_SIDE>) -> u32 {
+        let simd = self.0;
+        let setting = Setting::new(simd, self.1.shape);
         let mut better = 0;
-        for packet in bits(mask) {
-            let hits = &mut hits[packet];
+        // Two registers at a time, as they come.
+        let mut waiting: Option<(usize, usize, Approach<S>)> = None;
+        for packet in bits(self.1.mask) {
             for i in 0..PACKET / S::F32_LANES {
-                let d = setting.map.image(Triple::of_packet(simd, &directions[packet], i));
-                let is_near = setting.is_near(d);
-                if !is_near.any() {
-                    continue;
-                }
-                let best = Lanes::new(simd, S::as_simd_f32s(&hits.t.0).0[i]);
-                let best_error = Lanes::new(simd, S::as_simd_f32s(&hits.error.0).0[i]);
-                let (near, far) = setting.span(d, (best + best_error) * setting.inverse_t_scale);
-                let mut active = is_near & near.le(far);
-                if !active.any() {
-                    continue;
-                }
-                let start = setting.origin.along(near, d);
-                let length = far - near;
-                let mut s = zero;
-                let mut steepness = one;
-                let mut hit = zero.lt(zero);
-                for _ in 0..MOST_STEPS {
-                    let (value, slope) = norm.evaluate(start.along(s, d), d);
-                    let above = value - level;
-                    let falls = slope.lt(zero);
-                    let arrived = active & above.le(close);
-                    hit = hit | arrived;
-                    steepness = arrived.select(slope, steepness);
-                    active = (active & falls).and_not(arrived);
-                    s = active.select(s - above / slope, s);
-                    active = active & s.le(length);
-                    if !active.any() {
-                        break;
-                    }
-                }
-                let found = hit | active;
-                if !found.any() {
-                    continue;
-                }
-                let t = found.select((near + s) * setting.t_scale, infinity);
-                // t may be off by as much as N over its slope, and by the rounding of t.
-                let rounding = t.all(4e-7) * t;
-                let error = (slack / steepness.abs().max(t.all(TINY))).mul_add(setting.t_scale, rounding);
-                let doubt = active.select(one, zero);
-                let ids = simd.splat_u32s(id);
-                // The rule of `PacketHits::take`, for all lanes.
-                let lane = |column: &PacketOf<f32>| Lanes::new(simd, S::as_simd_f32s(&column.0).0[i]);
-                let (old_error, old_doubt) = (lane(&hits.error), lane(&hits.doubt));
-                let is_closer = found & t.lt(best);
-                let is_near = found & (t - best).abs().le(error + old_error);
-                let doubt = is_near.select(one, is_closer.select(doubt, old_doubt));
-                S::as_mut_simd_f32s(&mut hits.doubt.0).0[i] = doubt.register;
-                S::as_mut_simd_f32s(&mut hits.t.0).0[i] = is_closer.select(t, best).register;
-                S::as_mut_simd_f32s(&mut hits.error.0).0[i] = is_closer.select(error, old_error).register;
-                let old_ids = S::as_simd_u32s(&hits.id.0).0[i];
-                S::as_mut_simd_u32s(&mut hits.id.0).0[i] = is_closer.select_u32(ids, old_ids);
-                if is_closer.any() {
-                    better |= 1 << packet;
+                let hits = &self.1.hits[packet];
+                let end = || {
+                    let best = Lanes::new(simd, S::as_simd_f32s(&hits.t.0).0[i]);
+                    let error = Lanes::new(simd, S::as_simd_f32s(&hits.error.0).0[i]);
+                    (best + error) * setting.inverse_t_scale
+                };
+                let v = Triple::of_packet(simd, &self.1.directions[packet], i);
+                let Some(approach) = setting.approach(v, end) else { continue };
+                match waiting.take() {
+                    None => waiting = Some((packet, i, approach)),
+                    Some(first) => better |= self.meet(many, &setting, [first, (packet, i, approach)]),
                 }
             }
         }
+        match waiting {
+            Some(last) => better | self.meet(one, &setting, [last]),
+            None => better,
+        }
+    }
+}
+
+impl<S: Simd> Meet<'_, S> {
+    #[inline(always)]
+    fn meet<const K: usize>(
+        &mut self,
+        norm: impl Evaluate<S, K>,
+        setting: &Setting<S>,
+        registers: [(usize, usize, Approach<S>); K],
+    ) -> u32 {
+        let tolerance = Lanes::splat(self.0, self.1.shape.tolerance);
+        let mut passages = [setting.passage(&registers[0].2); K];
+        for k in 1..K {
+            passages[k] = setting.passage(&registers[k].2);
+        }
+        let crossings = first_crossings(norm, &Passage::join(&passages), tolerance);
+        let mut better = 0;
+        for k in 0..K {
+            let (packet, i, approach) = &registers[k];
+            let crossing = crossings.part(k);
+            if crossing.found.any() && self.take(*packet, *i, approach.near, &crossing, setting) {
+                better |= 1 << packet;
+            }
+        }
         better
+    }
+
+    /// The rule of [`PacketHits::take`], for all lanes of a register. Whether any became the best.
+    #[inline(always)]
+    fn take(
+        &mut self,
+        packet: usize,
+        i: usize,
+        near: Lanes<S>,
+        crossing: &Crossing<S>,
+        setting: &Setting<S>,
+    ) -> bool {
+        let Self(simd, MeetKernel { hits, ends, id, .. }) = self;
+        let hits = &mut hits[packet];
+        let lane = |column: &PacketOf<f32>| Lanes::<S>::new(*simd, S::as_simd_f32s(&column.0).0[i]);
+        let (best, old_error, old_doubt) = (lane(&hits.t), lane(&hits.error), lane(&hits.doubt));
+        let (zero, one, infinity) = (near.all(0.0), near.all(1.0), near.all(f32::INFINITY));
+        let t = crossing.found.select((near + crossing.s) * setting.t_scale, infinity);
+        // t may be off by as much as its place in the shape's space, and by its own rounding.
+        let error = crossing.error.mul_add(setting.t_scale, t.all(4e-7) * t);
+        let is_closer = crossing.found & t.lt(best);
+        let is_near = crossing.found & (t - best).abs().le(error + old_error);
+        let doubt = crossing.doubt.select(one, zero);
+        let doubt = is_near.select(one, is_closer.select(doubt, old_doubt));
+        S::as_mut_simd_f32s(&mut hits.doubt.0).0[i] = doubt.register();
+        if !is_closer.any() {
+            return false;
+        }
+        S::as_mut_simd_f32s(&mut hits.t.0).0[i] = is_closer.select(t, best).register();
+        S::as_mut_simd_f32s(&mut hits.error.0).0[i] = is_closer.select(error, old_error).register();
+        let old_ids = S::as_simd_u32s(&hits.id.0).0[i];
+        S::as_mut_simd_u32s(&mut hits.id.0).0[i] = is_closer.select_u32(simd.splat_u32s(*id), old_ids);
+        let mut end = zero;
+        for i in 0..PACKET / S::F32_LANES {
+            let (t, error) = (S::as_simd_f32s(&hits.t.0).0[i], S::as_simd_f32s(&hits.error.0).0[i]);
+            end = end.max(Lanes::<S>::new(*simd, t) + Lanes::new(*simd, error));
+        }
+        ends.0[packet] = end.largest();
+        true
     }
 }
 
@@ -506,82 +676,41 @@ struct OccludeKernel<'a> {
     t_max: &'a PacketOf<f32>,
 }
 
+/// [`OccludeKernel`] with the lanes.
+struct Occlude<'a, S: Simd>(S, OccludeKernel<'a>);
+
 impl WithSimd for OccludeKernel<'_> {
     type Output = PacketOcclusion;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> PacketOcclusion {
-        match (self.shape.xy, self.shape.rz) {
-            (PowerKind::Two, PowerKind::Two) => self.run(simd, Pair(Square, Square)),
-            (PowerKind::Two, PowerKind::General(q)) => self.run(simd, Pair(Square, General::splat(simd, q))),
-            (PowerKind::General(p), PowerKind::Two) => self.run(simd, Pair(General::splat(simd, p), Square)),
-            (PowerKind::One, PowerKind::One) => self.run(simd, Pair(Sum, Sum)),
-            (PowerKind::Two, PowerKind::One) => self.run(simd, Pair(Square, Sum)),
-            (PowerKind::One, PowerKind::Two) => self.run(simd, Pair(Sum, Square)),
-            (xy, rz) => {
-                self.run(simd, LogNorm::new(Lanes::splat(simd, xy.power()), Lanes::splat(simd, rz.power())))
-            }
-        }
+        with_norm(simd, self.shape.xy, self.shape.rz, Occlude(simd, self))
     }
 }
 
 /// Ends of rays are known to this part of their t.
 const END: f32 = 4e-6;
 
-impl OccludeKernel<'_> {
+impl<S: Simd> WithNorm<S> for Occlude<'_, S> {
+    type Output = PacketOcclusion;
+
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S, norm: impl Evaluate<S>) -> PacketOcclusion {
-        let Self { shape, directions, t_max } = self;
+    fn run(self, norm: impl Evaluate<S>, _: impl Evaluate<S, SIDE_BY_SIDE>) -> PacketOcclusion {
+        let Self(simd, OccludeKernel { shape, directions, t_max }) = self;
         let setting = Setting::new(simd, shape);
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
-        let (zero, one) = (splat(0.0), splat(1.0));
-        let (outside, inside) = (splat(1.0 + shape.tolerance), splat(1.0 - shape.tolerance));
-        let close = splat(CLOSE);
-        let mut answer = PacketOcclusion { hit: PacketOf::splat(0.0), doubt: PacketOf::splat(0.0) };
+        let mut answer = PacketOcclusion { hit: 0, doubt: 0 };
         for i in 0..PACKET / S::F32_LANES {
-            let d = setting.map.image(Triple::of_packet(simd, directions, i));
-            let is_near = setting.is_near(d);
-            if !is_near.any() {
-                continue;
-            }
             let end = Lanes::new(simd, S::as_simd_f32s(&t_max.0).0[i]) * setting.inverse_t_scale;
-            let (near, far) = setting.span(d, end * splat(1.0 + END));
-            let mut active = is_near & near.le(far);
-            if !active.any() {
-                continue;
-            }
-            // From the middle of the way through the box downhill, whichever way that is: a convex function has its least value there. First to
-            // the level at which the shape can no longer be missed, then on to the one at which it is met for certain.
-            let middle = splat(0.5) * (near + far);
-            let start = setting.origin.along(middle, d);
-            let half = splat(0.5) * (far - near);
-            let mut s = zero;
-            let mut downhill = one;
-            let mut hit = zero.lt(zero);
-            let mut touched = hit;
-            for step in 0..MOST_STEPS {
-                let (value, slope) = norm.evaluate(start.along(s, d), d);
-                if step == 0 {
-                    downhill = (-one).times_sign_of(slope);
-                }
-                let arrived = active & value.le(inside);
-                touched = touched | (active & value.le(outside + close));
-                let level = touched.select(inside - close, outside);
-                hit = hit | arrived;
-                // The slope still leads downhill.
-                let falls = (slope * downhill).lt(zero);
-                active = (active & falls).and_not(arrived);
-                s = active.select(s - (value - level) / slope, s);
-                active = active & s.abs().le(half);
-                if !active.any() {
-                    break;
-                }
-            }
+            let v = Triple::of_packet(simd, directions, i);
+            let Some(approach) = setting.approach(v, || end * splat(1.0 + END)) else { continue };
+            let tolerance = splat(shape.tolerance);
+            let Entry { s, inside, touched } = entries(norm, &setting.passage(&approach), tolerance);
             // A place inside that is nearer than the end is proof; one at the end is not.
-            let certain = hit & (middle + s).lt(end * splat(1.0 - END));
-            let doubt = (active | touched | hit).and_not(certain);
-            S::as_mut_simd_f32s(&mut answer.hit.0).0[i] = certain.select(one, zero).register;
-            S::as_mut_simd_f32s(&mut answer.doubt.0).0[i] = doubt.select(one, zero).register;
+            let middle = splat(0.5) * (approach.near + approach.far);
+            let certain = inside & (middle + s).lt(end * splat(1.0 - END));
+            answer.hit |= certain.bits() << (i * S::F32_LANES);
+            answer.doubt |= (touched | inside).and_not(certain).bits() << (i * S::F32_LANES);
         }
         answer
     }

@@ -6,16 +6,15 @@
 use pulp::Simd;
 
 use super::beam::{PACKET, PacketOf, PacketVectors};
-use super::kernel::{CLOSE, Evaluate, TINY, Triple};
+use super::descent::{Passage, entries, first_crossings};
+use super::kernel::Triple;
 use super::lane_power;
-use super::log_norm::LogNorm;
+use super::log_norm::{AnyPower, LogNorm};
 use super::vector::Lanes;
 use crate::superquadric::Superquadric;
 
 /// How far N may be off for rays prepared in f64: what f32 rounds within the box.
 pub const TOLERANCE: f32 = 1.5e-6;
-/// Steps of Newton's method before what is left goes to f64: grazing rays.
-const MOST_STEPS: usize = 10;
 
 /// Rays in the spaces of their shapes.
 #[derive(Clone, Debug)]
@@ -83,83 +82,46 @@ impl FlightLanes {
     /// The first crossing of each ray, from outside.
     #[inline(always)]
     pub fn meet<S: Simd>(&self, simd: S, answers: &mut FlightAnswers) {
-        let splat = |x: f32| Lanes::<S>::splat(simd, x);
-        let (zero, one, level) = (splat(0.0), splat(1.0), splat(1.0 + TOLERANCE));
-        let close = splat(CLOSE);
+        let tolerance = Lanes::<S>::splat(simd, TOLERANCE);
+        let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
         for i in 0..PACKET / S::F32_LANES {
-            let (norm, start, d, length) = self.load(simd, i);
-            let mut active = zero.le(length);
-            let mut s = zero;
-            let mut steepness = one;
-            let mut hit = zero.lt(zero);
-            for _ in 0..MOST_STEPS {
-                let (value, slope) = norm.evaluate(start.along(s, d), d);
-                let above = value - level;
-                let arrived = active & above.le(close);
-                hit = hit | arrived;
-                steepness = arrived.select(slope, steepness);
-                active = (active & slope.lt(zero)).and_not(arrived);
-                s = active.select(s - above / slope, s);
-                active = active & s.le(length);
-                if !active.any() {
-                    break;
-                }
-            }
-            let way = (hit | active).select(s, splat(f32::INFINITY));
-            let error = splat(2.0 * TOLERANCE + CLOSE) / steepness.abs().max(splat(TINY)) + splat(1e-6);
-            S::as_mut_simd_f32s(&mut answers.way.0).0[i] = way.register;
-            S::as_mut_simd_f32s(&mut answers.error.0).0[i] = error.register;
-            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = active.select(one, zero).register;
+            let (norm, passage) = self.load(simd, i);
+            let crossing = first_crossings(norm, &passage, tolerance);
+            let way = crossing.found.select(crossing.s, tolerance.all(f32::INFINITY));
+            S::as_mut_simd_f32s(&mut answers.way.0).0[i] = way.register();
+            S::as_mut_simd_f32s(&mut answers.error.0).0[i] =
+                (crossing.error + tolerance.all(1e-6)).register();
+            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = crossing.doubt.select(one, zero).register();
         }
     }
 
     /// Whether each ray comes into its shape at all: `way` is finite where it does for certain, at a place inside.
     #[inline(always)]
     pub fn occlude<S: Simd>(&self, simd: S, answers: &mut FlightAnswers) {
-        let splat = |x: f32| Lanes::<S>::splat(simd, x);
-        let (zero, one) = (splat(0.0), splat(1.0));
-        let (outside, inside, close) = (splat(1.0 + TOLERANCE), splat(1.0 - TOLERANCE), splat(CLOSE));
+        let tolerance = Lanes::<S>::splat(simd, TOLERANCE);
+        let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
         for i in 0..PACKET / S::F32_LANES {
-            let (norm, start, d, length) = self.load(simd, i);
-            let mut active = zero.le(length);
-            let half = splat(0.5) * length;
-            let middle = start.along(half, d);
-            let mut s = zero;
-            let mut downhill = one;
-            let mut hit = zero.lt(zero);
-            let mut touched = hit;
-            for step in 0..MOST_STEPS {
-                let (value, slope) = norm.evaluate(middle.along(s, d), d);
-                if step == 0 {
-                    downhill = (-one).times_sign_of(slope);
-                }
-                let arrived = active & value.le(inside);
-                touched = touched | (active & value.le(outside + close));
-                let level = touched.select(inside - close, outside);
-                hit = hit | arrived;
-                active = (active & (slope * downhill).lt(zero)).and_not(arrived);
-                s = active.select(s - (value - level) / slope, s);
-                active = active & s.abs().le(half);
-                if !active.any() {
-                    break;
-                }
-            }
-            let doubt = (active | touched).and_not(hit);
-            S::as_mut_simd_f32s(&mut answers.way.0).0[i] =
-                hit.select(half + s, splat(f32::INFINITY)).register;
-            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = doubt.select(one, zero).register;
+            let (norm, passage) = self.load(simd, i);
+            let entry = entries(norm, &passage, tolerance);
+            let way = tolerance.all(0.5).mul_add(passage.length, entry.s);
+            let way = entry.inside.select(way, tolerance.all(f32::INFINITY));
+            let doubt = entry.touched.and_not(entry.inside);
+            S::as_mut_simd_f32s(&mut answers.way.0).0[i] = way.register();
+            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = doubt.select(one, zero).register();
         }
     }
 
     #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, i: usize) -> (LogNorm<S>, Triple<S>, Triple<S>, Lanes<S>) {
+    fn load<S: Simd>(&self, simd: S, i: usize) -> (LogNorm<S, AnyPower<S, 1>, 1>, Passage<S>) {
         let lane = |column: &PacketOf<f32>| Lanes::new(simd, S::as_simd_f32s(&column.0).0[i]);
-        let norm = LogNorm::new(lane(&self.p), lane(&self.q));
-        (
-            norm,
-            Triple::of_packet(simd, &self.start, i),
-            Triple::of_packet(simd, &self.direction, i),
-            lane(&self.length),
-        )
+        let norm = LogNorm::new(AnyPower::new(lane(&self.p)), lane(&self.q));
+        let length = lane(&self.length);
+        let passage = Passage {
+            start: Triple::of_packet(simd, &self.start, i),
+            direction: Triple::of_packet(simd, &self.direction, i),
+            length,
+            active: length.all(0.0).le(length),
+        };
+        (norm, passage)
     }
 }

@@ -61,18 +61,18 @@ impl WithSimd for Kernel<'_> {
 }
 
 /// A two-term norm in lanes.
-pub(super) trait Norm2<S: Simd>: Copy {
+pub(super) trait Norm2<S: Simd, const K: usize = 1>: Copy {
     /// `|(a, b)|` and its derivatives by a and b, for a, b >= 0.
-    fn value_and_gradient(self, a: Lanes<S>, b: Lanes<S>) -> (Lanes<S>, Lanes<S>, Lanes<S>);
+    fn value_and_gradient(self, a: Lanes<S, K>, b: Lanes<S, K>) -> (Lanes<S, K>, Lanes<S, K>, Lanes<S, K>);
 }
 
 /// p = 2: the root of a sum of squares.
 #[derive(Clone, Copy)]
 pub(super) struct Square;
 
-impl<S: Simd> Norm2<S> for Square {
+impl<S: Simd, const K: usize> Norm2<S, K> for Square {
     #[inline(always)]
-    fn value_and_gradient(self, a: Lanes<S>, b: Lanes<S>) -> (Lanes<S>, Lanes<S>, Lanes<S>) {
+    fn value_and_gradient(self, a: Lanes<S, K>, b: Lanes<S, K>) -> (Lanes<S, K>, Lanes<S, K>, Lanes<S, K>) {
         let value = a.mul_add(a, b * b).sqrt();
         let inverse = a.all(1.0) / value.max(a.all(TINY));
         (value, a * inverse, b * inverse)
@@ -83,9 +83,9 @@ impl<S: Simd> Norm2<S> for Square {
 #[derive(Clone, Copy)]
 pub(super) struct Sum;
 
-impl<S: Simd> Norm2<S> for Sum {
+impl<S: Simd, const K: usize> Norm2<S, K> for Sum {
     #[inline(always)]
-    fn value_and_gradient(self, a: Lanes<S>, b: Lanes<S>) -> (Lanes<S>, Lanes<S>, Lanes<S>) {
+    fn value_and_gradient(self, a: Lanes<S, K>, b: Lanes<S, K>) -> (Lanes<S, K>, Lanes<S, K>, Lanes<S, K>) {
         (a + b, a.all(1.0), a.all(1.0))
     }
 }
@@ -132,10 +132,10 @@ impl<S: Simd> Norm2<S> for General<S> {
 
 /// A point or direction in lanes.
 #[derive(Clone, Copy)]
-pub(super) struct Triple<S: Simd> {
-    pub(super) x: Lanes<S>,
-    pub(super) y: Lanes<S>,
-    pub(super) z: Lanes<S>,
+pub(super) struct Triple<S: Simd, const K: usize = 1> {
+    pub(super) x: Lanes<S, K>,
+    pub(super) y: Lanes<S, K>,
+    pub(super) z: Lanes<S, K>,
 }
 
 impl<S: Simd> Triple<S> {
@@ -144,10 +144,22 @@ impl<S: Simd> Triple<S> {
         let lane = |column: &[f32]| Lanes::new(simd, S::as_simd_f32s(column).0[i]);
         Self { x: lane(&columns[0]), y: lane(&columns[1]), z: lane(&columns[2]) }
     }
+}
+
+impl<S: Simd, const K: usize> Triple<S, K> {
+    /// Registers side by side.
+    #[inline(always)]
+    pub(super) fn join(parts: [Triple<S>; K]) -> Self {
+        let (mut x, mut y, mut z) = ([parts[0].x; K], [parts[0].y; K], [parts[0].z; K]);
+        for k in 1..K {
+            (x[k], y[k], z[k]) = (parts[k].x, parts[k].y, parts[k].z);
+        }
+        Self { x: Lanes::join(x), y: Lanes::join(y), z: Lanes::join(z) }
+    }
 
     /// `self + s direction`.
     #[inline(always)]
-    pub(super) fn along(self, s: Lanes<S>, direction: Self) -> Self {
+    pub(super) fn along(self, s: Lanes<S, K>, direction: Self) -> Self {
         Self {
             x: s.mul_add(direction.x, self.x),
             y: s.mul_add(direction.y, self.y),
@@ -156,36 +168,46 @@ impl<S: Simd> Triple<S> {
     }
 
     #[inline(always)]
-    pub(super) fn select(mask: Mask<S>, a: Self, b: Self) -> Self {
+    pub(super) fn select(mask: Mask<S, K>, a: Self, b: Self) -> Self {
         Self { x: mask.select(a.x, b.x), y: mask.select(a.y, b.y), z: mask.select(a.z, b.z) }
     }
 }
 
+/// How N goes on from a place on a ray.
+#[derive(Clone, Copy)]
+pub(super) struct Descent<S: Simd, const K: usize = 1> {
+    /// By how much N is above the level that is looked for, as a part of itself or in all: the two are one near 1.
+    pub(super) excess: Lanes<S, K>,
+    /// Newton's method goes back by `excess * way` from here: the reciprocal of the slope, negative where N falls.
+    pub(super) way: Lanes<S, K>,
+}
+
 /// A way to evaluate N.
-pub(super) trait Evaluate<S: Simd>: Copy {
-    /// N at a point, and its derivative along a direction.
-    fn evaluate(self, point: Triple<S>, direction: Triple<S>) -> (Lanes<S>, Lanes<S>);
+pub(super) trait Evaluate<S: Simd, const K: usize = 1>: Copy {
+    /// How N goes on from a point in a direction.
+    fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K>;
 }
 
 /// N as one norm of another.
 #[derive(Clone, Copy)]
 pub(super) struct Pair<X, Z>(pub(super) X, pub(super) Z);
 
-impl<S: Simd, X: Norm2<S>, Z: Norm2<S>> Evaluate<S> for Pair<X, Z> {
+impl<S: Simd, X: Norm2<S, K>, Z: Norm2<S, K>, const K: usize> Evaluate<S, K> for Pair<X, Z> {
     #[inline(always)]
-    fn evaluate(self, point: Triple<S>, direction: Triple<S>) -> (Lanes<S>, Lanes<S>) {
-        evaluate(self.0, self.1, point, direction)
+    fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K> {
+        let (value, slope) = evaluate(self.0, self.1, point, direction);
+        Descent { excess: value - level, way: level.all(1.0) / slope }
     }
 }
 
 /// N at a point, and its derivative along a direction.
 #[inline(always)]
-fn evaluate<S: Simd>(
-    xy: impl Norm2<S>,
-    rz: impl Norm2<S>,
-    point: Triple<S>,
-    direction: Triple<S>,
-) -> (Lanes<S>, Lanes<S>) {
+fn evaluate<S: Simd, const K: usize>(
+    xy: impl Norm2<S, K>,
+    rz: impl Norm2<S, K>,
+    point: Triple<S, K>,
+    direction: Triple<S, K>,
+) -> (Lanes<S, K>, Lanes<S, K>) {
     let (r, by_x, by_y) = xy.value_and_gradient(point.x.abs(), point.y.abs());
     let (norm, by_r, by_z) = rz.value_and_gradient(r, point.z.abs());
     // d|x|/ds = dx sign x.
@@ -211,9 +233,9 @@ fn run<S: Simd, X: Norm2<S>, Z: Norm2<S>>(
         let origin = Triple::load(simd, &rays.origin, i);
         let direction = Triple::load(simd, &rays.direction, i);
         let (t, leaving, steps) = intersect(xy, rz, origin, direction, Lanes::new(simd, t_min[i]));
-        out_t[i] = t.register;
-        out_leaving[i] = leaving.register;
-        out_steps[i] = steps.register;
+        out_t[i] = t.register();
+        out_leaving[i] = leaving.register();
+        out_steps[i] = steps.register();
     }
 }
 

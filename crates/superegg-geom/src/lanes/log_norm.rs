@@ -1,68 +1,99 @@
-//! N for any two powers, in logarithms: three of coordinates, two of sums, and one power of two at the end.
+//! N for any two powers, in logarithms: three of coordinates, two of sums, a power of two at the end, and one reciprocal.
 
 use pulp::Simd;
 
-use super::kernel::{Evaluate, Triple};
+use super::kernel::{Descent, Evaluate, TINY, Triple};
 use super::vector::Lanes;
 
 /// A coordinate is at least this: its derivative is divided by it.
 const LEAST: f32 = 1e-12;
+/// Less than 1 by more than what a quick reciprocal is off.
+const SHORT: f32 = 1.0 - 1e-4;
 
-/// The two powers with their reciprocals.
+/// The norm in x and y, by logarithms.
+pub(super) trait LogRadius<S: Simd, const K: usize>: Copy {
+    /// The logarithm of R, and its derivative as `(a dx + b dy) / c`: a, b and c. For x, y > 0.
+    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]);
+}
+
+/// Any p >= 1, one for each lane.
 #[derive(Clone, Copy)]
-pub(super) struct LogNorm<S: Simd> {
-    p: Lanes<S>,
-    q: Lanes<S>,
-    inverse_p: Lanes<S>,
-    inverse_q: Lanes<S>,
+pub(super) struct AnyPower<S: Simd, const K: usize> {
+    p: Lanes<S, K>,
+    inverse: Lanes<S, K>,
 }
 
-impl<S: Simd> LogNorm<S> {
+impl<S: Simd, const K: usize> AnyPower<S, K> {
     #[inline(always)]
-    pub(super) fn new(p: Lanes<S>, q: Lanes<S>) -> Self {
-        let one = p.all(1.0);
-        Self { p, q, inverse_p: one / p, inverse_q: one / q }
+    pub(super) fn new(p: Lanes<S, K>) -> Self {
+        Self { p, inverse: p.all(1.0) / p }
     }
-}
 
-impl<S: Simd> Evaluate<S> for LogNorm<S> {
-    /// With a = p log|x| and b = p log|y|: log R = (max(a, b) + log(1 + w)) / p, w = 2^-|a - b|; the same again with q for R and z. The derivative of
-    /// log N is that of each logarithm times the shares 1 / (1 + w) and w / (1 + w).
+    /// `log (a^p + b^p)^(1/p)` from the logarithms of a and b, by (max + log(1 + w)) / p with w = 2^-|p log a - p log b|; and the parts of a and b
+    /// in its derivative with the number that both are to be divided by.
     #[inline(always)]
-    fn evaluate(self, point: Triple<S>, direction: Triple<S>) -> (Lanes<S>, Lanes<S>) {
-        let least = self.p.all(LEAST);
-        let (x, y, z) = (point.x.abs().max(least), point.y.abs().max(least), point.z.abs().max(least));
-        let (a, b) = (self.p * x.log2_quick(), self.p * y.log2_quick());
-        let (w, sum) = two_to_minus_difference(a, b);
-        let log_r = (a.max(b) + w.log2_of_one_plus()) * self.inverse_p;
-        let (c, d) = (self.q * log_r, self.q * z.log2_quick());
-        let (v, sum_z) = two_to_minus_difference(c, d);
-        let norm = ((c.max(d) + v.log2_of_one_plus()) * self.inverse_q).exp2();
-
-        // All five reciprocals by two divisions.
+    fn log_sum(self, log_a: Lanes<S, K>, log_b: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
         let one = self.p.all(1.0);
-        let both = one / (sum * sum_z);
-        let (larger_xy, larger_rz) = (both * sum_z, both * sum);
-        let (smaller_xy, smaller_rz) = (larger_xy * w, larger_rz * v);
-        let x_is_larger = b.le(a);
-        let (share_x, share_y) =
-            (x_is_larger.select(larger_xy, smaller_xy), x_is_larger.select(smaller_xy, larger_xy));
-        let r_is_larger = d.le(c);
-        let (share_r, share_z) =
-            (r_is_larger.select(larger_rz, smaller_rz), r_is_larger.select(smaller_rz, larger_rz));
-        let (yz, xz, xy) = (y * z, x * z, x * y);
-        let inverse = one / (x * yz);
-        let of_x = share_x * yz * direction.x.times_sign_of(point.x);
-        let of_y = share_y * xz * direction.y.times_sign_of(point.y);
-        let of_z = share_z * xy * direction.z.times_sign_of(point.z);
-        let slope = share_r.mul_add(of_x + of_y, of_z) * inverse * norm;
-        (norm, slope)
+        let (a, b) = (self.p * log_a, self.p * log_b);
+        let w = (-(a - b).abs()).exp2();
+        let log = (a.max(b) + w.log2_of_one_plus()) * self.inverse;
+        let a_is_larger = b.le(a);
+        (log, [a_is_larger.select(one, w), a_is_larger.select(w, one), w + one])
     }
 }
 
-/// `w = 2^-|a - b|`, and 1 + w.
-#[inline(always)]
-fn two_to_minus_difference<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-    let w = (-(a - b).abs()).exp2();
-    (w, w + w.all(1.0))
+impl<S: Simd, const K: usize> LogRadius<S, K> for AnyPower<S, K> {
+    #[inline(always)]
+    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
+        let (log, [of_x, of_y, sum]) = self.log_sum(x.log2_quick(), y.log2_quick());
+        (log, [of_x * y, of_y * x, sum * (x * y)])
+    }
+}
+
+/// p = 2.
+#[derive(Clone, Copy)]
+pub(super) struct Round;
+
+impl<S: Simd, const K: usize> LogRadius<S, K> for Round {
+    #[inline(always)]
+    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
+        let square = x.mul_add(x, y * y);
+        (square.log2_quick() * x.all(0.5), [x, y, square])
+    }
+}
+
+/// N with a norm in x and y within any other.
+#[derive(Clone, Copy)]
+pub(super) struct LogNorm<S: Simd, X, const K: usize> {
+    xy: X,
+    rz: AnyPower<S, K>,
+}
+
+impl<S: Simd, X: LogRadius<S, K>, const K: usize> LogNorm<S, X, K> {
+    #[inline(always)]
+    pub(super) fn new(xy: X, q: Lanes<S, K>) -> Self {
+        Self { xy, rz: AnyPower::new(q) }
+    }
+}
+
+impl<S: Simd, X: LogRadius<S, K>, const K: usize> Evaluate<S, K> for LogNorm<S, X, K> {
+    /// The slope of log N is that of each logarithm times its share; all denominators are multiplied together, so that the way, which is the slope's
+    /// reciprocal, takes the one division.
+    #[inline(always)]
+    fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K> {
+        let least = level.all(LEAST);
+        let (x, y, z) = (point.x.abs().max(least), point.y.abs().max(least), point.z.abs().max(least));
+        let (log_r, [of_x, of_y, of_xy]) = self.xy.evaluate(x, y);
+        let (log_n, [of_r, of_z, sum]) = self.rz.log_sum(log_r, z.log2_quick());
+        let radial =
+            of_x.mul_add(direction.x.times_sign_of(point.x), of_y * direction.y.times_sign_of(point.y));
+        let upright = of_z * direction.z.times_sign_of(point.z);
+        let below = (of_r * z).mul_add(radial, upright * of_xy);
+        let above = sum * z * of_xy;
+        let (one, tiny) = (level.all(1.0), level.all(TINY));
+        let excess = level.mul_add(-(-log_n).exp2(), one);
+        // A little too short, so that no step goes too far.
+        let short = below.abs().max(tiny).with_sign_of(below).recip_rough() * level.all(SHORT);
+        Descent { excess, way: above * short }
+    }
 }

@@ -4,7 +4,6 @@ mod film_file;
 mod frame_folder;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -17,7 +16,9 @@ use superegg_scene::{Picture, Scene, Track};
 use crate::args::{AnimateArgs, FrameRange};
 use crate::commands::{Outcome, available_threads, counted};
 use crate::files;
+use crate::interrupt::Interrupt;
 use crate::load::load;
+use crate::picture_file::PictureFormat;
 use crate::say;
 use film_file::FilmFormat;
 use frame_folder::FrameFolder;
@@ -33,20 +34,18 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
         plan.still(&loaded.session, frame)?;
     }
     let mut folder = FrameFolder::open(&target.folder)?;
-    let cancel = Arc::new(AtomicBool::new(false));
-    let signal = Arc::clone(&cancel);
-    ctrlc::set_handler(move || signal.store(true, Ordering::Relaxed)).context("cannot take over ctrl-c")?;
+    let interrupt = Interrupt::listen()?;
 
     let start = Instant::now();
-    let made = make_frames(args, &plan, &loaded.session, root.as_deref(), &mut folder, &cancel)?;
-    if cancel.load(Ordering::Relaxed) {
+    let made = make_frames(args, &plan, &loaded.session, root.as_deref(), &mut folder, interrupt.flag())?;
+    if interrupt.flag().load(Ordering::Relaxed) {
         say::complain(format_args!(
             "superegg: stopped: {} of {} are in '{}'; the same command goes on from there",
             made.rendered + made.kept,
             counted(plan.frames().len(), "frame"),
             target.folder.display()
         ));
-        return Ok(Outcome::Stopped);
+        return Ok(Outcome::Stopped(interrupt.exit_code()));
     }
     if !args.quiet {
         let kept = if made.kept > 0 { format!(", {} kept from before", made.kept) } else { String::new() };
@@ -210,7 +209,7 @@ fn make_frames(
         if cancel.load(Ordering::Relaxed) {
             break;
         }
-        folder.write(frame, signature, &rendered.film.to_png(still.picture.encoding)?)?;
+        folder.write(frame, signature, &PictureFormat::Png.encode(&rendered.film, &settings)?)?;
         made.rendered += 1;
         before = Some(compiled);
     }

@@ -243,7 +243,13 @@ fn measure(name: &str, is_first: bool, args: &BenchArgs) -> Result<Row> {
 /// The processor seconds of a picture.
 fn picture(scene: &Scene, compiled: &CompiledScene, args: &BenchArgs) -> Result<f64> {
     let settings = RenderSettings {
-        picture: Picture { width: args.size.width, height: args.size.height, samples: 1, ..scene.picture },
+        picture: Picture {
+            width: args.size.width,
+            height: args.size.height,
+            samples: 1,
+            noise: 0.0,
+            ..scene.picture
+        },
         ..RenderSettings::of(scene)
     };
     let budget = RenderBudget { threads: 1, cancel: &AtomicBool::new(false), progress: &|_| {} };

@@ -1,27 +1,37 @@
 //! `superegg render`: a scene into a picture.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use anyhow::{Context, Result, bail};
+use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
-use superegg_render::{CompiledScene, RayCounts, RenderBudget, RenderSettings, Rendered, render};
+use superegg_lang::write_session;
+use superegg_render::{
+    CompiledScene, Film, PartHeader, RayCounts, RenderBudget, RenderSettings, Share, Shows,
+};
 use superegg_scene::{Picture, Scene};
 
 use crate::args::RenderArgs;
 use crate::commands::{Outcome, available_threads, counted};
 use crate::files;
+use crate::interrupt::Interrupt;
 use crate::load::load;
+use crate::long_render::LongRender;
 use crate::memory::peak_rss_bytes;
+use crate::picture_file::PictureFormat;
+use crate::pointless::concerns;
 use crate::say;
+use crate::share::ShareArg;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
-    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene));
+    let share =
+        args.long.tiles.map(ShareArg::share).transpose().context("cannot tell the share for --tiles")?;
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene, share));
     for place in [Some(output.as_path()), args.stats.as_deref()] {
         files::check_writable_place(place, &args.scene)?;
     }
+    let format = format_of(&output, share)?;
     let mut clock = Clock::start();
     let loaded = load(&args.scene)?;
     let parse = clock.lap();
@@ -29,19 +39,50 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
 
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let scene = loaded.session.scene();
-    let compiled = CompiledScene::compile(scene, root.as_deref(), args.depth.unwrap_or(scene.depth));
+    let depth = args.depth.unwrap_or(scene.depth);
+    let compiled = CompiledScene::compile(scene, root.as_deref(), depth);
     let compile = clock.lap();
-    if let Some(root) = root.filter(|_| compiled.instance_count().to_string() == "0") {
+    let settings = settings_of(args, scene);
+    let picture = settings.picture;
+    for concern in concerns(&compiled, &settings) {
+        say::complain(format_args!("superegg: warning: {concern}"));
+    }
+    if args.max_samples.is_some() && picture.noise == 0.0 {
+        say::complain(
+            "superegg: warning: --max-samples changes nothing without --noise, for each pixel takes --samples",
+        );
+    }
+    if let Some(root) = root.as_deref().filter(|_| compiled.instance_count().to_string() == "0") {
         say::complain(format_args!(
             "superegg: warning: '{root}' comes to nothing: the picture will show only the background"
         ));
     }
 
     let threads = args.threads.map_or_else(available_threads, usize::from);
-    let picture = picture_of(args, scene.picture);
-    let rendered = draw(scene, &compiled, picture, args.quiet, threads)?;
+    let header = || {
+        let text = write_session(&loaded.session);
+        let whole = share.unwrap_or(Share::WHOLE);
+        PartHeader::new(env!("CARGO_PKG_VERSION"), &text, root.as_deref(), depth, &settings, whole)
+    };
+    let tell = |told: &str| say::complain(format_args!("superegg: {told}"));
+    let inform = |told: &str| {
+        if !args.quiet {
+            tell(told);
+        }
+    };
+    let mut work = LongRender::new(&output, share, args.long.resume, &picture, header, &inform)?;
+    let interrupt = Interrupt::listen()?;
+    let bar = progress_bar(work.wanted_pixels(), args.quiet);
+    let budget =
+        RenderBudget { threads, cancel: interrupt.flag(), progress: &|pixels| bar.set_position(pixels) };
+    let rendered = work.render(&compiled, &settings, &budget, &|told| bar.suspend(|| tell(told)));
+    bar.finish_and_clear();
+    let rendered = rendered?;
     let render = clock.lap();
-    files::write(&output, &rendered.film.to_png(picture.encoding)?)?;
+    let stopped = work.conclude(&output, || match format {
+        Some(format) => files::write(&output, &format.encode(&rendered.film, &settings)?),
+        None => Ok(()),
+    })?;
     let write = clock.lap();
 
     let stats = Stats {
@@ -58,6 +99,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         width: picture.width,
         height: picture.height,
         samples: picture.samples,
+        samples_taken: (picture.noise > 0.0).then(|| SamplesTaken::of(&rendered.film)),
         threads,
         rays: rendered.rays.into(),
         seconds: Seconds { parse, compile, render, write },
@@ -68,29 +110,56 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     }
     let is_piped =
         [Some(output.as_path()), args.stats.as_deref()].into_iter().flatten().any(files::is_standard_stream);
+    if let Some(stopped) = stopped {
+        tell(&format!("stopped: {stopped}"));
+        return Ok(Outcome::Stopped(interrupt.exit_code()));
+    }
     if !args.quiet && !is_piped {
         say::out(format_args!(
-            "{}: {}x{}, {}, {render:.1} s{}",
+            "{}: {}x{}, {}{}, {render:.1} s{}{}",
             output.display(),
             stats.width,
             stats.height,
+            share.map_or_else(String::new, |share| format!("share {share}, ")),
             counted(&stats.instances, "instance"),
+            shown(&settings, &rendered.film, stats.samples_taken.as_ref()),
             limits(&stats)
         ))?;
     }
     Ok(Outcome::of(&loaded))
 }
 
-/// The picture as the scene has it, but for what the arguments say.
-fn picture_of(args: &RenderArgs, scene: Picture) -> Picture {
-    let (width, height) = args.size.map_or((scene.width, scene.height), |size| (size.width, size.height));
-    Picture {
+/// The settings that the scene has, but for what the arguments say.
+fn settings_of(args: &RenderArgs, scene: &Scene) -> RenderSettings {
+    let of_scene = args.develop.change(scene.picture);
+    let (width, height) =
+        args.size.map_or((of_scene.width, of_scene.height), |size| (size.width, size.height));
+    let picture = Picture {
         width,
         height,
-        samples: args.samples.unwrap_or(scene.samples),
-        encoding: args.encoding.map_or(scene.encoding, Into::into),
-        ..scene
+        samples: args.samples.unwrap_or(of_scene.samples),
+        noise: args.noise.unwrap_or(of_scene.noise),
+        most_samples: args.max_samples.unwrap_or(of_scene.most_samples),
+        filter: args.filter.map_or(of_scene.filter, Into::into),
+        transparent: args.transparent || of_scene.transparent,
+        bounces: args.bounces.unwrap_or(of_scene.bounces),
+        ..of_scene
+    };
+    let shows = args.view.map_or(Shows::Light, Into::into);
+    RenderSettings { picture, shows, ..RenderSettings::of(scene) }
+}
+
+/// What is told of samples and of the scale of what is shown, where there is more to tell than what was asked for.
+fn shown(settings: &RenderSettings, film: &Film, taken: Option<&SamplesTaken>) -> String {
+    let mut text = String::new();
+    if let Some(taken) = taken {
+        text += &format!("; {:.1} samples a pixel, {} at most", taken.mean, taken.most);
     }
+    if settings.shows == Shows::Steps {
+        let most = film.pixels().iter().map(|pixel| pixel.color[0]).fold(0.0, f32::max);
+        text += &format!("; white is {most:.1} boxes and shapes a ray");
+    }
+    text
 }
 
 /// The limits that the picture came to, to be said once.
@@ -108,39 +177,52 @@ fn limits(stats: &Stats) -> String {
     limits
 }
 
-/// The scene's name with .png, in the current folder.
-fn default_output(scene: &Path) -> PathBuf {
+/// The scene's name with .png, or with the share and .part, in the current folder.
+fn default_output(scene: &Path, share: Option<Share>) -> PathBuf {
     let stem = scene.file_stem().filter(|_| !files::is_standard_stream(scene));
     let mut name = stem.unwrap_or("scene".as_ref()).to_owned();
-    name.push(".png");
+    name.push(match share {
+        // As many digits for each, so that names are in order.
+        Some(share) => {
+            let digits = share.count().to_string().len();
+            format!("-{:0digits$}-of-{}.part", share.number(), share.count())
+        }
+        None => ".png".to_owned(),
+    });
     PathBuf::from(name)
 }
 
-fn draw(
-    scene: &Scene,
-    compiled: &CompiledScene,
-    picture: Picture,
-    quiet: bool,
-    threads: usize,
-) -> Result<Rendered> {
-    let settings = RenderSettings { picture, ..RenderSettings::of(scene) };
-    let bar = progress_bar(u64::from(picture.width) * u64::from(picture.height), quiet);
-    let budget = RenderBudget {
-        threads,
-        cancel: &AtomicBool::new(false),
-        progress: &|pixels| bar.set_position(pixels),
-    };
-    let rendered = render(compiled, &settings, &budget).context("cannot start the threads");
-    bar.finish_and_clear();
-    rendered
+/// The format of the picture; `None` for a share, which is none.
+fn format_of(output: &Path, share: Option<Share>) -> Result<Option<PictureFormat>> {
+    let is_part = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("part"));
+    let name = output.display();
+    match share {
+        Some(_) if is_part => Ok(None),
+        Some(_) => bail!(
+            "a share is no picture, so -o takes NAME.part, not '{name}'; 'superegg merge' makes the picture"
+        ),
+        None if is_part => {
+            bail!("'{name}' would be a partial file; --tiles K/N renders one, or name a picture")
+        }
+        None => PictureFormat::of(output).map(Some),
+    }
 }
 
 /// A bar on standard error; hidden where that is no terminal.
 fn progress_bar(pixels: u64, quiet: bool) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} gone, {eta} to go");
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {rate}, {elapsed} gone, {eta} to go");
     ProgressBar::with_draw_target(Some(pixels), target)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key("rate", rate))
+}
+
+/// "12,300 pixels a second", to three figures.
+fn rate(state: &ProgressState, out: &mut dyn std::fmt::Write) {
+    let rate = state.per_sec();
+    let step = 10f64.powf((rate.max(1.0).log10().floor() - 2.0).max(0.0));
+    let rounded = ((rate / step).round() * step) as u64;
+    // A terminal that cannot be written to shows no bar.
+    let _ = write!(out, "{} pixels a second", HumanCount(rounded));
 }
 
 /// Seconds between laps.
@@ -173,11 +255,31 @@ struct Stats {
     compiled: Compiled,
     width: u32,
     height: u32,
+    /// Samples a pixel that were asked for.
     samples: u32,
+    /// Where pixels stop by themselves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    samples_taken: Option<SamplesTaken>,
     threads: usize,
     rays: Rays,
     seconds: Seconds,
     peak_rss_bytes: Option<u64>,
+}
+
+/// Samples that pixels took.
+#[derive(Debug, Serialize)]
+struct SamplesTaken {
+    mean: f64,
+    most: u32,
+}
+
+impl SamplesTaken {
+    fn of(film: &Film) -> Self {
+        // Of the pixels that have been made.
+        let taken = || film.pixels().iter().map(|pixel| pixel.samples).filter(|samples| *samples > 0);
+        let total: u64 = taken().map(u64::from).sum();
+        Self { mean: total as f64 / taken().count().max(1) as f64, most: taken().max().unwrap_or(0) }
+    }
 }
 
 /// The compiled scene, and the limits that the picture came to.
@@ -197,14 +299,16 @@ struct Compiled {
 struct Rays {
     camera: u64,
     shadow: u64,
-    ambient: u64,
+    /// Where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ambient: Option<u64>,
     reflection: u64,
     refraction: u64,
 }
 
 impl From<RayCounts> for Rays {
     fn from(RayCounts { camera, shadow, ambient, reflection, refraction }: RayCounts) -> Self {
-        Self { camera, shadow, ambient, reflection, refraction }
+        Self { camera, shadow, ambient: Some(ambient).filter(|count| *count > 0), reflection, refraction }
     }
 }
 

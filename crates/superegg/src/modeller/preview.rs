@@ -5,8 +5,7 @@ use std::io::IsTerminal;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use superegg_lang::PreviewStyle;
-use superegg_render::Film;
-use superegg_scene::Encoding;
+use superegg_render::{Development, Film};
 
 /// How the picture is drawn, once it is known what the terminal can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,18 +57,15 @@ impl Canvas {
         (side(width, across), side(height, down))
     }
 
-    /// The text that draws the picture, without a line break at its end.
-    pub(crate) fn draw(self, film: &Film) -> anyhow::Result<String> {
+    /// The text that draws the picture, without a line break at its end. The development is to be one for screens.
+    pub(crate) fn draw(self, film: &Film, development: &Development) -> anyhow::Result<String> {
         Ok(match self {
-            Self::Blocks => blocks(film),
-            Self::Plain => plain(film),
-            Self::Kitty => kitty(&film.to_png(Encoding::Srgb)?),
+            Self::Blocks => blocks(film, &development.rgb8(film)),
+            Self::Plain => plain(film, &development.rgb8(film)),
+            Self::Kitty => kitty(&development.png(film)?),
             Self::Sixel => {
-                let rgba = film
-                    .to_bytes(Encoding::Srgb)
-                    .chunks_exact(3)
-                    .flat_map(|p| [p[0], p[1], p[2], 255])
-                    .collect();
+                let rgba =
+                    development.rgb8(film).chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
                 icy_sixel::SixelImage::from_rgba(rgba, film.width() as usize, film.height() as usize)
                     .encode()?
             }
@@ -84,13 +80,12 @@ fn pixel(film: &Film, bytes: &[u8], x: u32, y: u32) -> Option<[u8; 3]> {
 }
 
 /// The upper half block: its foreground is the upper pixel, its background the lower one.
-fn blocks(film: &Film) -> String {
-    let bytes = film.to_bytes(Encoding::Srgb);
+fn blocks(film: &Film, bytes: &[u8]) -> String {
     let mut text = String::new();
     for y in (0..film.height()).step_by(2) {
         let mut last = None;
         for x in 0..film.width() {
-            let colors = (pixel(film, &bytes, x, y), pixel(film, &bytes, x, y + 1));
+            let colors = (pixel(film, bytes, x, y), pixel(film, bytes, x, y + 1));
             if last != Some(colors) {
                 let code = |layer: u8, color: Option<[u8; 3]>| match color {
                     Some([r, g, b]) => format!("\x1b[{layer};2;{r};{g};{b}m"),
@@ -110,14 +105,13 @@ fn blocks(film: &Film) -> String {
     text
 }
 
-fn plain(film: &Film) -> String {
+fn plain(film: &Film, bytes: &[u8]) -> String {
     const DARK_TO_BRIGHT: &[u8] = b" .:-=+*#%@";
-    let bytes = film.to_bytes(Encoding::Srgb);
     let mut lines = Vec::new();
     for y in (0..film.height()).step_by(2) {
         let mut line = String::new();
         for x in 0..film.width() {
-            let both = [pixel(film, &bytes, x, y), pixel(film, &bytes, x, y + 1)];
+            let both = [pixel(film, bytes, x, y), pixel(film, bytes, x, y + 1)];
             let seen: Vec<f64> = both.into_iter().flatten().map(brightness).collect();
             let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
             let level = (mean * (DARK_TO_BRIGHT.len() - 1) as f64).round() as usize;
@@ -149,6 +143,8 @@ fn kitty(png: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use superegg_scene::Picture;
+
     use super::*;
 
     #[test]
@@ -159,7 +155,8 @@ mod tests {
             {
                 let (width, height) = canvas.size_px(size, columns, rows);
                 assert!(width >= 1 && height >= 1 && width <= 8 * columns && height <= 16 * rows);
-                let text = canvas.draw(&Film::new(width, height)).unwrap();
+                let text =
+                    canvas.draw(&Film::new(width, height), &Development::of(&Picture::default())).unwrap();
                 assert!(canvas == Canvas::Plain || !text.ends_with('\n'));
             }
         }
@@ -168,11 +165,14 @@ mod tests {
 
     #[test]
     fn blocks_and_plain_have_a_line_for_two_rows() {
-        let film = Film::new(5, 3);
-        assert_eq!(blocks(&film).lines().count(), 2);
-        assert_eq!(blocks(&film).matches('▀').count(), 10);
-        assert_eq!(plain(&film), "\n");
-        assert!(blocks(&film).contains("\x1b[49m"), "below the last row is the terminal's own ground");
+        let (film, bytes) = (Film::new(5, 3), [0; 3 * 5 * 3]);
+        assert_eq!(blocks(&film, &bytes).lines().count(), 2);
+        assert_eq!(blocks(&film, &bytes).matches('▀').count(), 10);
+        assert_eq!(plain(&film, &bytes), "\n");
+        assert!(
+            blocks(&film, &bytes).contains("\x1b[49m"),
+            "below the last row is the terminal's own ground"
+        );
     }
 
     #[test]

@@ -12,6 +12,8 @@ use superegg_scene::{Picture, Scene};
 use crate::commands::{available_threads, counted};
 use crate::files;
 use crate::modeller::voice::{Said, Voice};
+use crate::picture_file::PictureFormat;
+use crate::pointless::concerns;
 
 /// A picture to be made.
 pub(crate) struct Job {
@@ -124,6 +126,9 @@ fn make(job: &Job, cancel: &AtomicBool, voice: &Voice) -> Said {
         picture: Picture { width, height, ..job.scene.picture },
         ..RenderSettings::of(&job.scene)
     };
+    for concern in concerns(&compiled, &settings) {
+        let _ = voice(Said::Done(format!("{}: warning: {concern}", job.name)));
+    }
     let threads = if job.threads == 0 { available_threads() } else { job.threads };
     let meter = Meter::new(job, voice);
     let budget = RenderBudget { threads, cancel, progress: &|pixels| meter.show(pixels) };
@@ -136,11 +141,9 @@ fn make(job: &Job, cancel: &AtomicBool, voice: &Voice) -> Said {
     if cancel.load(Ordering::Relaxed) {
         return stopped();
     }
-    let written = rendered
-        .film
-        .to_png(job.scene.picture.encoding)
-        .map_err(anyhow::Error::from)
-        .and_then(|png| files::write(&job.path, &png));
+    let written = PictureFormat::of(&job.path)
+        .and_then(|format| format.encode(&rendered.film, &settings))
+        .and_then(|file| files::write(&job.path, &file));
     let seconds = start.elapsed().as_secs_f64();
     match written {
         Ok(()) => Said::Done(format!(

@@ -7,8 +7,8 @@ use std::time::SystemTime;
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::{Fault, Recovery, Request, Timeline, format_number, write_session};
-use superegg_render::{CompiledScene, RenderBudget, RenderSettings, render};
-use superegg_scene::Picture;
+use superegg_render::{CompiledScene, Development, RenderBudget, RenderSettings, render};
+use superegg_scene::{Encoding, Picture};
 
 use crate::commands::intersect::{tell_camera_ray, tell_hit};
 use crate::commands::iotest::Grid;
@@ -19,6 +19,8 @@ use crate::modeller::journal::{LeftBehind, Record, read_records};
 use crate::modeller::preview::Canvas;
 use crate::modeller::renders::Job;
 use crate::modeller::{Modeller, Pending, Said, place_at_argument, tree};
+use crate::picture_file::PictureFormat;
+use crate::pointless::concerns;
 
 /// So many errors of one file are told one by one.
 const MOST_TOLD: usize = 1000;
@@ -404,14 +406,26 @@ impl Modeller {
             .map_or((80, 24), |(width, height)| (u32::from(width.0), u32::from(height.0)));
         let shape = (scene.picture.width, scene.picture.height);
         let (width, height) = canvas.size_px(shape, columns.max(1), rows.saturating_sub(2).max(1));
-        let settings = RenderSettings {
-            picture: Picture { width, height, samples: scene.picture.samples.min(4), ..scene.picture },
-            ..RenderSettings::of(scene)
+        let picture = Picture {
+            width,
+            height,
+            samples: scene.picture.samples.min(4),
+            // For a screen, and soon.
+            noise: 0.0,
+            encoding: Encoding::Srgb,
+            bits: 8,
+            transparent: false,
+            ..scene.picture
         };
+        let settings = RenderSettings { picture, ..RenderSettings::of(scene) };
+        let development = Development::of(&picture);
         let threads = match session.settings.threads {
             0 => available_threads(),
             threads => threads as usize,
         };
+        for concern in concerns(&compiled, &settings) {
+            self.print(&format!("warning: {concern}"));
+        }
         let budget = RenderBudget { threads, cancel: &self.interrupt, progress: &|_| {} };
         let trouble = |error: &dyn std::fmt::Display| {
             Fault::new("preview", format!("the preview cannot be drawn: {error}"))
@@ -421,7 +435,7 @@ impl Modeller {
         if self.interrupt.load(Ordering::Relaxed) {
             return Err(Fault::new("interrupted", "the preview was broken off").warning());
         }
-        let text = canvas.draw(&rendered.film).map_err(|error| trouble(&error))?;
+        let text = canvas.draw(&rendered.film, &development).map_err(|error| trouble(&error))?;
         self.print_raw(&text);
         Ok(())
     }
@@ -568,18 +582,16 @@ fn with_scene_ending_if_there(path: PathBuf) -> PathBuf {
     if !path.exists() && longer.is_file() { longer } else { path }
 }
 
-/// The place of a picture: a PNG, and not in the place of anything else.
+/// The place of a picture: of a format that there is, and not in the place of anything else.
 fn picture_place(path: PathBuf) -> Result<PathBuf, Fault> {
-    const PNG_MARK: &[u8] = b"\x89PNG";
     let path = if path.extension().is_none() && !path.is_dir() { path.with_extension("png") } else { path };
-    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
+    let format = PictureFormat::of(&path).ok().filter(|_| path.extension().is_some()).ok_or_else(|| {
         let message = format!("'{}' is no name for a picture", path.display());
-        return Err(
-            Fault::new("not-a-picture", message).help("pictures are PNG files: name it something.png")
-        );
-    }
-    let is_other =
-        path.is_file() && path.metadata().is_ok_and(|m| m.len() > 0) && !files::begins_with(&path, PNG_MARK);
+        Fault::new("not-a-picture", message).help(format!("names end in {}", PictureFormat::ENDINGS))
+    })?;
+    let is_other = path.is_file()
+        && path.metadata().is_ok_and(|m| m.len() > 0)
+        && !files::begins_with(&path, format.mark());
     if is_other {
         let message = format!("'{}' is there already and is no picture", path.display());
         return Err(Fault::new("not-a-picture", message).help("take another name"));

@@ -29,7 +29,7 @@ impl PromptHelper {
     /// Files that begin so and that the command may want, folders with a slash.
     fn files(&self, command: &str, partial: &str) -> Vec<Pair> {
         let endings: &[&str] = match find_command(command).map(|spec| spec.name) {
-            Some("render") => &[".png"],
+            Some("render") => &[".png", ".exr"],
             Some("cd" | "dir") => &[],
             _ => &[".scn"],
         };

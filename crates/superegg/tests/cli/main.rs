@@ -5,7 +5,9 @@
 
 mod animate;
 mod crashes;
+mod film;
 mod gallery;
+mod long;
 mod modeller;
 #[cfg(unix)]
 mod prompt;

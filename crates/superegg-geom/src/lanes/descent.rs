@@ -1,0 +1,184 @@
+//! Newton's method along rays that go through the box of a convex shape, several registers at a time: the steps of one depend on each other, those
+//! of another fill the time between.
+
+use pulp::Simd;
+
+use super::PowerKind;
+use super::kernel::{CLOSE, Descent, Evaluate, Pair, Square, Sum, Triple};
+use super::log_norm::{AnyPower, LogNorm, Round};
+use super::vector::{Lanes, Mask};
+
+/// So many registers keep the machine busy.
+pub(super) const SIDE_BY_SIDE: usize = 2;
+/// Steps before what is left goes to f64: grazing rays.
+const MOST_STEPS: usize = 10;
+/// From where N is above the level by no more than this the last step is taken unseen.
+const NEAR: f32 = 3e-5;
+/// The last step is off by less than this part of itself, or f64 will find that it is not.
+const LAST_STEP: f32 = 1.0 / 16.0;
+
+/// Work that needs to know the norm of a shape, for one register and for [`SIDE_BY_SIDE`] of them.
+pub(super) trait WithNorm<S: Simd> {
+    type Output;
+    fn run(self, one: impl Evaluate<S>, many: impl Evaluate<S, SIDE_BY_SIDE>) -> Self::Output;
+}
+
+/// Does work for the norm of two powers, by what is quickest for them.
+#[inline(always)]
+pub(super) fn with_norm<S: Simd, W: WithNorm<S>>(
+    simd: S,
+    xy: PowerKind,
+    rz: PowerKind,
+    work: W,
+) -> W::Output {
+    let (p, q) = (xy.power(), rz.power());
+    match (xy, rz) {
+        (PowerKind::Two, PowerKind::Two) => work.run(Pair(Square, Square), Pair(Square, Square)),
+        (PowerKind::One, PowerKind::One) => work.run(Pair(Sum, Sum), Pair(Sum, Sum)),
+        (PowerKind::Two, PowerKind::One) => work.run(Pair(Square, Sum), Pair(Square, Sum)),
+        (PowerKind::One, PowerKind::Two) => work.run(Pair(Sum, Square), Pair(Sum, Square)),
+        (PowerKind::Two, _) => work.run(round(simd, q), round(simd, q)),
+        _ => work.run(general(simd, p, q), general(simd, p, q)),
+    }
+}
+
+#[inline(always)]
+fn round<S: Simd, const K: usize>(simd: S, q: f32) -> LogNorm<S, Round, K> {
+    LogNorm::new(Round, Lanes::splat(simd, q))
+}
+
+#[inline(always)]
+fn general<S: Simd, const K: usize>(simd: S, p: f32, q: f32) -> LogNorm<S, AnyPower<S, K>, K> {
+    LogNorm::new(AnyPower::new(Lanes::splat(simd, p)), Lanes::splat(simd, q))
+}
+
+/// A part of each ray.
+#[derive(Clone, Copy)]
+pub(super) struct Passage<S: Simd, const K: usize = 1> {
+    pub(super) start: Triple<S, K>,
+    pub(super) direction: Triple<S, K>,
+    /// In lengths of the direction.
+    pub(super) length: Lanes<S, K>,
+    /// Lanes that have a ray.
+    pub(super) active: Mask<S, K>,
+}
+
+impl<S: Simd, const K: usize> Passage<S, K> {
+    /// Registers side by side.
+    #[inline(always)]
+    pub(super) fn join(parts: &[Passage<S>; K]) -> Self {
+        let (mut start, mut direction) = ([parts[0].start; K], [parts[0].direction; K]);
+        let (mut length, mut active) = ([parts[0].length; K], [parts[0].active; K]);
+        for k in 1..K {
+            (start[k], direction[k]) = (parts[k].start, parts[k].direction);
+            (length[k], active[k]) = (parts[k].length, parts[k].active);
+        }
+        Self {
+            start: Triple::join(start),
+            direction: Triple::join(direction),
+            length: Lanes::join(length),
+            active: Mask::join(active),
+        }
+    }
+}
+
+/// The first crossing of each ray with the shape at the level 1 + tolerance.
+#[derive(Clone, Copy)]
+pub(super) struct Crossing<S: Simd, const K: usize = 1> {
+    /// The way to it. The shape itself is not met before it, but for `error`.
+    pub(super) s: Lanes<S, K>,
+    pub(super) found: Mask<S, K>,
+    /// By how much `s` is off; where N has an edge it may be more, which f64 tells.
+    pub(super) error: Lanes<S, K>,
+    /// Where the search has not come to its end.
+    pub(super) doubt: Mask<S, K>,
+}
+
+impl<S: Simd, const K: usize> Crossing<S, K> {
+    #[inline(always)]
+    pub(super) fn part(&self, k: usize) -> Crossing<S> {
+        let Self { s, found, error, doubt } = *self;
+        Crossing { s: s.part(k), found: found.part(k), error: error.part(k), doubt: doubt.part(k) }
+    }
+}
+
+/// From a place outside: N is convex, so each step ends before the crossing.
+#[inline(always)]
+pub(super) fn first_crossings<S: Simd, const K: usize>(
+    norm: impl Evaluate<S, K>,
+    passage: &Passage<S, K>,
+    tolerance: Lanes<S, K>,
+) -> Crossing<S, K> {
+    let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
+    let (level, near, close) = (one + tolerance, tolerance.all(NEAR), tolerance.all(CLOSE));
+    let slack = tolerance + tolerance + close;
+    let Passage { start, direction, length, mut active } = *passage;
+    let (mut s, mut error, mut found) = (zero, zero, zero.lt(zero));
+    for _ in 0..MOST_STEPS {
+        let Descent { excess, way } = norm.descent(start.along(s, direction), direction, level);
+        let step = -excess * way;
+        let falls = way.lt(zero);
+        // Where N rises it is met only where it is already.
+        let arrived = active & excess.le(falls.select(near, close));
+        found = found | arrived;
+        // A place past the crossing, by rounding, is as good.
+        let last = falls.select(step.max(zero), zero);
+        error = arrived.select(slack.mul_add(way.abs(), last * tolerance.all(LAST_STEP)), error);
+        active = (active & falls).and_not(arrived);
+        s = arrived.select((s + last).min(length.max(s)), active.select(s + step, s));
+        active = active & s.le(length);
+        if !active.any() {
+            break;
+        }
+    }
+    Crossing { s, found: found | active, error, doubt: active }
+}
+
+/// Whether each ray comes into the shape.
+#[derive(Clone, Copy)]
+pub(super) struct Entry<S: Simd, const K: usize = 1> {
+    /// Where it is inside for certain: this far from the middle of the passage.
+    pub(super) s: Lanes<S, K>,
+    pub(super) inside: Mask<S, K>,
+    /// Where it may be.
+    pub(super) touched: Mask<S, K>,
+}
+
+/// From the middle of the passage downhill, whichever way that is: a convex function has its least value there. First to the level at which the shape
+/// can no longer be missed, then on to the one at which it is met for certain.
+#[inline(always)]
+pub(super) fn entries<S: Simd, const K: usize>(
+    norm: impl Evaluate<S, K>,
+    passage: &Passage<S, K>,
+    tolerance: Lanes<S, K>,
+) -> Entry<S, K> {
+    let (zero, one, half) = (tolerance.all(0.0), tolerance.all(1.0), tolerance.all(0.5));
+    let close = tolerance.all(CLOSE);
+    let (outside, inside) = (one + tolerance, one - tolerance);
+    let Passage { start, direction, length, mut active } = *passage;
+    let most = half * length;
+    let middle = start.along(most, direction);
+    let mut downhill = one;
+    let nothing = zero.lt(zero);
+    let mut entry = Entry { s: zero, inside: nothing, touched: nothing };
+    for step in 0..MOST_STEPS {
+        // What the excess over one level says of the others.
+        let Descent { excess, way } = norm.descent(middle.along(entry.s, direction), direction, outside);
+        if step == 0 {
+            downhill = (-one).times_sign_of(way);
+        }
+        let arrived = active & (excess + (outside - inside)).le(zero);
+        entry.touched = entry.touched | (active & excess.le(close));
+        entry.inside = entry.inside | arrived;
+        // The slope still leads downhill.
+        active = (active & (way * downhill).lt(zero)).and_not(arrived);
+        let excess = entry.touched.select(excess + (outside - inside + close), excess);
+        entry.s = active.select(entry.s - excess * way, entry.s);
+        active = active & entry.s.abs().le(most);
+        if !active.any() {
+            break;
+        }
+    }
+    entry.touched = entry.touched | active;
+    entry
+}

@@ -1,0 +1,182 @@
+//! Reconstruction filters, by drawing the places of samples from them (Ernst, Stamminger and Greiner, "Filter Importance Sampling", 2006).
+//!
+//! A sample is taken where the filter has weight, as often as the weight says, and counts for its own pixel alone. So tiles know nothing of
+//! their neighbours, and a picture is the same to the bit however it is divided.
+//!
+//! Where a filter is negative its magnitude is drawn from and the sample subtracted. The filter's value is put together from the means of the
+//! two kinds, each with its known share ([`Shares`]): white stays white with any number of samples, and no sum of weights comes near 0.
+
+use superegg_geom::glam::DVec2;
+use superegg_scene::Filter;
+
+/// Cells of the table of a filter, over its whole width. The zeros of Mitchell's are at their borders.
+const CELLS: usize = 1024;
+
+/// What the samples of one sign count for in a pixel: the integral of the filter's positive part, and that of its negative part as a positive
+/// number. The difference is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shares {
+    pub(crate) positive: f64,
+    pub(crate) negative: f64,
+}
+
+/// A filter, ready to draw from.
+#[derive(Clone, Debug)]
+pub(crate) struct FilterSampler {
+    /// The distance from the centre at which it ends, in pixels.
+    radius: f64,
+    /// The integral of the magnitude along one axis up to each border of cells, from 0 to 1.
+    cumulated: Vec<f64>,
+    pub(crate) shares: Shares,
+    filter: Filter,
+}
+
+impl FilterSampler {
+    pub(crate) fn new(filter: Filter) -> Self {
+        let radius = radius(filter);
+        let width = 2.0 * radius / CELLS as f64;
+        // Simpson's rule in each cell.
+        let integral = |cell: usize| {
+            let left = cell as f64 * width - radius;
+            let at = |x: f64| along_axis(filter, x);
+            (at(left) + 4.0 * at(left + 0.5 * width) + at(left + width)) * width / 6.0
+        };
+        let cells: Vec<f64> = (0..CELLS).map(integral).collect();
+        let magnitude: f64 = cells.iter().map(|cell| cell.abs()).sum();
+        let mut cumulated = vec![0.0];
+        let mut sum = 0.0;
+        for cell in &cells {
+            sum += cell.abs() / magnitude;
+            cumulated.push(sum);
+        }
+        let below = cells.iter().filter(|cell| **cell < 0.0).map(|cell| -cell).sum::<f64>() / magnitude;
+        let above = 1.0 - below;
+        // Of the product of both axes.
+        let (positive, negative) = (above * above + below * below, 2.0 * above * below);
+        let total = positive - negative;
+        let shares = Shares { positive: positive / total, negative: negative / total };
+        Self { radius, cumulated, shares, filter }
+    }
+
+    /// A place drawn from the filter's magnitude, in pixels from the pixel's top left corner, and whether the filter is negative there. `unit` is
+    /// evenly distributed in [0, 1) in both parts.
+    pub(crate) fn place(&self, unit: DVec2) -> (DVec2, bool) {
+        if self.filter == Filter::Box {
+            return (unit, false);
+        }
+        let place = DVec2::new(self.along(unit.x), self.along(unit.y));
+        let is_below = |x: f64| along_axis(self.filter, x) < 0.0;
+        (place + 0.5, is_below(place.x) != is_below(place.y))
+    }
+
+    fn along(&self, unit: f64) -> f64 {
+        let cell = self.cumulated.partition_point(|&sum| sum <= unit).clamp(1, CELLS) - 1;
+        let (left, right) = (self.cumulated[cell], self.cumulated[cell + 1]);
+        let within = if right > left { ((unit - left) / (right - left)).clamp(0.0, 1.0) } else { 0.5 };
+        (cell as f64 + within) * 2.0 * self.radius / CELLS as f64 - self.radius
+    }
+}
+
+fn radius(filter: Filter) -> f64 {
+    match filter {
+        Filter::Box => 0.5,
+        Filter::Tent => 1.0,
+        Filter::Gaussian | Filter::Blackman | Filter::Mitchell => 2.0,
+    }
+}
+
+/// The filter along one axis, up to a factor; in the picture it is the product of both.
+fn along_axis(filter: Filter, x: f64) -> f64 {
+    let x = x.abs();
+    if x > radius(filter) {
+        return 0.0;
+    }
+    match filter {
+        Filter::Box => 1.0,
+        Filter::Tent => 1.0 - x,
+        // Of standard deviation 1/2.
+        Filter::Gaussian => (-2.0 * x * x).exp(),
+        Filter::Blackman => {
+            // The window of four terms (Harris 1978), around its middle.
+            let turn = 0.5 * std::f64::consts::PI * x;
+            0.35875 + 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos() + 0.01168 * (3.0 * turn).cos()
+        }
+        // Mitchell and Netravali (1988) with B = C = 1/3.
+        Filter::Mitchell if x < 1.0 => (7.0 * x - 12.0) * x * x + 16.0 / 3.0,
+        Filter::Mitchell => ((-7.0 / 3.0 * x + 12.0) * x - 20.0) * x + 32.0 / 3.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::sobol;
+
+    const ALL: [Filter; 5] =
+        [Filter::Box, Filter::Tent, Filter::Gaussian, Filter::Blackman, Filter::Mitchell];
+
+    #[test]
+    fn samples_have_the_mean_and_the_variance_of_their_filter() {
+        for filter in ALL {
+            let sampler = FilterSampler::new(filter);
+            // The moments of the filter itself by a fine sum.
+            let steps = 200_000;
+            let (mut total, mut second) = (0.0, 0.0);
+            for i in 0..steps {
+                let x = (2.0 * (f64::from(i) + 0.5) / f64::from(steps) - 1.0) * radius(filter);
+                total += along_axis(filter, x);
+                second += along_axis(filter, x) * x * x;
+            }
+            let exact = second / total;
+            let known = match filter {
+                Filter::Box => Some(1.0 / 12.0),
+                Filter::Tent => Some(1.0 / 6.0),
+                // Cut at four standard deviations.
+                Filter::Gaussian => Some(0.25 * (1.0 - 8.0 * 1.338e-4 / 0.999_937)),
+                Filter::Blackman | Filter::Mitchell => None,
+            };
+            assert!(known.is_none_or(|known| (exact - known).abs() < 1e-5), "{filter:?}: {exact}");
+
+            let count = 1 << 16;
+            let mut sums = [(0.0, DVec2::ZERO, DVec2::ZERO); 2];
+            for index in 0..count {
+                let (place, is_negative) = sampler.place(sobol(index, 7));
+                let place = place - 0.5;
+                let sum = &mut sums[usize::from(is_negative)];
+                *sum = (sum.0 + 1.0, sum.1 + place, sum.2 + place * place);
+            }
+            let [above, below] = sums;
+            let joined = |above: DVec2, below: DVec2| {
+                sampler.shares.positive * above - sampler.shares.negative * below
+            };
+            let of = |sum: DVec2, count: f64| if count > 0.0 { sum / count } else { DVec2::ZERO };
+            let mean = joined(of(above.1, above.0), of(below.1, below.0));
+            let variance = joined(of(above.2, above.0), of(below.2, below.0));
+            assert!(mean.abs().max_element() < 1e-3, "{filter:?}: {mean}");
+            assert!((variance - exact).abs().max_element() < 1e-3, "{filter:?}: {variance}, not {exact}");
+            let share = below.0 / f64::from(count);
+            let Shares { positive, negative } = sampler.shares;
+            assert!((share - negative / (positive + negative)).abs() < 1e-3, "{filter:?}: {share}");
+        }
+    }
+
+    #[test]
+    fn the_shares_are_those_of_a_filter_whose_weights_sum_to_one() {
+        for filter in ALL {
+            let Shares { positive, negative } = FilterSampler::new(filter).shares;
+            assert!((positive - negative - 1.0).abs() < 1e-12, "{filter:?}");
+            assert_eq!(negative > 0.0, filter == Filter::Mitchell);
+        }
+    }
+
+    #[test]
+    fn places_stay_within_the_radius_for_any_number() {
+        for filter in ALL {
+            let sampler = FilterSampler::new(filter);
+            for unit in [0.0, 0.5, 1.0, 1.0 - f64::EPSILON, f64::MIN_POSITIVE] {
+                let (place, _) = sampler.place(DVec2::splat(unit));
+                assert!((place - 0.5).abs().max_element() <= radius(filter), "{filter:?} {unit}: {place}");
+            }
+        }
+    }
+}

@@ -1,0 +1,649 @@
+//! The partial file: finished tiles of a picture, and what picture they are of. Bytes in, bytes out; the files are others' work.
+//!
+//! ```text
+//! superegg part 1\n                                  the format and its version
+//! length u32, check u128, so many bytes of text      the header: lines of a name, a blank and a value
+//! then for each finished tile, in any order:
+//! "TILE", tile u32, length u32, check u32            the head of a record; the check is of the twelve bytes before it
+//! so many bytes, check u128                          the pixels, row by row; the check is of head and pixels
+//! ```
+//!
+//! Numbers have their lowest byte first. Checks are XXH3, those of records seeded with the fingerprint of the picture, so a record is good only
+//! in a file of the same picture. What is not a good record is stepped over to the next that is: after a kill or damage every
+//! tile whose bytes are whole still counts, and no length is believed that does not fit.
+
+use std::ops::RangeInclusive;
+
+use superegg_scene::{Encoding, Filter, Picture, Tone};
+use thiserror::Error;
+use twox_hash::XxHash3_128;
+
+use crate::film::Pixel;
+use crate::render::RenderSettings;
+use crate::share::Share;
+use crate::shows::Shows;
+use crate::tiling::{Tile, tiles};
+
+/// What those of this version begin with. A change of anything that this file writes is a new version.
+const FIRST_LINE: &[u8] = b"superegg part 1\n";
+/// No header is longer, in bytes.
+const LONGEST_HEADER: usize = 1 << 16;
+const MARK: &[u8] = b"TILE";
+const HEAD: usize = 16;
+const CHECK: usize = 16;
+
+/// Why bytes are no partial file that can be used.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum PartError {
+    /// They begin with something else.
+    #[error("it is not a partial file of superegg")]
+    NotAPart,
+    /// They are of another version of the format.
+    #[error("it has another version of the format: it was written by an older or newer superegg")]
+    OtherVersion,
+    /// They end before the header does: whoever wrote it was stopped before the first tile.
+    #[error("it breaks off in its header, so it has no tiles")]
+    BrokenOff,
+    /// The header is not what was written.
+    #[error("its header is damaged: {0}")]
+    DamagedHeader(String),
+}
+
+/// What a partial file says of the picture whose tiles it has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartHeader {
+    /// The tiles that it is to have in the end.
+    pub share: Share,
+    /// All that the picture depends on, names and values; tiles belong to one picture if these are the same.
+    facts: Vec<(String, String)>,
+    /// The picture, as it is to be developed.
+    picture: Picture,
+    shows: Shows,
+}
+
+/// What tells two pictures apart.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// What it is, such as "samples".
+    pub name: String,
+    /// Its values in the one and the other; `None` where they are only known to differ.
+    pub values: Option<(String, String)>,
+}
+
+impl PartHeader {
+    /// Of a picture that `program` (its version) makes of the `scene` (its text as written by the program) with these settings.
+    pub fn new(
+        program: &str,
+        scene: &str,
+        root: Option<&str>,
+        depth: u32,
+        settings: &RenderSettings,
+        share: Share,
+    ) -> Self {
+        let RenderSettings { picture, camera, surroundings, shows } = settings;
+        // `Debug` of f64 tells numbers apart to the last bit.
+        let hash = |text: &str| format!("{HASHED}{:032x}", XxHash3_128::oneshot(text.as_bytes()));
+        let mut facts = vec![("program", program.to_owned())];
+        facts.extend(picture_facts(picture));
+        facts.push(("view", format!("{shows:?}")));
+        facts.push(("root", root.unwrap_or_default().to_owned()));
+        facts.push(("depth", depth.to_string()));
+        facts.push(("camera", hash(&format!("{camera:?}"))));
+        facts.push(("surroundings", hash(&format!("{surroundings:?}"))));
+        facts.push(("scene", hash(scene)));
+        // A value is the rest of a line.
+        let line = |value: String| value.replace(['\n', '\r'], " ");
+        Self {
+            share,
+            facts: facts.into_iter().map(|(name, value)| (name.to_owned(), line(value))).collect(),
+            picture: *picture,
+            shows: *shows,
+        }
+    }
+
+    /// The picture, as it is to be developed.
+    pub fn picture(&self) -> &Picture {
+        &self.picture
+    }
+
+    /// What the picture shows.
+    pub fn shows(&self) -> Shows {
+        self.shows
+    }
+
+    /// The tiles of the whole picture.
+    pub fn tiles(&self) -> Vec<Tile> {
+        tiles(self.picture.width, self.picture.height)
+    }
+
+    fn fact(&self, name: &str) -> Option<&str> {
+        value_of(&self.facts, name)
+    }
+
+    /// The first thing that makes the pictures of two headers different; the shares may differ.
+    pub fn difference(&self, other: &Self) -> Option<Difference> {
+        let names = self.facts.iter().chain(&other.facts).map(|(name, _)| name.as_str());
+        let mut differing = names.filter(|name| self.fact(name) != other.fact(name));
+        let name = differing.next()?;
+        let values = [self.fact(name), other.fact(name)].map(|value| value.unwrap_or("(nothing)").to_owned());
+        let [one, two] = values;
+        let is_hash = one.starts_with(HASHED) || two.starts_with(HASHED);
+        Some(Difference { name: name.to_owned(), values: (!is_hash).then_some((one, two)) })
+    }
+
+    /// The same for all shares of one picture.
+    fn fingerprint(&self) -> u64 {
+        let mut text = String::new();
+        self.write_facts(&mut text);
+        XxHash3_128::oneshot(text.as_bytes()) as u64
+    }
+
+    fn write_facts(&self, text: &mut String) {
+        for (name, value) in &self.facts {
+            text.extend([name.as_str(), " ", value, "\n"]);
+        }
+    }
+
+    /// The bytes that a partial file begins with.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut text = format!("share {}\n", self.share);
+        self.write_facts(&mut text);
+        let mut bytes = FIRST_LINE.to_vec();
+        bytes.extend((text.len() as u32).to_le_bytes());
+        bytes.extend(XxHash3_128::oneshot(text.as_bytes()).to_le_bytes());
+        bytes.extend(text.as_bytes());
+        bytes
+    }
+
+    /// What every partial file begins with, of any version.
+    pub const FAMILY: &[u8] = b"superegg part ";
+
+    /// No header is longer.
+    pub const MOST_BYTES: u64 = (FIRST_LINE.len() + 4 + CHECK + LONGEST_HEADER) as u64;
+
+    /// The most bytes that a file of this picture should have: each tile twice.
+    pub fn most_bytes(&self) -> u64 {
+        let record = |tile: &Tile| (HEAD + tile.pixel_count() * Pixel::BYTES + CHECK) as u64;
+        Self::MOST_BYTES + 2 * self.tiles().iter().map(record).sum::<u64>()
+    }
+
+    /// A finished tile as a record, with its pixels row by row.
+    pub fn record(&self, tile: usize, pixels: &[Pixel]) -> Vec<u8> {
+        let length = pixels.len() * Pixel::BYTES;
+        let mut bytes = Vec::with_capacity(HEAD + length + CHECK);
+        bytes.extend(MARK);
+        bytes.extend((tile as u32).to_le_bytes());
+        bytes.extend((length as u32).to_le_bytes());
+        bytes.extend(head_check(&bytes).to_le_bytes());
+        pixels.iter().for_each(|pixel| bytes.extend(pixel.to_bytes()));
+        bytes.extend(check(self.fingerprint(), &bytes).to_le_bytes());
+        bytes
+    }
+
+    /// A header and its length, from what a partial file begins with.
+    ///
+    /// # Errors
+    /// They are none, or a header that was not written whole, or was changed.
+    pub fn read(bytes: &[u8]) -> Result<(Self, usize), PartError> {
+        let damaged = |why: &str| PartError::DamagedHeader(why.to_owned());
+        if bytes.len() < FIRST_LINE.len() && FIRST_LINE.starts_with(bytes) {
+            return Err(PartError::BrokenOff);
+        }
+        let Some(rest) = bytes.strip_prefix(FIRST_LINE) else {
+            let is_part = bytes.starts_with(Self::FAMILY);
+            return Err(if is_part { PartError::OtherVersion } else { PartError::NotAPart });
+        };
+        let (length, rest) = rest.split_first_chunk().ok_or(PartError::BrokenOff)?;
+        let length = u32::from_le_bytes(*length) as usize;
+        if length > LONGEST_HEADER {
+            return Err(damaged("it cannot be so long"));
+        }
+        let (check, rest) = rest.split_first_chunk().ok_or(PartError::BrokenOff)?;
+        let text = rest.get(..length).ok_or(PartError::BrokenOff)?;
+        if XxHash3_128::oneshot(text) != u128::from_le_bytes(*check) {
+            return Err(damaged("its checksum does not fit"));
+        }
+        let text = std::str::from_utf8(text).map_err(|_| damaged("it is no text"))?;
+        let lines =
+            text.lines().map(|line| line.split_once(' ').ok_or_else(|| damaged("a line has no value")));
+        let mut facts = Vec::new();
+        let mut share = None;
+        for line in lines {
+            match line? {
+                ("share", value) => share = Some(value.parse().map_err(|error: String| damaged(&error))?),
+                (name, value) => facts.push((name.to_owned(), value.to_owned())),
+            }
+        }
+        let share = share.ok_or_else(|| damaged("it names no share"))?;
+        let picture = read_picture(&|name| value_of(&facts, name))?;
+        let shows = word(value_of(&facts, "view"), &SHOWS).ok_or_else(|| damaged("it has no view"))?;
+        Ok((Self { share, facts, picture, shows }, FIRST_LINE.len() + 4 + CHECK + length))
+    }
+}
+
+/// What the values begin with that are only good to tell whether two things are the same.
+const HASHED: &str = "xxh3:";
+
+/// Every value of a picture by its name.
+fn picture_facts(picture: &Picture) -> Vec<(&'static str, String)> {
+    // All fields, so that none is forgotten.
+    let &Picture {
+        width,
+        height,
+        samples,
+        noise,
+        most_samples,
+        filter,
+        encoding,
+        exposure,
+        tone,
+        bits,
+        transparent,
+        bounces,
+        least_weight,
+        light_rays,
+        gloss_rays,
+    } = picture;
+    vec![
+        ("width", width.to_string()),
+        ("height", height.to_string()),
+        ("samples", samples.to_string()),
+        ("noise", noise.to_string()),
+        ("most_samples", most_samples.to_string()),
+        ("filter", format!("{filter:?}")),
+        ("encoding", format!("{encoding:?}")),
+        ("exposure", exposure.to_string()),
+        ("tone", format!("{tone:?}")),
+        ("bits", bits.to_string()),
+        ("transparent", transparent.to_string()),
+        ("bounces", bounces.to_string()),
+        ("least_weight", least_weight.to_string()),
+        ("light_rays", light_rays.to_string()),
+        ("gloss_rays", gloss_rays.to_string()),
+    ]
+}
+
+const SHOWS: [Shows; 6] =
+    [Shows::Light, Shows::Normal, Shows::Depth, Shows::Id, Shows::Steps, Shows::Occlusion];
+
+/// The one of some words that a text is.
+fn word<T: Copy + std::fmt::Debug>(text: Option<&str>, words: &[T]) -> Option<T> {
+    words.iter().find(|word| text == Some(&format!("{word:?}"))).copied()
+}
+
+fn read_picture<'a>(fact: &dyn Fn(&str) -> Option<&'a str>) -> Result<Picture, PartError> {
+    fn is_finite(number: &f64) -> bool {
+        number.is_finite()
+    }
+    let wrong = |name: &str| PartError::DamagedHeader(format!("it has no {name} that a picture can have"));
+    let whole = |name: &str, range: RangeInclusive<u32>| {
+        let number = fact(name).and_then(|text| text.parse().ok());
+        number.filter(|number| range.contains(number)).ok_or_else(|| wrong(name))
+    };
+    let number = |name: &str| {
+        fact(name).and_then(|text| text.parse().ok()).filter(is_finite).ok_or_else(|| wrong(name))
+    };
+    use Filter::{Blackman, Box, Gaussian, Mitchell, Tent};
+    let picture = Picture {
+        width: whole("width", 1..=Picture::LONGEST_SIDE)?,
+        height: whole("height", 1..=Picture::LONGEST_SIDE)?,
+        samples: whole("samples", 1..=Picture::MOST_SAMPLES)?,
+        noise: number("noise")?,
+        most_samples: whole("most_samples", 1..=Picture::MOST_SAMPLES)?,
+        filter: word(fact("filter"), &[Box, Tent, Gaussian, Blackman, Mitchell])
+            .ok_or_else(|| wrong("filter"))?,
+        encoding: word(fact("encoding"), &[Encoding::Srgb, Encoding::Linear])
+            .ok_or_else(|| wrong("encoding"))?,
+        exposure: number("exposure")?,
+        tone: word(fact("tone"), &[Tone::None, Tone::Reinhard, Tone::Filmic]).ok_or_else(|| wrong("tone"))?,
+        bits: whole("bits", 8..=16)?,
+        transparent: word(fact("transparent"), &[false, true]).ok_or_else(|| wrong("transparent"))?,
+        bounces: whole("bounces", 0..=u32::MAX)?,
+        least_weight: number("least_weight")?,
+        light_rays: whole("light_rays", 0..=u32::MAX)?,
+        gloss_rays: whole("gloss_rays", 0..=u32::MAX)?,
+    };
+    if !Picture::is_size(picture.width, picture.height) {
+        return Err(wrong("size"));
+    }
+    Ok(picture)
+}
+
+fn value_of<'a>(facts: &'a [(String, String)], name: &str) -> Option<&'a str> {
+    facts.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+}
+
+/// The check of the first bytes of a record: with a length that can be trusted the rest is read.
+fn head_check(head: &[u8]) -> u32 {
+    XxHash3_128::oneshot(head) as u32
+}
+
+/// A partial file as read.
+#[derive(Debug)]
+pub struct Part<'a> {
+    /// What its tiles are of.
+    pub header: PartHeader,
+    /// The good records: the index of a tile, and its pixels as bytes. No tile is in it twice.
+    tiles: Vec<(usize, &'a [u8])>,
+    /// The length of header and records up to the last good one.
+    pub end: usize,
+    /// How many bytes before `end` are no good records.
+    pub damaged: usize,
+}
+
+impl<'a> Part<'a> {
+    /// Reads a whole file. What is not a good record is left out.
+    ///
+    /// # Errors
+    /// The header cannot be read; without it no tile has a meaning.
+    pub fn read(bytes: &'a [u8]) -> Result<Self, PartError> {
+        let (header, start) = PartHeader::read(bytes)?;
+        let lengths: Vec<usize> =
+            header.tiles().iter().map(|tile| tile.pixel_count() * Pixel::BYTES).collect();
+        let seed = header.fingerprint();
+        let mut is_known = vec![false; lengths.len()];
+        let mut part = Self { header, tiles: Vec::new(), end: start, damaged: 0 };
+        let mut at = start;
+        while at < bytes.len() {
+            if let Some((tile, pixels)) = read_record(&bytes[at..], &lengths, seed) {
+                part.damaged += at - part.end;
+                at += HEAD + pixels.len() + CHECK;
+                part.end = at;
+                if !std::mem::replace(&mut is_known[tile], true) {
+                    part.tiles.push((tile, pixels));
+                }
+            } else {
+                let rest = &bytes[at + 1..];
+                at += 1 + rest.windows(MARK.len()).position(|four| four == MARK).unwrap_or(rest.len());
+            }
+        }
+        Ok(part)
+    }
+
+    /// The tiles that it has, by index, with their pixels row by row.
+    pub fn tiles(&self) -> impl Iterator<Item = (usize, Vec<Pixel>)> + use<'_> {
+        self.tiles.iter().map(|(tile, bytes)| {
+            let (pixels, _) = bytes.as_chunks::<{ Pixel::BYTES }>();
+            (*tile, pixels.iter().map(Pixel::from_bytes).collect())
+        })
+    }
+
+    /// The indices of the tiles that it has.
+    pub fn indices(&self) -> impl Iterator<Item = usize> {
+        self.tiles.iter().map(|(tile, _)| *tile)
+    }
+}
+
+/// The record at the beginning of some bytes, if there is a good one: its tile and the bytes of its pixels.
+fn read_record<'a>(bytes: &'a [u8], lengths: &[usize], seed: u64) -> Option<(usize, &'a [u8])> {
+    let number = |at: usize| bytes.get(at..at + 4)?.try_into().ok().map(u32::from_le_bytes);
+    let (tile, length) = (number(4)? as usize, number(8)? as usize);
+    if !bytes.starts_with(MARK)
+        || lengths.get(tile) != Some(&length)
+        || number(12)? != head_check(&bytes[..12])
+    {
+        return None;
+    }
+    let record = bytes.get(..HEAD + length)?;
+    let written = bytes[record.len()..].first_chunk()?;
+    (check(seed, record) == u128::from_le_bytes(*written)).then_some((tile, &record[HEAD..]))
+}
+
+/// The check of a record of the picture with this fingerprint.
+fn check(seed: u64, record: &[u8]) -> u128 {
+    XxHash3_128::oneshot_with_seed(seed, record)
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_scene::Scene;
+
+    use super::*;
+
+    /// A generator of numbers (xorshift, Marsaglia 2003).
+    struct Random(u64);
+
+    impl Random {
+        fn below(&mut self, most: usize) -> usize {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            (self.0 % most as u64) as usize
+        }
+    }
+
+    fn settings() -> RenderSettings {
+        let picture =
+            Picture { width: 18, height: 10, exposure: 0.1, tone: Tone::Filmic, ..Picture::default() };
+        RenderSettings { picture, ..RenderSettings::of(&Scene::default()) }
+    }
+
+    fn header(share: Share) -> PartHeader {
+        PartHeader::new("1.2.3", "prm egg\n", Some("egg"), 25, &settings(), share)
+    }
+
+    fn pixels(tile: usize) -> Vec<Pixel> {
+        let count = header(Share::WHOLE).tiles()[tile].pixel_count();
+        (0..count).map(|i| Pixel { depth: i as f32, id: tile as u32, samples: 4, ..Pixel::EMPTY }).collect()
+    }
+
+    /// A whole file, and where its header and its two records end.
+    fn file() -> (Vec<u8>, [usize; 3]) {
+        let header = header(Share::WHOLE);
+        let mut bytes = header.to_bytes();
+        let start = bytes.len();
+        bytes.extend(header.record(1, &pixels(1)));
+        let middle = bytes.len();
+        bytes.extend(header.record(0, &pixels(0)));
+        let end = bytes.len();
+        (bytes, [start, middle, end])
+    }
+
+    /// The tiles of a part; each is one that was written.
+    fn tiles_of(part: &Part<'_>) -> Vec<usize> {
+        for (tile, found) in part.tiles() {
+            assert_eq!(found, pixels(tile));
+        }
+        part.indices().collect()
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let (bytes, [.., end]) = file();
+        let part = Part::read(&bytes).unwrap();
+        assert_eq!((tiles_of(&part), part.end, part.damaged), (vec![1, 0], end, 0));
+        assert_eq!((&part.header, part.header.picture()), (&header(Share::WHOLE), &settings().picture));
+        assert!(part.header.most_bytes() > end as u64);
+    }
+
+    #[test]
+    fn cut_off_anywhere_it_keeps_the_tiles_that_are_whole() {
+        let (bytes, [start, middle, end]) = file();
+        for length in 0..=end {
+            match Part::read(&bytes[..length]) {
+                Ok(part) => {
+                    let whole = [middle, end].iter().filter(|&&end| end <= length).count();
+                    assert_eq!((tiles_of(&part).len(), part.damaged), (whole, 0), "{length}");
+                    assert_eq!(part.end, [start, middle, end][whole]);
+                }
+                Err(error) => assert!(length < start && error == PartError::BrokenOff, "{length}: {error}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_changed_byte_costs_its_own_tile_and_no_other() {
+        let (bytes, [start, middle, end]) = file();
+        for place in 0..end {
+            for flip in [1, 0x80, 0xff] {
+                let mut bytes = bytes.clone();
+                bytes[place] ^= flip;
+                match Part::read(&bytes) {
+                    Ok(part) => {
+                        let left = if place < middle { 0 } else { 1 };
+                        assert_eq!(tiles_of(&part), [left], "{place}");
+                        assert_eq!(part.damaged, if place < middle { middle - start } else { 0 });
+                    }
+                    Err(_) => assert!(place < start, "{place}"),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn records_in_a_row_with_garbage_between_count_once() {
+        let (bytes, [start, middle, end]) = file();
+        let header = header(Share::new(1, 1).unwrap());
+        let mut other = pixels(1);
+        other[0].id = 77;
+        let garbage = b"TITILETILE....TILE".repeat(50);
+        let joined =
+            [&bytes[..middle], &garbage, &bytes, &header.record(1, &other), &bytes[middle..end]].concat();
+        let part = Part::read(&joined).unwrap();
+        assert_eq!((tiles_of(&part), part.end), (vec![1, 0], joined.len()));
+        assert_eq!(part.damaged, garbage.len() + start);
+    }
+
+    #[test]
+    fn records_of_another_picture_are_not_taken() {
+        let other = RenderSettings { picture: Picture { samples: 5, ..settings().picture }, ..settings() };
+        let other = PartHeader::new("1.2.3", "prm egg\n", Some("egg"), 25, &other, Share::WHOLE);
+        let mixed = [header(Share::WHOLE).to_bytes(), other.record(0, &pixels(0))].concat();
+        assert_eq!(Part::read(&mixed).unwrap().indices().count(), 0);
+    }
+
+    #[test]
+    fn shares_of_one_picture_differ_in_nothing_else() {
+        let [one, two] = [1, 2].map(|number| header(Share::new(number, 2).unwrap()));
+        assert_eq!(one.difference(&two), None);
+        assert_ne!(one.to_bytes(), two.to_bytes());
+        let mixed = [one.to_bytes(), two.record(1, &pixels(1))].concat();
+        assert_eq!(tiles_of(&Part::read(&mixed).unwrap()), [1]);
+    }
+
+    #[test]
+    fn what_differs_is_named() {
+        let ours = header(Share::WHOLE);
+        let with = |program: &str, scene: &str, root: Option<&str>, depth, settings: &RenderSettings| {
+            let other = PartHeader::new(program, scene, root, depth, settings, Share::WHOLE);
+            ours.difference(&other).map(|Difference { name, values }| (name, values))
+        };
+        let (egg, own) = ("prm egg\n", settings());
+        let told = |name: &str, one: &str, two: &str| {
+            Some((name.to_owned(), Some((one.to_owned(), two.to_owned()))))
+        };
+        assert_eq!(with("1.2.3", egg, Some("egg"), 25, &own), None);
+        assert_eq!(with("1.2.4", egg, Some("egg"), 25, &own), told("program", "1.2.3", "1.2.4"));
+        assert_eq!(with("1.2.3", egg, None, 25, &own), told("root", "egg", ""));
+        assert_eq!(with("1.2.3", egg, Some("egg"), 26, &own), told("depth", "25", "26"));
+        assert_eq!(with("1.2.3", "prm egg2\n", Some("egg"), 25, &own), Some(("scene".to_owned(), None)));
+        for shows in SHOWS {
+            let other = RenderSettings { shows, ..own.clone() };
+            let header = PartHeader::new("1.2.3", egg, Some("egg"), 25, &other, Share::WHOLE);
+            assert_eq!(PartHeader::read(&header.to_bytes()).unwrap().0.shows(), shows);
+            assert_eq!(ours.difference(&header).is_some(), shows != Shows::Light);
+        }
+        let mut other = own.clone();
+        other.camera.fov_deg = other.camera.fov_deg.next_up();
+        assert_eq!(with("1.2.3", egg, Some("egg"), 25, &other), Some(("camera".to_owned(), None)));
+        let mut other = own.clone();
+        other.surroundings.background.x = -0.0;
+        assert_eq!(with("1.2.3", egg, Some("egg"), 25, &other), Some(("surroundings".to_owned(), None)));
+        let changes: [fn(&mut Picture); 13] = [
+            |picture| picture.samples = 9,
+            |picture| picture.noise = 0.1,
+            |picture| picture.most_samples = 9,
+            |picture| picture.filter = Filter::Mitchell,
+            |picture| picture.encoding = Encoding::Linear,
+            |picture| picture.exposure = -1e-300,
+            |picture| picture.tone = Tone::Reinhard,
+            |picture| picture.bits = 16,
+            |picture| picture.transparent = true,
+            |picture| picture.bounces = 0,
+            |picture| picture.least_weight = 0.1 + 0.2,
+            |picture| picture.light_rays = 9,
+            |picture| picture.gloss_rays = 9,
+        ];
+        for change in changes {
+            let mut other = own.clone();
+            change(&mut other.picture);
+            assert!(with("1.2.3", egg, Some("egg"), 25, &other).is_some_and(|(_, values)| values.is_some()));
+            let bytes = PartHeader::new("", "", None, 1, &other, Share::WHOLE).to_bytes();
+            assert_eq!(PartHeader::read(&bytes).unwrap().0.picture(), &other.picture);
+        }
+    }
+
+    /// A header of this text, with a check that fits.
+    fn with_text(text: &str) -> Vec<u8> {
+        let length = (text.len() as u32).to_le_bytes();
+        let check = XxHash3_128::oneshot(text.as_bytes()).to_le_bytes();
+        [FIRST_LINE, &length, &check, text.as_bytes()].concat()
+    }
+
+    #[test]
+    fn hostile_headers_are_refused() {
+        let (bytes, [start, ..]) = file();
+        let text = std::str::from_utf8(&bytes[FIRST_LINE.len() + 4 + CHECK..start]).unwrap();
+        assert!(PartHeader::read(&with_text(text)).is_ok());
+        for (name, bad) in [
+            ("share 1/1", "share 0/1"),
+            ("share 1/1", "shares"),
+            ("share 1/1", "share"),
+            ("width 18", "width 0"),
+            ("width 18", "width 4294967295"),
+            ("width 18", "width -1"),
+            ("height 10", "height 32769"),
+            ("height 10", "height"),
+            ("width 18\nheight 10", "width 32768\nheight 32768"),
+            ("samples 4", "samples 0"),
+            ("exposure 0.1", "exposure NaN"),
+            ("exposure 0.1", "exposure inf"),
+            ("bits 8", "bits 7"),
+            ("tone Filmic", "tone filmic"),
+            ("transparent false", "transparent"),
+        ] {
+            assert!(text.contains(name));
+            let error = PartHeader::read(&with_text(&text.replacen(name, bad, 1))).unwrap_err();
+            assert!(matches!(error, PartError::DamagedHeader(_)), "{bad}: {error}");
+        }
+        for (bad, error) in [
+            (&b"PNG"[..], PartError::NotAPart),
+            (b"superegg part 2\n", PartError::OtherVersion),
+            (b"", PartError::BrokenOff),
+            (b"superegg par", PartError::BrokenOff),
+            (b"superegg part 1\n\x10", PartError::BrokenOff),
+        ] {
+            assert_eq!(PartHeader::read(bad).unwrap_err(), error);
+        }
+        let long = [FIRST_LINE, &u32::MAX.to_le_bytes(), &[0; CHECK]].concat();
+        assert!(matches!(PartHeader::read(&long), Err(PartError::DamagedHeader(_))));
+    }
+
+    #[test]
+    fn mutated_files_give_no_tile_that_was_not_written() {
+        let (original, [start, ..]) = file();
+        let mut random = Random(2015);
+        for _ in 0..3000 {
+            let mut bytes = original.clone();
+            for _ in 0..=random.below(4) {
+                let place = random.below(bytes.len());
+                let until = (place + random.below(400)).min(bytes.len());
+                match random.below(6) {
+                    0 => bytes[place] = random.below(256) as u8,
+                    1 => bytes.truncate(place.max(1)),
+                    2 => drop(bytes.drain(place..until)),
+                    3 => bytes[place..until].fill_with(|| random.below(256) as u8),
+                    4 => bytes.extend_from_within(place..until),
+                    _ => bytes.splice(place..place, MARK.repeat(20)).for_each(drop),
+                }
+                if bytes.is_empty() {
+                    bytes.push(0);
+                }
+            }
+            if let Ok(part) = Part::read(&bytes) {
+                tiles_of(&part);
+                assert!(part.end <= bytes.len() && part.end >= start);
+            }
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Work divided among renders that know nothing of each other.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// Share K of N, written `K/N`: of things in a row every Nth, dealt out in turn, so that shares take about the same time. K counts from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// 1 to `count`.
+    number: u32,
+    count: u32,
+}
+
+impl Share {
+    /// Everything.
+    pub const WHOLE: Self = Self { number: 1, count: 1 };
+
+    /// Share `number` of `count`; `None` unless 1 <= `number` <= `count`.
+    pub fn new(number: u32, count: u32) -> Option<Self> {
+        (1..=count).contains(&number).then_some(Self { number, count })
+    }
+
+    /// Its number, from 1.
+    pub fn number(self) -> u32 {
+        self.number
+    }
+
+    /// How many shares there are.
+    pub fn count(self) -> u32 {
+        self.count
+    }
+
+    /// Whether it takes the thing at this place, the first being 0.
+    pub fn takes(self, place: usize) -> bool {
+        place as u64 % u64::from(self.count) == u64::from(self.number - 1)
+    }
+}
+
+impl fmt::Display for Share {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.count)
+    }
+}
+
+impl FromStr for Share {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok());
+        let parts =
+            text.split_once('/').and_then(|(number, count)| Some((digits(number)??, digits(count)??)));
+        let (number, count) = parts.ok_or("a share is K/N, such as 2/8: the second of eight")?;
+        Self::new(number, count)
+            .ok_or_else(|| format!("shares of {count} are numbered from 1 to {count}, so none is {number}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_thing_is_in_one_share() {
+        for count in [1, 2, 3, 7, 100] {
+            let shares: Vec<Share> = (1..=count).map(|number| Share::new(number, count).unwrap()).collect();
+            for place in 0..50 {
+                let taken: Vec<&Share> = shares.iter().filter(|share| share.takes(place)).collect();
+                assert_eq!(taken, [&shares[place % count as usize]]);
+            }
+        }
+        assert!((0..50).all(|place| Share::WHOLE.takes(place)));
+    }
+
+    #[test]
+    fn shares_read_back() {
+        for text in ["1/1", "2/8", "4294967295/4294967295"] {
+            assert_eq!(text.parse::<Share>().unwrap().to_string(), text);
+        }
+        for bad in
+            ["", "/", "1", "1/", "/1", "0/3", "4/3", "0/0", "-1/3", "+1/3", "1/3/5", " 1/3", "1/99999999999"]
+        {
+            assert!(bad.parse::<Share>().is_err(), "{bad}");
+        }
+    }
+}

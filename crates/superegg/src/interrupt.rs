@@ -1,0 +1,60 @@
+//! Being asked to stop while there is still time to write what there is.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, Result};
+
+/// What a shell says of a program that ctrl-c ended.
+const EXIT_INTERRUPTED: u8 = 130;
+/// What it says of one that was told to terminate.
+#[cfg(unix)]
+const EXIT_TERMINATED: u8 = 143;
+
+/// Ctrl-c, and the termination that schedulers send before they kill. The second time the program ends at once.
+pub(crate) struct Interrupt {
+    is_asked: Arc<AtomicBool>,
+    is_terminated: Arc<AtomicBool>,
+}
+
+impl Interrupt {
+    /// Listens from now on.
+    ///
+    /// # Errors
+    /// The system does not let us.
+    pub(crate) fn listen() -> Result<Self> {
+        let [is_asked, is_terminated] = [(); 2].map(|()| Arc::new(AtomicBool::new(false)));
+        let asked = Arc::clone(&is_asked);
+        let on_interrupt = move || {
+            if asked.swap(true, Ordering::Relaxed) {
+                std::process::exit(EXIT_INTERRUPTED.into());
+            }
+        };
+        ctrlc::set_handler(on_interrupt).context("cannot take over ctrl-c")?;
+        #[cfg(unix)]
+        {
+            use signal_hook::consts::SIGTERM;
+            use signal_hook::flag::{register, register_conditional_shutdown};
+            let registered =
+                register_conditional_shutdown(SIGTERM, EXIT_TERMINATED.into(), Arc::clone(&is_asked))
+                    .and_then(|_| register(SIGTERM, Arc::clone(&is_terminated)))
+                    .and_then(|_| register(SIGTERM, Arc::clone(&is_asked)));
+            registered.context("cannot take over the signal to terminate")?;
+        }
+        Ok(Self { is_asked, is_terminated })
+    }
+
+    /// Turns true when the work is to stop.
+    pub(crate) fn flag(&self) -> &AtomicBool {
+        &self.is_asked
+    }
+
+    /// The exit code of a program that was asked to stop, and has.
+    pub(crate) fn exit_code(&self) -> u8 {
+        #[cfg(unix)]
+        if self.is_terminated.load(Ordering::Relaxed) {
+            return EXIT_TERMINATED;
+        }
+        EXIT_INTERRUPTED
+    }
+}

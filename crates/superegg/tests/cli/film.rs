@@ -1,0 +1,216 @@
+//! Pictures as files: formats, development, sampling, views and warnings.
+
+use image::{ColorType, DynamicImage};
+
+use crate::support::Place;
+
+/// A ball before a background, and a way to look at it.
+const BALL: &str = "background .1 .2 .5\nprm ball\ncolor .9 .5 .2\nspecular 0\n";
+
+fn place() -> Place {
+    let place = Place::new();
+    place.write("ball.scn", BALL);
+    place
+}
+
+fn picture(place: &Place, name: &str) -> DynamicImage {
+    image::open(place.path(name)).unwrap()
+}
+
+/// A PNG of the ball, 32 by 24 pixels.
+fn rendered(options: &str) -> DynamicImage {
+    let place = place();
+    place.run(&format!("render ball.scn --size 32x24 --quiet -o a.png {options}")).fine();
+    picture(&place, "a.png")
+}
+
+#[test]
+fn bits_and_transparency_make_four_kinds_of_png() {
+    for (options, kind) in [
+        ("", ColorType::Rgb8),
+        ("--transparent", ColorType::Rgba8),
+        ("--bits 16", ColorType::Rgb16),
+        ("--bits 16 --transparent", ColorType::Rgba16),
+    ] {
+        assert_eq!(rendered(options).color(), kind, "{options}");
+    }
+}
+
+#[test]
+fn sixteen_bits_round_to_the_eight() {
+    let (deep, plain) = (rendered("--bits 16").to_rgb16(), rendered("").to_rgb8());
+    for (deep, plain) in deep.pixels().zip(plain.pixels()) {
+        for (deep, plain) in deep.0.into_iter().zip(plain.0) {
+            assert!((f64::from(deep) / 257.0 - f64::from(plain)).abs() <= 0.51, "{deep} {plain}");
+        }
+    }
+}
+
+#[test]
+fn a_transparent_picture_over_its_background_is_the_opaque_one() {
+    let (clear, opaque) = (rendered("--transparent").to_rgba8(), rendered("").to_rgb8());
+    let linear = |byte: u8| {
+        let value = f64::from(byte) / 255.0;
+        if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+    };
+    let background = [0.1, 0.2, 0.5];
+    let mut edges = 0;
+    for (clear, opaque) in clear.pixels().zip(opaque.pixels()) {
+        let alpha = f64::from(clear[3]) / 255.0;
+        edges += u32::from(clear[3] > 0 && clear[3] < 255);
+        for channel in 0..3 {
+            let over = alpha * linear(clear[channel]) + (1.0 - alpha) * background[channel];
+            assert!((over - linear(opaque[channel])).abs() < 0.01, "{clear:?} {opaque:?}");
+        }
+    }
+    assert!(edges >= 4);
+    assert_eq!(clear.get_pixel(0, 0).0, [0; 4]);
+}
+
+#[test]
+fn exposure_and_tone_change_what_is_bright() {
+    let middle =
+        |options: &str| rendered(&format!("--encoding linear {options}")).to_rgb8().get_pixel(16, 10).0;
+    let (plain, up, down) = (middle(""), middle("--exposure 1"), middle("--exposure -1"));
+    for i in 0..3 {
+        assert!(up[i].abs_diff(plain[i].saturating_mul(2)) <= 1, "{up:?} {plain:?}");
+        assert!(down[i].abs_diff(plain[i] / 2) <= 1, "{down:?} {plain:?}");
+    }
+    assert!(middle("--tone reinhard")[0] < plain[0]);
+    let bright = middle("--exposure 3 --tone filmic");
+    assert!(bright[2] > middle("--exposure 3 --tone reinhard")[2] / 2 && bright[0] > 200, "{bright:?}");
+    // The scene's own settings count until an option says otherwise.
+    let place = place();
+    place.write(
+        "up.scn",
+        format!("{BALL}set exposure 1\nset encoding linear\nset filter tent\nset bits 16\n"),
+    );
+    let run = |options: &str| {
+        place.run(&format!("render up.scn --size 32x24 --quiet -o a.png {options}")).fine();
+        picture(&place, "a.png")
+    };
+    assert_eq!(run("--bits 8 --filter box").to_rgb8().get_pixel(16, 10).0, up);
+    assert_eq!(run("--bits 8 --filter box --exposure 0").to_rgb8().get_pixel(16, 10).0, plain);
+    assert_eq!(run("").color(), ColorType::Rgb16);
+}
+
+#[test]
+fn an_exr_file_has_light_depth_and_instances() {
+    use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
+    let place = place();
+    place.run("render ball.scn --size 32x24 --quiet --exposure 3 --tone filmic -o a.exr").fine();
+    let image = read_all_flat_layers_from_file(place.path("a.exr")).unwrap();
+    let channels = &image.layer_data[0].channel_data.list;
+    let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+    let expected = "A B G N.X N.Y N.Z R Z albedo.B albedo.G albedo.R id samples";
+    assert_eq!(names.join(" "), expected);
+    let floats = |name: &str| match &channels.iter().find(|c| c.name.eq(name)).unwrap().sample_data {
+        FlatSamples::F32(values) => values.clone(),
+        _ => panic!("{name} is no float"),
+    };
+    // Neither exposure nor tone is in it: the corner is the background.
+    assert_eq!([floats("R")[0], floats("G")[0], floats("B")[0]], [0.1, 0.2, 0.5]);
+    let middle = 12 * 32 + 16;
+    assert!((floats("Z")[middle] - 9.0).abs() < 0.2 && floats("Z")[0] == f32::INFINITY);
+    assert!((floats("albedo.R")[middle] - 0.9).abs() < 1e-6 && floats("N.Z")[middle] > 0.9);
+    assert_eq!(floats("A")[0], 1.0);
+}
+
+#[test]
+fn the_modeller_writes_exr_files_too() {
+    let place = place();
+    let out = place.run_with("ball.scn", "render small.exr 16x12\n").fine();
+    assert!(out.contains("small.exr: 16x12"), "{out}");
+    assert!(std::fs::read(place.path("small.exr")).unwrap().starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+    // A PNG is not overwritten by an EXR of its name, nor another file.
+    place.write("text.exr", "not a picture");
+    let answer = place.run_with("ball.scn", "render text.exr 16x12\n");
+    assert!(answer.err.contains("is no picture"), "{answer:?}");
+    let answer = place.run_with("ball.scn", "render a.jpg 16x12\n");
+    assert!(answer.err.contains(".png") && answer.err.contains(".exr"), "{answer:?}");
+}
+
+#[test]
+fn another_ending_is_refused_before_any_work() {
+    let place = place();
+    let err = place.run("render ball.scn -o picture.jpg").failed(2);
+    assert!(err.contains("'.jpg'") && err.contains(".png") && err.contains(".exr"), "{err}");
+    assert_eq!(place.files(), ["ball.scn"]);
+}
+
+#[test]
+fn noise_spends_samples_where_they_are_needed() {
+    let place = place();
+    let stats = |options: &str| -> serde_json::Value {
+        let words = format!("render ball.scn --size 32x24 --stats s.json --quiet -o a.png {options}");
+        place.run(&words).fine();
+        serde_json::from_str(&place.read("s.json")).unwrap()
+    };
+    let fixed = stats("--samples 3");
+    assert_eq!((&fixed["samples_taken"], &fixed["rays"]["camera"]), (&serde_json::Value::Null, &2304.into()));
+    let adaptive = stats("--noise 0.02 --max-samples 77");
+    let (mean, most) = (
+        adaptive["samples_taken"]["mean"].as_f64().unwrap(),
+        adaptive["samples_taken"]["most"].as_u64().unwrap(),
+    );
+    assert!(mean > 4.0 && mean < 60.0 && most == 77, "{mean} {most}");
+    assert_eq!(adaptive["rays"]["camera"].as_f64().unwrap(), (mean * 32.0 * 24.0).round());
+    let out = place.run("render ball.scn --size 32x24 --noise 0.02 -o a.png").fine();
+    assert!(out.contains("samples a pixel, "), "{out}");
+}
+
+#[test]
+fn views_are_written_as_pictures() {
+    let of = |view: &str| rendered(&format!("--view {view}")).to_rgb8();
+    let middle = |view: &str| of(view).get_pixel(16, 12).0;
+    let corner = |view: &str| of(view).get_pixel(0, 0).0;
+    let normal = middle("normal");
+    assert!(normal[2] > 240 && normal[0].abs_diff(128) < 40 && corner("normal") == [0; 3], "{normal:?}");
+    assert!(middle("depth")[0] > 200 && corner("depth") == [0; 3]);
+    assert!(middle("id").iter().any(|&value| value > 100) && corner("id") == [0; 3]);
+    assert!(middle("steps")[0] > 100);
+    assert_eq!((middle("ao"), corner("ao")), ([255; 3], [0; 3]));
+    let place = place();
+    let out = place.run("render ball.scn --size 32x24 --view steps -o a.png").fine();
+    assert!(out.contains("boxes and shapes a ray"), "{out}");
+}
+
+#[test]
+fn a_pointless_picture_is_warned_of_by_both() {
+    for (text, part) in [
+        ("prm s\nlight l 0 0 9 0 0 0\n", "does not reach anything"),
+        ("prm s\ncamera 0 0 10 0 0 20\n", "behind the camera"),
+        ("prm s\ncamera 0 0 10 30 0 0\n", "looks past"),
+        ("prm s\ncamera 0 0 .5 0 0 0\n", "inside 's'"),
+    ] {
+        let place = Place::new();
+        place.write("odd.scn", text);
+        let answer = place.run("render odd.scn --size 8x6 -o a.png");
+        assert!(answer.code == Some(0) && answer.err.contains("superegg: warning: "), "{answer:?}");
+        assert!(answer.err.contains(part), "{part}: {answer:?}");
+        let out = place.run_with("odd.scn", "render b.png 8x6\n").out;
+        assert!(out.contains("warning: ") && out.contains(part), "{part}: {out}");
+    }
+    let answer = place().run("render ball.scn --size 8x6 --max-samples 9 --quiet -o a.png");
+    assert!(answer.err.contains("--noise"), "{answer:?}");
+}
+
+#[test]
+fn options_out_of_range_are_refused() {
+    for options in [
+        "--bits 12",
+        "--noise -1",
+        "--noise 2",
+        "--noise x",
+        "--exposure 99",
+        "--exposure nan",
+        "--tone loud",
+        "--filter sinc",
+        "--view x",
+        "--bounces 257",
+        "--max-samples 0",
+        "--max-samples 65537",
+    ] {
+        place().run(&format!("render ball.scn {options} -o a.png")).failed(2);
+    }
+}
