@@ -38,13 +38,12 @@ impl TrackSubject {
 
     /// Whether keys of both belong to one track: all is equal but for the numbers, which may be more or fewer.
     fn is_same_but_for_numbers(&self, other: &Self) -> bool {
-        let plain = |subject: &'_ Self| {
-            subject.words.iter().filter(|word| **word != TrackWord::Number).cloned().collect::<Vec<_>>()
-        };
-        self.command == other.command
-            && self.selected == other.selected
+        let is_fixed = |word: &&TrackWord| **word != TrackWord::Number;
+        // Names first: they differ most often.
+        self.selected == other.selected
             && self.cursor == other.cursor
-            && plain(self) == plain(other)
+            && self.command == other.command
+            && self.words.iter().filter(is_fixed).eq(other.words.iter().filter(is_fixed))
     }
 
     /// Whether it names or changes this primitive or object.
@@ -144,7 +143,9 @@ impl Tracks {
         // -0 is no frame of its own.
         let frame = frame + 0.0;
         let key = Key { frame, numbers: numbers.into() };
-        let Some(at) = self.0.iter().position(|track| track.subject.is_same_but_for_numbers(&subject)) else {
+        // From the last: keys of a track mostly follow each other.
+        let held = self.0.iter().rev().position(|track| track.subject.is_same_but_for_numbers(&subject));
+        let Some(at) = held.map(|from_last| self.0.len() - 1 - from_last) else {
             self.0.push_back(Track { subject, keys: Vector::unit(key) });
             return Ok(());
         };

@@ -19,6 +19,7 @@ use crate::files;
 use crate::interrupt::Interrupt;
 use crate::load::load;
 use crate::picture_file::PictureFormat;
+use crate::pointless::concerns;
 use crate::say;
 use film_file::FilmFormat;
 use frame_folder::FrameFolder;
@@ -204,6 +205,9 @@ fn make_frames(
             None => CompiledScene::compile(&still, root, depth),
         };
         let settings = RenderSettings::of(&still);
+        for concern in concerns(&compiled, &settings).iter().filter(|_| before.is_none()) {
+            bar.suspend(|| say::complain(format_args!("superegg: warning: frame {frame}: {concern}")));
+        }
         let budget = RenderBudget { threads, cancel, progress: &|pixels| bar.set_position(start + pixels) };
         let rendered = render(&compiled, &settings, &budget).context("cannot start the threads")?;
         if cancel.load(Ordering::Relaxed) {

@@ -175,3 +175,27 @@ fn ctrl_c_leaves_whole_frames() {
     let said = place.run(&format!("animate hand.scn --frames 0..{last} --size 160x120")).fine();
     assert!(said.contains(&format!(" 0 rendered, {count} kept from before, ")), "{said}");
 }
+
+#[test]
+fn the_modeller_takes_keys_and_previews_a_frame() {
+    let place = Place::new();
+    let picture = |lines: &str| {
+        let said = place.run_with("", &format!("{HAND}{lines}set preview plain\n")).fine();
+        let rows: Vec<&str> = said.lines().rev().take_while(|line| !line.contains('>')).collect();
+        rows.join("\n")
+    };
+    let turned = picture(&format!("{KEYS}set preview plain\npreview 4\n"));
+    assert_eq!(turned, picture("rotate 0 0 1 90\nset preview plain\npreview\n"));
+    assert_ne!(turned, picture(&format!("{KEYS}set preview plain\npreview\n")));
+    let said = place.run_with("", &format!("{HAND}{KEYS}key 2 rotate 0 0 0 1\nunkey 3\nkey 9 scale -1 1 1\nkey 0 scale 1 1 1\npreview 4.5\nsave out.scn\n"));
+    for told in
+        ["error[transform]", "error[no-key]", "error[out-of-range]: at frame 4.5 'scale 0 1 1' cannot be"]
+    {
+        assert!(said.err.contains(told), "{told}: {said:?}");
+    }
+    assert!(
+        place.read("out.scn").ends_with("key 0 scale 1 1 1\nkey 9 scale -1 1 1\n"),
+        "{}",
+        place.read("out.scn")
+    );
+}
