@@ -56,6 +56,28 @@ fn a_frame_is_the_scene_with_the_keyed_lines_carried_out() {
 }
 
 #[test]
+fn shares_of_the_frames_are_all_of_them_and_one_frame_is_a_picture() {
+    let place = Place::new();
+    place.write("hand.scn", [HAND, KEYS].concat());
+    place.run("animate hand.scn -o whole --quiet").fine();
+    for (share, count) in [("2/3", 2), ("1/3", 2), ("3/3", 1)] {
+        let said = place.run(&format!("animate hand.scn -o shared --tiles {share}")).fine();
+        let expected = format!("shared: share {share}, {count} frame");
+        assert!(said.starts_with(&expected) && said.contains(&format!("{count} rendered, ")), "{said}");
+    }
+    let said = place.run("animate hand.scn -o shared").fine();
+    assert!(said.contains(" 0 rendered, 5 kept from before, "), "{said}");
+    for number in 0..5 {
+        let of = |folder: &str| frame(&place, &format!("{folder}/frame_{number:04}.png"));
+        assert_eq!(of("whole"), of("shared"), "{number}");
+    }
+    place.run("render hand.scn --frame 3 -o three.png --quiet").fine();
+    assert_eq!(frame(&place, "three.png"), frame(&place, "whole/frame_0003.png"));
+    let said = place.run("render hand.scn --frame soon");
+    assert!(said.code == 2 && said.err.contains("--frame"), "{said:?}");
+}
+
+#[test]
 fn work_that_was_broken_off_goes_on_and_changes_are_made_anew() {
     let place = Place::new();
     place.write("hand.scn", [HAND, KEYS].concat());
