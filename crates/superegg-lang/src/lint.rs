@@ -4,8 +4,12 @@ use std::collections::HashSet;
 
 use superegg_scene::Entity;
 
+use crate::animation::{key_frames, scene_at};
 use crate::diagnostic::Diagnostic;
 use crate::session::Session;
+
+/// So many frames with keys are tried.
+const MOST_FRAMES: usize = 1000;
 
 /// Warnings about a loaded file as a whole, in the order of what was made.
 pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
@@ -54,6 +58,16 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
                 "they will be scaled down to 1",
             );
         }
+    }
+    // Between keys a number may be 0 where it cannot be; at the keys themselves what other lines made may not bear it.
+    let frames = key_frames(scene);
+    let between = frames.windows(2).map(|pair| 0.5 * pair[0] + 0.5 * pair[1]);
+    if let Some(fault) = between
+        .chain(frames.iter().copied())
+        .take(MOST_FRAMES)
+        .find_map(|frame| scene_at(session, frame).err())
+    {
+        warn("keys", fault.message, "'animate' needs every frame; keys nearer to that one lead around it");
     }
     let camera = &scene.camera;
     if camera.looks_along_up() {

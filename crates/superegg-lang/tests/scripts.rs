@@ -77,5 +77,10 @@ fn lint_tells_what_may_not_be_meant() {
     let warnings = lint(&session, "test.scn");
     let codes: Vec<&str> = warnings.iter().map(|w| w.code).collect();
     assert_eq!(codes, ["unused", "empty-object", "unused", "shares", "nothing-selected"]);
+    let (session, _) =
+        load_text("test.scn", "prm a\nfloor 0 a\nobj o\nap a\nkey 0 scale 1 1 -1\nkey 8 scale 1 1 1\n");
+    let of_keys = lint(&session, "test.scn");
+    assert_eq!(of_keys.iter().map(|w| w.code).collect::<Vec<_>>(), ["keys"]);
+    assert!(of_keys[0].message.starts_with("at frame 4 "), "{}", of_keys[0].message);
     assert!(warnings.iter().all(|w: &Diagnostic| w.severity == Severity::Warning && w.help.is_some()));
 }

@@ -287,8 +287,48 @@ impl<'s> Beam<'s> {
         Some(scale)
     }
 
-    /// Which rays reach the light: `occluded` has a bit for each that does not, by packets.
+    /// Which rays do not reach the light: a bit for each, by packets.
     pub(crate) fn occluded(
+        &mut self,
+        light: DVec3,
+        shadow: &Shadow<'_>,
+        footprint_of_light: Footprint,
+    ) -> Vec<u32> {
+        // Neighbours on one surface have neighbouring shadow rays: packets are made of those.
+        let order = self.by_surfaces(shadow);
+        let rays: Vec<Option<Ray>> = order.iter().map(|&i| shadow.rays[i as usize]).collect();
+        let starts: Vec<(u32, RayStart)> = order.iter().map(|&i| shadow.starts[i as usize]).collect();
+        let widths: Vec<f64> = order.iter().map(|&i| shadow.widths[i as usize]).collect();
+        let sorted = Shadow { rays: &rays, starts: &starts, widths: &widths };
+        let answers = self.occluded_in_order(light, &sorted, footprint_of_light);
+        let mut occluded = vec![0; shadow.rays.len().div_ceil(PACKET)];
+        for (place, i) in order.into_iter().map(|i| i as usize).enumerate() {
+            occluded[i / PACKET] |= (answers[place / PACKET] >> (place % PACKET) & 1) << (i % PACKET);
+        }
+        occluded
+    }
+
+    /// The rays that there are, those from one candidate after those from another.
+    fn by_surfaces(&self, shadow: &Shadow<'_>) -> Vec<u32> {
+        let asked =
+            || shadow.rays.iter().zip(shadow.starts).enumerate().filter(|(_, (ray, _))| ray.is_some());
+        let mut next = vec![0; self.candidates.len() + 1];
+        for (_, (_, (candidate, _))) in asked() {
+            next[*candidate as usize + 1] += 1;
+        }
+        for i in 1..next.len() {
+            next[i] += next[i - 1];
+        }
+        let mut order = vec![0; next.last().map_or(0, |&count| count as usize)];
+        for (i, (_, (candidate, _))) in asked() {
+            let place: &mut u32 = &mut next[*candidate as usize];
+            order[*place as usize] = i as u32;
+            *place += 1;
+        }
+        order
+    }
+
+    fn occluded_in_order(
         &mut self,
         light: DVec3,
         shadow: &Shadow<'_>,
@@ -474,19 +514,19 @@ impl<'s> Beam<'s> {
                     };
                     let met = self.kernels.boxes(&boxes, &frame.bundles, &self.ends, mask);
                     let first = pending.len();
-                    for (place, slot) in node.slots().enumerate() {
-                        if met[place] != 0 {
-                            // The nearest corner along the middle of the beam.
-                            let near: f32 = (0..3)
-                                .map(|axis| {
-                                    let d = middle[axis];
-                                    (node.bounds[axis][place] * d).min(node.bounds[axis + 3][place] * d)
-                                })
-                                .sum();
-                            pending.push((slot, met[place], near));
-                        }
+                    let is_ordered = matches!(question, Question::Closest { .. });
+                    for (place, slot) in node.slots().enumerate().filter(|(place, _)| met[*place] != 0) {
+                        // The nearest corner along the middle of the beam.
+                        let corner = |axis: usize| {
+                            let d = middle[axis];
+                            (node.bounds[axis][place] * d).min(node.bounds[axis + 3][place] * d)
+                        };
+                        let near = if is_ordered { corner(0) + corner(1) + corner(2) } else { 0.0 };
+                        pending.push((slot, met[place], near));
                     }
-                    pending[first..].sort_unstable_by(|a, b| b.2.total_cmp(&a.2));
+                    if is_ordered {
+                        pending[first..].sort_unstable_by(|a, b| b.2.total_cmp(&a.2));
+                    }
                 }
                 Slot::Leaf(leaf) => self.visit_leaf(&frame, leaf, scale, mask, question),
                 Slot::Instance(place) => {
@@ -734,16 +774,15 @@ impl<'s> Beam<'s> {
     ) {
         let above_key = if frame.path == NO_NODE { 0x9e37_79b9 } else { self.paths[frame.path as usize].key };
         let key = path_key(above_key, target.place);
-        for packet in packets(mask) {
-            let (hit, ask) = match shape {
-                Some(shape) => {
-                    let answer = self.kernels.occlude(shape, &self.directions[packet], &self.hits[packet].t);
-                    // Of one that is not convex the lanes know only the convex shape around it.
-                    let ask = if target.shape.is_convex() { answer.doubt } else { answer.hit | answer.doubt };
-                    (answer.hit, ask)
-                }
+        let answer = shape.map(|shape| self.kernels.occlude(shape, &self.directions, &self.hits, mask));
+        for packet in packets(answer.map_or(mask, |answer| answer.packets)) {
+            let (hit, ask) = match &answer {
+                // Of one that is not convex the lanes know only the convex shape around it.
+                Some(answer) if !target.shape.is_convex() => (0, answer.hit[packet] | answer.doubt[packet]),
+                Some(answer) => (answer.hit[packet], answer.doubt[packet]),
                 None => (0, (1 << PACKET) - 1),
             };
+            let before = occluded[packet];
             for lane in lanes(hit | ask) {
                 let i = packet * PACKET + lane;
                 let Some(Some(ray)) = shadow.rays.get(i) else { continue };
@@ -770,7 +809,9 @@ impl<'s> Beam<'s> {
                     self.hits[packet].t.0[lane] = -1.0;
                 }
             }
-            self.ends.0[packet] = self.hits[packet].end();
+            if occluded[packet] != before {
+                self.ends.0[packet] = self.hits[packet].end();
+            }
         }
     }
 

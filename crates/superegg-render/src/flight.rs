@@ -1,13 +1,12 @@
-//! Rays that have nothing in common, sixteen in flight at a time.
+//! Rays that have nothing in common, thirty-two in flight at a time.
 //!
 //! Each ray goes its own way through the graph, by boxes eight at a time, until it comes to a shape whose own box it meets. There it waits until all
-//! sixteen have come so far; then the lanes meet the sixteen shapes at once. As in [`crate::beam`] that makes candidates, the closest one is settled in
+//! have come so far; then the lanes meet their shapes at once. As in [`crate::beam`] that makes candidates, the closest one is settled in
 //! f64, and where the lanes cannot tell the ray goes the exact way.
 
 use pulp::{Arch, Simd, WithSimd};
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::beam::PACKET;
-use superegg_geom::lanes::flight::{FlightAnswers, FlightLanes};
+use superegg_geom::lanes::flight::{FLIGHT, FlightAnswers, FlightLanes};
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Ray, RayStart, Superquadric, scale_to_unit};
 
@@ -36,7 +35,7 @@ impl From<Ray> for FlightRay {
 }
 
 impl CompiledScene {
-    /// The first crossing on each of many rays: the answers of [`CompiledScene::intersect_footprint`], found sixteen at a time.
+    /// The first crossing on each of many rays: the answers of [`CompiledScene::intersect_footprint`], found in flights.
     pub fn intersect_many(&self, rays: &[FlightRay]) -> Vec<Option<Hit>> {
         let Some(root) = self.root.as_deref() else { return vec![None; rays.len()] };
         let mut flight = Flight::new(self, rays, root, None);
@@ -117,6 +116,8 @@ struct Waiting {
     /// The t where the ray enters the box, and what brings a way in unit space to a t.
     entry: f64,
     t_per_way: f64,
+    /// The ray starts there, and perhaps in the shape.
+    is_inside_box: bool,
 }
 
 /// The closest crossing so far.
@@ -135,7 +136,6 @@ struct Traveller<'s> {
     index: usize,
     /// What brings t back to lengths of the ray's own direction.
     scale: f64,
-    bits: [u64; 3],
     footprint: Footprint,
     departure: Option<&'s Departure>,
     frame: Frame<'s>,
@@ -220,54 +220,63 @@ impl<'s> Flight<'s> {
     fn run<S: Simd>(&mut self, simd: S) {
         let mut lanes = FlightLanes::default();
         let mut answers = FlightAnswers::default();
-        let mut travellers: Vec<Option<Traveller<'s>>> = (0..PACKET).map(|_| None).collect();
+        let mut travellers: Vec<Traveller<'s>> = (0..FLIGHT).map(|_| Traveller::nobody(self.root)).collect();
+        // No closures here: those are not compiled for the machine's lanes.
+        let mut flying = Vec::with_capacity(FLIGHT);
+        for (lane, traveller) in travellers.iter_mut().enumerate() {
+            if self.start_next(traveller) {
+                flying.push(lane);
+            }
+        }
         loop {
-            let mut is_any_waiting = false;
-            for (lane, place) in travellers.iter_mut().enumerate() {
-                loop {
-                    if place.is_none() {
-                        *place = self.start_next(None);
-                    }
-                    let Some(traveller) = place else {
-                        lanes.unset(lane);
-                        break;
-                    };
-                    if self.advance(traveller, &mut lanes, lane) {
-                        is_any_waiting = true;
-                        break;
-                    }
-                    let Some(mut done) = place.take() else { break };
-                    self.finish(&mut done);
-                    *place = self.start_next(Some(done));
+            let mut count = 0;
+            for place in 0..flying.len() {
+                let lane = flying[place];
+                if self.go_on(&mut travellers[lane], &mut lanes, lane) {
+                    flying[count] = lane;
+                    count += 1;
+                } else {
+                    lanes.unset(lane);
                 }
             }
-            if !is_any_waiting {
+            flying.truncate(count);
+            if flying.is_empty() {
                 return;
             }
             if let Some(t_max) = self.any_before {
                 lanes.occlude(simd, &mut answers);
-                for (lane, place) in travellers.iter_mut().enumerate() {
-                    if let Some(traveller) = place {
-                        traveller.take_occlusion(lane, &answers, t_max);
-                    }
+                for &lane in &flying {
+                    travellers[lane].take_occlusion(lane, &answers, t_max);
                 }
             } else {
                 lanes.meet(simd, &mut answers);
-                for (lane, place) in travellers.iter_mut().enumerate() {
-                    if let Some(traveller) = place {
-                        traveller.take_crossing(lane, &answers);
+                for &lane in &flying {
+                    if travellers[lane].take_crossing(lane, &answers) {
+                        self.meet_from_inside(&mut travellers[lane]);
                     }
                 }
             }
         }
     }
 
-    /// The next ray, in the place of one that is done. Rays that f32 cannot hold are answered at once.
+    /// Goes on with a ray, and with the next ones in its place, until one waits for a shape; false where there are no more.
     #[inline(always)]
-    fn start_next(&mut self, mut done: Option<Traveller<'s>>) -> Option<Traveller<'s>> {
+    fn go_on(&mut self, traveller: &mut Traveller<'s>, lanes: &mut FlightLanes, lane: usize) -> bool {
+        while !self.advance(traveller, lanes, lane) {
+            self.finish(traveller);
+            if !self.start_next(traveller) {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Sends the next ray off in the place of one that is done; false where there is none. Rays that f32 cannot hold are answered at once.
+    #[inline(always)]
+    fn start_next(&mut self, traveller: &mut Traveller<'s>) -> bool {
         loop {
             let index = self.next;
-            let asked = self.rays.get(index)?;
+            let Some(asked) = self.rays.get(index) else { return false };
             self.next += 1;
             let Some((direction, scale)) = scale_to_unit(asked.ray.direction) else { continue };
             // Occlusion counts t in the ray's own lengths.
@@ -278,32 +287,21 @@ impl<'s> Flight<'s> {
                 self.answer_exactly(index);
                 continue;
             };
-            let frame = Frame { group: self.root, ray, tree, stretch: 1.0 };
-            let footprint = Footprint { spread: asked.footprint.spread * scale, ..asked.footprint };
-            let bits = ray.direction.to_array().map(f64::to_bits);
-            let (mut above, mut pending) = match done.take() {
-                Some(done) => (done.above, done.pending),
-                None => (Vec::new(), Vec::with_capacity(64)),
-            };
-            above.clear();
-            pending.clear();
-            pending.push(Pending { slot: PackedSlot::new(Slot::Node(0)), near: 0.0 });
-            return Some(Traveller {
-                index,
-                scale,
-                bits,
-                footprint,
-                departure: asked.departure.as_ref(),
-                frame,
-                above,
-                pending,
-                path: InstancePath::default(),
-                t_max: self.any_before.unwrap_or(f64::INFINITY),
-                best: None,
-                waiting: None,
-                is_doubtful: false,
-                is_occluded: false,
-            });
+            traveller.index = index;
+            traveller.scale = scale;
+            traveller.frame = Frame { group: self.root, ray, tree, stretch: 1.0 };
+            traveller.footprint = Footprint { spread: asked.footprint.spread * scale, ..asked.footprint };
+            traveller.departure = asked.departure.as_ref();
+            traveller.above.clear();
+            traveller.pending.clear();
+            traveller.pending.push(Pending { slot: PackedSlot::new(Slot::Node(0)), near: 0.0 });
+            traveller.path.clear();
+            traveller.t_max = self.any_before.unwrap_or(f64::INFINITY);
+            traveller.best = None;
+            traveller.waiting = None;
+            traveller.is_doubtful = false;
+            traveller.is_occluded = false;
+            return true;
         }
     }
 
@@ -431,7 +429,10 @@ impl<'s> Flight<'s> {
         }
         let place = place | InstancePath::INSTANCE;
         ray.path.push(place);
-        let draws = chance(ray.bits, ray.path.places()) < stand_in.opacity;
+        // The ray as it came, of whose bits the exact way draws the same lot.
+        let origin_frame = ray.above.first().unwrap_or(&ray.frame);
+        let bits = origin_frame.ray.direction.to_array().map(f64::to_bits);
+        let draws = chance(bits, ray.path.places()) < stand_in.opacity;
         ray.path.pop();
         if draws {
             let local = ray.frame.ray.to_local(instance.map()).through(&stand_in.unit_from_group);
@@ -485,14 +486,17 @@ impl<'s> Flight<'s> {
         }
         let is_finite = enter.is_finite() && leave.is_finite() && nearest.is_finite();
         let is_far = o.abs().max_element() > 1e4;
-        if is_own || is_inside_box || is_far || !is_finite || !shape.is_convex() {
+        let only_asks = self.any_before.is_some();
+        if is_own || (is_inside_box && only_asks) || is_far || !is_finite || !shape.is_convex() {
             let local = ray.frame.ray.through(map);
             self.meet_exactly(ray, place, &shape, leaf.primitive, &local, start);
             return false;
         }
         let size = length_squared.sqrt();
         let end = leave.min(ray.t_max * (1.0 + END) - nearest);
-        let start_point = (c + enter * d).as_vec3().to_array();
+        let enter = if is_inside_box { -nearest } else { enter };
+        let start_point = if is_inside_box { o } else { c + enter * d };
+        let start_point = start_point.as_vec3().to_array();
         lanes.set(lane, &shape, start_point, (d / size).as_vec3().to_array(), ((end - enter) * size) as f32);
         ray.waiting = Some(Waiting {
             shape,
@@ -501,8 +505,17 @@ impl<'s> Flight<'s> {
             local: Ray { origin: o, direction: d, origin_error: 0.0 },
             entry: nearest + enter,
             t_per_way: 1.0 / size,
+            is_inside_box,
         });
         true
+    }
+
+    /// Meets the shape that a ray waits for by f64.
+    fn meet_from_inside(&self, ray: &mut Traveller<'s>) {
+        if let Some(Waiting { shape, primitive, place, .. }) = ray.waiting.take() {
+            let local = ray.frame.ray.through(&ray.frame.group.leaves[place as usize].unit_from_group);
+            self.meet_exactly(ray, place, &shape, primitive, &local, RayStart::Free);
+        }
     }
 
     /// Meets a shape by f64.
@@ -535,10 +548,33 @@ impl<'s> Flight<'s> {
 
 /// Boxes are taken so much larger, for rounding.
 const BOX: f64 = 1.0 + 1e-6;
+/// So near to its start a ray may be in the shape.
+const START: f32 = 1e-4;
 /// Ends of rays are known to this part of their t.
 const END: f64 = 4e-6;
 
-impl Traveller<'_> {
+impl<'s> Traveller<'s> {
+    /// One that is not on its way.
+    fn nobody(root: &'s Group) -> Self {
+        let tree = TreeRay { above: [0.0; 3], below: [0.0; 3], inverse: [0.0; 3] };
+        let ray = Ray::new(DVec3::ZERO, DVec3::X);
+        Self {
+            index: 0,
+            scale: 1.0,
+            footprint: Footprint::NONE,
+            departure: None,
+            frame: Frame { group: root, ray, tree, stretch: 1.0 },
+            above: Vec::new(),
+            pending: Vec::with_capacity(64),
+            path: InstancePath::default(),
+            t_max: 0.0,
+            best: None,
+            waiting: None,
+            is_doubtful: false,
+            is_occluded: false,
+        }
+    }
+
     /// Takes a crossing if it is closer than the best; doubts where the two are as close as can be told.
     #[inline(always)]
     fn take(&mut self, t: f64, place: u32, best: &Best) {
@@ -554,19 +590,24 @@ impl Traveller<'_> {
         }
     }
 
+    /// True where the ray still waits: it starts in the shape, or too near to tell.
     #[inline(always)]
-    fn take_crossing(&mut self, lane: usize, answers: &FlightAnswers) {
-        let Some(waiting) = self.waiting.take() else { return };
+    fn take_crossing(&mut self, lane: usize, answers: &FlightAnswers) -> bool {
+        let Some(waiting) = self.waiting.take() else { return false };
         let way = answers.way.0[lane];
         if way == f32::INFINITY {
-            return;
+            return false;
+        }
+        if waiting.is_inside_box && way <= START {
+            self.waiting = Some(waiting);
+            return true;
         }
         let t = waiting.entry + f64::from(way) * waiting.t_per_way;
         let error = f64::from(answers.error.0[lane]) * waiting.t_per_way;
         if answers.doubt.0[lane] > 0.0 {
             // A grazing ray, which may be behind the best.
             self.is_doubtful |= t - error < self.t_max;
-            return;
+            return false;
         }
         let best = Best {
             error,
@@ -577,6 +618,7 @@ impl Traveller<'_> {
             leaving: false,
         };
         self.take(t, waiting.place, &best);
+        false
     }
 
     #[inline(always)]

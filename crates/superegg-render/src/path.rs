@@ -1,12 +1,14 @@
 //! Which instance of a primitive is meant.
 
-use arrayvec::ArrayVec;
-use superegg_scene::MAX_DEPTH;
+use smallvec::SmallVec;
 
 /// The way from the root down to an instance: in each group passed the place of the child in the group's tree. It means something only to the
 /// scene that it came from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct InstancePath(ArrayVec<u32, { MAX_DEPTH as usize + 1 }>);
+pub struct InstancePath(SmallVec<[u32; USUAL_DEPTH]>);
+
+/// Deeper paths are kept elsewhere.
+const USUAL_DEPTH: usize = 6;
 
 impl InstancePath {
     /// Marks a last place that is an instance's, not a leaf's.
@@ -33,9 +35,13 @@ impl InstancePath {
     /// The id of the floor.
     pub(crate) const FLOOR_ID: u32 = 1;
 
-    /// One level down. A compiled scene is never deeper than [`MAX_DEPTH`].
+    /// One level down.
     pub(crate) fn push(&mut self, place: u32) {
         self.0.push(place);
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.0.clear();
     }
 
     pub(crate) fn pop(&mut self) {

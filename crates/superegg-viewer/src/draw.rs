@@ -10,7 +10,7 @@ use std::time::Instant;
 use image::RgbaImage;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_render::{Development, Film};
-use superegg_scene::{Camera, Encoding, Light, Shading};
+use superegg_scene::{Camera, Encoding, Light, LightKind, Shading};
 use wgpu::util::DeviceExt;
 
 use self::lod::LevelOfDetail;
@@ -126,7 +126,7 @@ pub struct DrawStats {
 struct FrameUniform {
     projection: [f32; 4],
     counts: [u32; 4],
-    lights: [[f32; 8]; MOST_LIGHTS],
+    lights: [[f32; 12]; MOST_LIGHTS],
 }
 
 #[repr(C)]
@@ -729,19 +729,43 @@ impl EyeSpace {
 }
 
 fn frame_uniform(space: &EyeSpace, picture: &Picture<'_>) -> FrameUniform {
-    let mut lights = [[0.0; 8]; MOST_LIGHTS];
+    let mut lights = [[0.0; 12]; MOST_LIGHTS];
     let shining = picture.lights.iter().take(MOST_LIGHTS);
     for (place, light) in lights.iter_mut().zip(shining.clone()) {
-        let [x, y, z] = space.point(light.position().unwrap_or_default());
-        let falloff = (light.falloff * space.unit * space.unit).min(1e30) as f32;
-        let [r, g, b] = light.color.min(DVec3::splat(1e30)).as_vec3().to_array();
-        *place = [x, y, z, falloff, r, g, b, 0.0];
+        *place = light_numbers(space, light);
     }
     let is_curved = if picture.encoding == Encoding::Srgb { 1.0 } else { 0.0 };
     FrameUniform {
         projection: [space.scale_x as f32, space.scale_y as f32, NEAR as f32, is_curved],
         counts: [shining.len() as u32, 0, 0, 0],
         lights,
+    }
+}
+
+/// A light as the shader takes it: place and falloff, colour and softness of the rim, axis and half angle of the cone. A sun has its direction
+/// for a place and a softness below 0; a light that shines to all sides has no angle.
+fn light_numbers(space: &EyeSpace, light: &Light) -> [f32; 12] {
+    let falloff = (light.falloff * space.unit * space.unit).min(1e30) as f32;
+    let [r, g, b] = light.color.min(DVec3::splat(1e30)).as_vec3().to_array();
+    let turned = |direction: DVec3| {
+        let unit = superegg_geom::unit_vector(direction).unwrap_or(DVec3::NEG_Z);
+        (space.eye_from_world.matrix3 * unit).normalize_or_zero().as_vec3().to_array()
+    };
+    match light.kind {
+        LightKind::Point { position } => {
+            let [x, y, z] = space.point(position);
+            [x, y, z, falloff, r, g, b, 0.0, 0.0, 0.0, 0.0, 0.0]
+        }
+        LightKind::Spot { position, target, cone_deg, soft } => {
+            let [x, y, z] = space.point(position);
+            let [ax, ay, az] = turned(target - position);
+            let half_rad = 0.5 * cone_deg.to_radians() as f32;
+            [x, y, z, falloff, r, g, b, soft as f32, ax, ay, az, half_rad]
+        }
+        LightKind::Sun { direction } => {
+            let [x, y, z] = turned(direction);
+            [x, y, z, 0.0, r, g, b, -1.0, 0.0, 0.0, 0.0, 0.0]
+        }
     }
 }
 

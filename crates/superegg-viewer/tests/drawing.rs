@@ -186,9 +186,22 @@ fn shading_is_per_pixel_or_per_vertex() {
 #[test]
 fn light_is_that_of_the_ray_tracer_where_nothing_casts_a_shadow() {
     let Some(mut drawing) = drawing() else { return };
-    let lines = "prm a; coeff 3 3 3; patch 200 200; color .9 .4 .2; specular .4; gloss .4";
-    let drawn = draw(&mut drawing, lines, SOLID);
-    let session = session(lines);
+    for light in [
+        "set threads 0",
+        "spot s 3 4 8 0 0 0 30 1 1 1 0.01 0.5",
+        "spot s -1 0 8 0 1 0 40 1 1 1 0 0; light l 4 0 5 .2 .2 .4",
+        "sun s 1 2 3 1 .9 .8",
+    ] {
+        let lines =
+            format!("prm a; coeff 3 3 3; patch 200 200; color .9 .4 .2; specular .4; gloss .4; {light}");
+        let drawn = draw(&mut drawing, &lines, SOLID);
+        let apart = difference(&drawn, &traced(&session(&lines)));
+        assert!(apart < 0.005, "{light}: {apart}");
+    }
+}
+
+/// The picture of a scene by the ray tracer, one ray a pixel.
+fn traced(session: &Session) -> RgbaImage {
     let compiled = CompiledScene::compile(session.scene(), session.selected(), 1);
     let settings = superegg_render::RenderSettings {
         picture: superegg_scene::Picture {
@@ -205,13 +218,12 @@ fn light_is_that_of_the_ray_tracer_where_nothing_casts_a_shadow() {
         progress: &|_| (),
     };
     let film = superegg_render::render(&compiled, &settings, &budget).unwrap().film;
-    let traced: Vec<u8> = superegg_render::Development::of(&settings.picture)
+    let bytes: Vec<u8> = superegg_render::Development::of(&settings.picture)
         .rgb8(&film)
         .chunks(3)
         .flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255])
         .collect();
-    let traced = RgbaImage::from_raw(SIZE.0, SIZE.1, traced).unwrap();
-    assert!(difference(&drawn, &traced) < 0.005, "{}", difference(&drawn, &traced));
+    RgbaImage::from_raw(SIZE.0, SIZE.1, bytes).unwrap()
 }
 
 #[test]

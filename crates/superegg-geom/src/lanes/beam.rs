@@ -132,13 +132,15 @@ impl PacketHits {
     }
 }
 
-/// The answer of [`Kernels::occlude`] for a packet: a bit for each ray.
+/// The answers of [`Kernels::occlude`]: by packets a bit for each ray.
 #[derive(Clone, Copy, Debug)]
-pub struct PacketOcclusion {
+pub struct Occlusion {
+    /// The packets in which anything is to be said; the others have no answer here.
+    pub packets: u32,
     /// The shape is crossed, for certain.
-    pub hit: u32,
+    pub hit: [u32; MOST_PACKETS],
     /// It cannot be told.
-    pub doubt: u32,
+    pub doubt: [u32; MOST_PACKETS],
 }
 
 /// What the boxes of a tree know of the packets of a beam: bounds of the reciprocals of their rays' directions, in the tree's space.
@@ -213,14 +215,15 @@ impl Kernels {
         self.0.dispatch(MeetKernel { shape, directions, hits, ends, mask, id })
     }
 
-    /// Which rays of one packet cross the shape before their end, which is the t in `hits`.
+    /// Which rays of the packets in a mask cross the shape before their ends, which are the t in `hits`.
     pub fn occlude(
         self,
         shape: &BeamShape,
-        directions: &PacketVectors,
-        t_max: &PacketOf<f32>,
-    ) -> PacketOcclusion {
-        self.0.dispatch(OccludeKernel { shape, directions, t_max })
+        directions: &[PacketVectors],
+        hits: &[PacketHits],
+        mask: u32,
+    ) -> Occlusion {
+        self.0.dispatch(OccludeKernel { shape, directions, hits, mask })
     }
 
     /// The largest coordinates of directions, by their size; what is no number does not count.
@@ -672,18 +675,19 @@ impl<S: Simd> Meet<'_, S> {
 
 struct OccludeKernel<'a> {
     shape: &'a BeamShape,
-    directions: &'a PacketVectors,
-    t_max: &'a PacketOf<f32>,
+    directions: &'a [PacketVectors],
+    hits: &'a [PacketHits],
+    mask: u32,
 }
 
 /// [`OccludeKernel`] with the lanes.
 struct Occlude<'a, S: Simd>(S, OccludeKernel<'a>);
 
 impl WithSimd for OccludeKernel<'_> {
-    type Output = PacketOcclusion;
+    type Output = Occlusion;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> PacketOcclusion {
+    fn with_simd<S: Simd>(self, simd: S) -> Occlusion {
         with_norm(simd, self.shape.xy, self.shape.rz, Occlude(simd, self))
     }
 }
@@ -692,26 +696,59 @@ impl WithSimd for OccludeKernel<'_> {
 const END: f32 = 4e-6;
 
 impl<S: Simd> WithNorm<S> for Occlude<'_, S> {
-    type Output = PacketOcclusion;
+    type Output = Occlusion;
 
     #[inline(always)]
-    fn run(self, norm: impl Evaluate<S>, _: impl Evaluate<S, SIDE_BY_SIDE>) -> PacketOcclusion {
-        let Self(simd, OccludeKernel { shape, directions, t_max }) = self;
-        let setting = Setting::new(simd, shape);
-        let splat = |x: f32| Lanes::<S>::splat(simd, x);
-        let mut answer = PacketOcclusion { hit: 0, doubt: 0 };
-        for i in 0..PACKET / S::F32_LANES {
-            let end = Lanes::new(simd, S::as_simd_f32s(&t_max.0).0[i]) * setting.inverse_t_scale;
-            let v = Triple::of_packet(simd, directions, i);
-            let Some(approach) = setting.approach(v, || end * splat(1.0 + END)) else { continue };
-            let tolerance = splat(shape.tolerance);
-            let Entry { s, inside, touched } = entries(norm, &setting.passage(&approach), tolerance);
-            // A place inside that is nearer than the end is proof; one at the end is not.
-            let middle = splat(0.5) * (approach.near + approach.far);
-            let certain = inside & (middle + s).lt(end * splat(1.0 - END));
-            answer.hit |= certain.bits() << (i * S::F32_LANES);
-            answer.doubt |= (touched | inside).and_not(certain).bits() << (i * S::F32_LANES);
+    fn run(self, one: impl Evaluate<S>, many: impl Evaluate<S, SIDE_BY_SIDE>) -> Occlusion {
+        let Self(simd, OccludeKernel { shape, directions, hits, mask }) = &self;
+        let setting = Setting::new(*simd, shape);
+        let mut answer = Occlusion { packets: 0, hit: [0; MOST_PACKETS], doubt: [0; MOST_PACKETS] };
+        let mut waiting: Option<(usize, usize, Approach<S>)> = None;
+        for packet in bits(*mask) {
+            for i in 0..PACKET / S::F32_LANES {
+                let v = Triple::of_packet(*simd, &directions[packet], i);
+                let end = Lanes::new(*simd, S::as_simd_f32s(&hits[packet].t.0).0[i]);
+                let end = end * setting.inverse_t_scale * end.all(1.0 + END);
+                let Some(approach) = setting.approach(v, || end) else { continue };
+                match waiting.take() {
+                    None => waiting = Some((packet, i, approach)),
+                    Some(first) => self.enter(many, &setting, [first, (packet, i, approach)], &mut answer),
+                }
+            }
+        }
+        if let Some(last) = waiting {
+            self.enter(one, &setting, [last], &mut answer);
         }
         answer
+    }
+}
+
+impl<S: Simd> Occlude<'_, S> {
+    #[inline(always)]
+    fn enter<const K: usize>(
+        &self,
+        norm: impl Evaluate<S, K>,
+        setting: &Setting<S>,
+        registers: [(usize, usize, Approach<S>); K],
+        answer: &mut Occlusion,
+    ) {
+        let tolerance = Lanes::splat(self.0, self.1.shape.tolerance);
+        let mut passages = [setting.passage(&registers[0].2); K];
+        for k in 1..K {
+            passages[k] = setting.passage(&registers[k].2);
+        }
+        let Entry { s, inside, touched } = entries(norm, &Passage::join(&passages), tolerance);
+        for k in 0..K {
+            let (packet, i, Approach { near, far, .. }) = &registers[k];
+            // A place inside that is nearer than the end is proof; one at the end is not.
+            let end = Lanes::new(self.0, S::as_simd_f32s(&self.1.hits[*packet].t.0).0[*i]);
+            let end = end * setting.inverse_t_scale * end.all(1.0 - END);
+            let middle = near.all(0.5) * (*near + *far);
+            let certain = inside.part(k) & (middle + s.part(k)).lt(end);
+            let doubt = (touched.part(k) | inside.part(k)).and_not(certain).bits();
+            answer.packets |= 1 << *packet;
+            answer.hit[*packet] |= certain.bits() << (*i * S::F32_LANES);
+            answer.doubt[*packet] |= doubt << (*i * S::F32_LANES);
+        }
     }
 }

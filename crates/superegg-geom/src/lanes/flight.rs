@@ -1,12 +1,12 @@
-//! Sixteen rays at a time, each against a convex shape of its own.
+//! Thirty-two rays at a time, each against a convex shape of its own.
 //!
 //! The caller brings every ray into its shape's space in f64 and to the place where it enters the shape's box; here only the way through the box is
 //! solved. Made to be inlined into the caller's own lane code.
 
 use pulp::Simd;
 
-use super::beam::{PACKET, PacketOf, PacketVectors};
-use super::descent::{Passage, entries, first_crossings};
+use super::beam::NumberOfPackets as Column;
+use super::descent::{Passage, SIDE_BY_SIDE, entries, first_crossings};
 use super::kernel::Triple;
 use super::lane_power;
 use super::log_norm::{AnyPower, LogNorm};
@@ -16,40 +16,43 @@ use crate::superquadric::Superquadric;
 /// How far N may be off for rays prepared in f64: what f32 rounds within the box.
 pub const TOLERANCE: f32 = 1.5e-6;
 
+/// How many rays there are in a flight.
+pub const FLIGHT: usize = 32;
+
 /// Rays in the spaces of their shapes.
 #[derive(Clone, Debug)]
 pub struct FlightLanes {
-    start: PacketVectors,
-    direction: PacketVectors,
+    start: [Column; 3],
+    direction: [Column; 3],
     /// The way from the start on, in unit space; negative where there is no ray.
-    length: PacketOf<f32>,
-    p: PacketOf<f32>,
-    q: PacketOf<f32>,
+    length: Column,
+    p: Column,
+    q: Column,
 }
 
 /// What is known of each ray.
 #[derive(Clone, Debug)]
 pub struct FlightAnswers {
     /// The way to the crossing, in unit space; infinite where there is none.
-    pub way: PacketOf<f32>,
+    pub way: Column,
     /// By how much that may be off.
-    pub error: PacketOf<f32>,
+    pub error: Column,
     /// 1 where it cannot be told.
-    pub doubt: PacketOf<f32>,
+    pub doubt: Column,
 }
 
 impl Default for FlightAnswers {
     fn default() -> Self {
         let (way, error, doubt) =
-            (PacketOf::splat(f32::INFINITY), PacketOf::splat(0.0), PacketOf::splat(0.0));
+            (Column::splat(f32::INFINITY), Column::splat(0.0), Column::splat(0.0));
         Self { way, error, doubt }
     }
 }
 
 impl Default for FlightLanes {
     fn default() -> Self {
-        let one = PacketOf::splat(1.0);
-        Self { start: [one; 3], direction: [one; 3], length: PacketOf::splat(-1.0), p: one, q: one }
+        let one = Column::splat(1.0);
+        Self { start: [one; 3], direction: [one; 3], length: Column::splat(-1.0), p: one, q: one }
     }
 }
 
@@ -79,49 +82,75 @@ impl FlightLanes {
         self.length.0[lane] = -1.0;
     }
 
-    /// The first crossing of each ray, from outside.
+    /// The first crossing of each ray, from outside; a ray that starts inside is said to cross at its start.
     #[inline(always)]
     pub fn meet<S: Simd>(&self, simd: S, answers: &mut FlightAnswers) {
-        let tolerance = Lanes::<S>::splat(simd, TOLERANCE);
-        let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
-        for i in 0..PACKET / S::F32_LANES {
+        let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
+        for i in (0..FLIGHT / S::F32_LANES).step_by(SIDE_BY_SIDE) {
             let (norm, passage) = self.load(simd, i);
-            let crossing = first_crossings(norm, &passage, tolerance);
-            let way = crossing.found.select(crossing.s, tolerance.all(f32::INFINITY));
-            S::as_mut_simd_f32s(&mut answers.way.0).0[i] = way.register();
-            S::as_mut_simd_f32s(&mut answers.error.0).0[i] =
-                (crossing.error + tolerance.all(1e-6)).register();
-            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = crossing.doubt.select(one, zero).register();
+            let crossings = first_crossings(norm, &passage, tolerance);
+            for k in 0..SIDE_BY_SIDE {
+                let crossing = crossings.part(k);
+                let one = crossing.s.all(1.0);
+                let way = crossing.found.select(crossing.s, one.all(f32::INFINITY));
+                let error = crossing.error + one.all(1e-6);
+                S::as_mut_simd_f32s(&mut answers.way.0).0[i + k] = way.register();
+                S::as_mut_simd_f32s(&mut answers.error.0).0[i + k] = error.register();
+                S::as_mut_simd_f32s(&mut answers.doubt.0).0[i + k] =
+                    crossing.doubt.select(one, one.all(0.0)).register();
+            }
         }
     }
 
     /// Whether each ray comes into its shape at all: `way` is finite where it does for certain, at a place inside.
     #[inline(always)]
     pub fn occlude<S: Simd>(&self, simd: S, answers: &mut FlightAnswers) {
-        let tolerance = Lanes::<S>::splat(simd, TOLERANCE);
-        let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
-        for i in 0..PACKET / S::F32_LANES {
+        let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
+        for i in (0..FLIGHT / S::F32_LANES).step_by(SIDE_BY_SIDE) {
             let (norm, passage) = self.load(simd, i);
             let entry = entries(norm, &passage, tolerance);
-            let way = tolerance.all(0.5).mul_add(passage.length, entry.s);
-            let way = entry.inside.select(way, tolerance.all(f32::INFINITY));
-            let doubt = entry.touched.and_not(entry.inside);
-            S::as_mut_simd_f32s(&mut answers.way.0).0[i] = way.register();
-            S::as_mut_simd_f32s(&mut answers.doubt.0).0[i] = doubt.select(one, zero).register();
+            for k in 0..SIDE_BY_SIDE {
+                let (s, inside) = (entry.s.part(k), entry.inside.part(k));
+                let way = s.all(0.5).mul_add(passage.length.part(k), s);
+                let way = inside.select(way, s.all(f32::INFINITY));
+                let doubt = entry.touched.part(k).and_not(inside);
+                S::as_mut_simd_f32s(&mut answers.way.0).0[i + k] = way.register();
+                S::as_mut_simd_f32s(&mut answers.doubt.0).0[i + k] =
+                    doubt.select(s.all(1.0), s.all(0.0)).register();
+            }
         }
     }
 
     #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, i: usize) -> (LogNorm<S, AnyPower<S, 1>, 1>, Passage<S>) {
-        let lane = |column: &PacketOf<f32>| Lanes::new(simd, S::as_simd_f32s(&column.0).0[i]);
-        let norm = LogNorm::new(AnyPower::new(lane(&self.p)), lane(&self.q));
-        let length = lane(&self.length);
+    fn load<S: Simd, const K: usize>(
+        &self,
+        simd: S,
+        i: usize,
+    ) -> (LogNorm<S, AnyPower<S, K>, K>, Passage<S, K>) {
+        let norm = LogNorm::new(AnyPower::new(lanes(simd, &self.p, i)), lanes(simd, &self.q, i));
+        let length: Lanes<S, K> = lanes(simd, &self.length, i);
         let passage = Passage {
-            start: Triple::of_packet(simd, &self.start, i),
-            direction: Triple::of_packet(simd, &self.direction, i),
+            start: triple(simd, &self.start, i),
+            direction: triple(simd, &self.direction, i),
             length,
             active: length.all(0.0).le(length),
         };
         (norm, passage)
     }
+}
+
+#[inline(always)]
+fn lanes<S: Simd, const K: usize>(simd: S, column: &Column, i: usize) -> Lanes<S, K> {
+    let registers = S::as_simd_f32s(&column.0).0;
+    let mut parts = [Lanes::new(simd, registers[i]); K];
+    for k in 1..K {
+        parts[k] = Lanes::new(simd, registers[i + k]);
+    }
+    Lanes::join(parts)
+}
+
+#[inline(always)]
+fn triple<S: Simd, const K: usize>(simd: S, columns: &[Column; 3], i: usize) -> Triple<S, K> {
+    let [x, y, z] = columns;
+    Triple { x: lanes(simd, x, i), y: lanes(simd, y, i), z: lanes(simd, z, i) }
 }

@@ -3,9 +3,12 @@
 const MOST_LIGHTS: u32 = 32u;
 
 struct Light {
-    // Place, and the k of the falloff 1 / (1 + k d^2).
+    // Place, and the k of the falloff 1 / (1 + k d^2); of a sun the direction towards it.
     position_falloff: vec4<f32>,
+    // w: the share of a cone's angle over which it fades towards the rim; below 0 for a sun.
     color: vec4<f32>,
+    // Unit axis, and half the angle from side to side; an angle of 0 is no cone.
+    cone: vec4<f32>,
 }
 
 struct Frame {
@@ -49,7 +52,8 @@ fn shade(m: Material, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     var sum = m.ambient * m.color;
     for (var i = 0u; i < frame.counts.x; i++) {
         let light = frame.lights[i];
-        let to = light.position_falloff.xyz - p;
+        let is_sun = light.color.w < 0.0;
+        let to = light.position_falloff.xyz - select(p, vec3(0.0), is_sun);
         let square = dot(to, to);
         if square == 0.0 {
             continue;
@@ -59,9 +63,14 @@ fn shade(m: Material, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
         if facing <= 0.0 {
             continue;
         }
+        var share = 1.0;
+        if light.cone.w > 0.0 {
+            let angle = acos(clamp(-dot(l, light.cone.xyz), -1.0, 1.0));
+            share = smoothstep(0.0, max(light.color.w, 1e-4) * light.cone.w, light.cone.w - angle);
+        }
         let h = normalize(l + to_eye);
         let highlight = m.specular * pow(max(dot(n, h), 1e-6), m.exponent);
-        sum += light.color.rgb / (1.0 + light.position_falloff.w * square) * (m.diffuse * facing * m.color + highlight);
+        sum += share * light.color.rgb / (1.0 + light.position_falloff.w * square) * (m.diffuse * facing * m.color + highlight);
     }
     return sum;
 }
