@@ -202,8 +202,8 @@ pub enum Request {
         /// Width and height in pixels.
         size: Option<(u32, u32)>,
     },
-    /// Ray trace into the terminal.
-    Preview,
+    /// Ray trace into the terminal, at a frame where one is given.
+    Preview(Option<f64>),
     /// Open the viewer.
     View,
     /// Hand the keyboard to the viewer.

@@ -182,7 +182,7 @@ impl<'a> Setting<'a> {
             albedo_of_shape(&material, primitive, hit.unit_point, &world_from_unit, &seen)
         };
         SurfacePoint {
-            arrival: arrival.after((surface.position - ray.origin).length()),
+            arrival: arrival.after(ray.origin, surface.position),
             place: Place::Instance(Rc::new(surface.path)),
             position: surface.position,
             position_error: surface.position_error,
@@ -210,7 +210,7 @@ impl<'a> Setting<'a> {
         let (position, position_error) = ground.settle(ray.point_at(t));
         let seen = Seen { normal: ground.up(), direction, width: footprint.width };
         SurfacePoint {
-            arrival: arrival.after((position - ray.origin).length()),
+            arrival: arrival.after(ray.origin, position),
             place: Place::Floor,
             position,
             position_error,
@@ -332,7 +332,7 @@ impl<'a> Wave<'a> {
     pub(crate) fn arrive(&mut self, colors: &mut [DVec3], taken: &mut Taken) -> Vec<SurfacePoint<'a>> {
         let hits = self.setting.scene.intersect_many(&self.rays);
         let arrivals = std::mem::take(&mut self.arrivals);
-        let mut points = Vec::new();
+        let mut points = Vec::with_capacity(hits.len());
         for ((ray, arrival), hit) in self.rays.drain(..).zip(arrivals).zip(hits) {
             let (pixel, weight) = (arrival.pixel, arrival.weight);
             match self.setting.arrive(&ray, hit.as_ref(), arrival, taken) {

@@ -7,6 +7,7 @@ use superegg_scene::{AmbientOcclusion, Light};
 use crate::flight::FlightRay;
 use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken};
+use crate::medium::faded;
 use crate::point::SurfacePoint;
 use crate::sequence::{SampleKey, cosine_direction, disc};
 use crate::shading;
@@ -159,7 +160,7 @@ pub(crate) fn add_dimmed(
             let cos = unit_vector(direction).map_or(1.0, |unit| unit.dot(surface.normal).abs());
             let shares = shading::Shares::of(&surface.material, cos);
             let way = (surface.position - flight.ray.origin).length();
-            let inside = if surface.leaving { (-surface.material.absorb * way).exp() } else { DVec3::ONE };
+            let inside = if surface.leaving { faded(surface.material.absorb, way) } else { DVec3::ONE };
             let clear = 1.0 - shading::reflectance(cos, surface.material.index);
             let color = color * shares.through * clear * surface.material.color.map(f64::sqrt) * inside;
             if color.max_element() > setting.picture.least_weight {

@@ -25,12 +25,14 @@ impl Media {
         self.0.as_ref().map_or(1.0, |layer| layer.index)
     }
 
+    /// Whether light fades here at all.
+    pub(crate) fn absorbs(&self) -> bool {
+        self.0.as_ref().is_some_and(|layer| layer.absorb != DVec3::ZERO)
+    }
+
     /// The share of light that is left after some way, in world units: `exp(-absorb * way)` (Beer and Lambert).
     pub(crate) fn transmittance(&self, way: f64) -> DVec3 {
-        match &self.0 {
-            Some(layer) if layer.absorb != DVec3::ZERO => (-layer.absorb * way).exp(),
-            _ => DVec3::ONE,
-        }
+        self.0.as_ref().map_or(DVec3::ONE, |layer| faded(layer.absorb, way))
     }
 
     /// Inside of one more shape.
@@ -81,6 +83,12 @@ impl Media {
         let near = if self.holds(path) { self.index() } else { material.index };
         (near, self.without(path))
     }
+}
+
+/// The share of light that is left after some way through what absorbs so much of it.
+pub(crate) fn faded(absorb: DVec3, way: f64) -> DVec3 {
+    // Not 0 times infinity.
+    (-absorb * way.min(f64::MAX)).exp()
 }
 
 #[cfg(test)]

@@ -90,9 +90,11 @@ pub(crate) struct SurfacePoint<'a> {
 }
 
 impl Arrival {
-    /// After some way through what it is in, in world units.
-    pub(crate) fn after(mut self, way: f64) -> Self {
-        self.weight *= self.media.transmittance(way);
+    /// After the way between two points through what it is in.
+    pub(crate) fn after(mut self, from: DVec3, to: DVec3) -> Self {
+        if self.media.absorbs() {
+            self.weight *= self.media.transmittance((to - from).length());
+        }
         self
     }
 }

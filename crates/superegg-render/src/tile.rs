@@ -180,9 +180,9 @@ impl<'a> TileTracer<'a> {
         self.looks.clear();
         let mut hits = std::mem::take(&mut self.hits);
         self.beam.closest(rays, self.footprint, &mut hits);
-        let mut points = Vec::new();
+        let mut points = Vec::with_capacity(rays.len());
         // The candidate of each point.
-        let mut candidates = Vec::new();
+        let mut candidates = Vec::with_capacity(rays.len());
         for ((ray, hit), arrival) in rays.iter().zip(&hits).zip(arrivals) {
             let ground = self.setting.ground.and_then(|ground| Some((ground, ground.meet(ray)?)));
             match (ground, hit) {
@@ -248,7 +248,7 @@ impl<'a> TileTracer<'a> {
             _ => look.material.color,
         };
         let point = SurfacePoint {
-            arrival: arrival.after((position - ray.origin).length()),
+            arrival: arrival.after(ray.origin, position),
             place: Place::Instance(Rc::clone(&look.path)),
             position,
             // Twice, for the rounding that the map itself carries.

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use imbl::Vector;
+use imbl::{HashMap, Vector};
 
 /// A word of a keyed command, in the order of its arguments.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum TrackWord {
     /// A number, which each key gives.
     Number,
@@ -18,7 +18,7 @@ pub enum TrackWord {
 }
 
 /// What a track's keys are keys of: a command, its words but for the numbers, and what was selected.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TrackSubject {
     /// The full name of the command.
     pub command: Arc<str>,
@@ -36,15 +36,10 @@ impl TrackSubject {
         self.words.iter().filter(|word| **word == TrackWord::Number).count()
     }
 
-    /// Whether keys of both belong to one track: all is equal but for the numbers, which may be more or fewer.
-    fn is_same_but_for_numbers(&self, other: &Self) -> bool {
-        let plain = |subject: &'_ Self| {
-            subject.words.iter().filter(|word| **word != TrackWord::Number).cloned().collect::<Vec<_>>()
-        };
-        self.command == other.command
-            && self.selected == other.selected
-            && self.cursor == other.cursor
-            && plain(self) == plain(other)
+    /// What is equal for all keys of one track: all but the places of numbers, which may be more or fewer.
+    fn fixed(&self) -> Self {
+        let words = self.words.iter().filter(|word| **word != TrackWord::Number).cloned().collect();
+        Self { words, ..self.clone() }
     }
 
     /// Whether it names or changes this primitive or object.
@@ -128,12 +123,26 @@ impl Track {
 }
 
 /// The tracks of a scene, in the order in which they began.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Tracks(Vector<Track>);
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tracks {
+    list: Vector<Track>,
+    /// Where each is in the list, by what is equal for all its keys.
+    places: HashMap<TrackSubject, usize>,
+}
+
+impl PartialEq for Tracks {
+    fn eq(&self, other: &Self) -> bool {
+        self.list == other.list
+    }
+}
 
 impl Tracks {
     pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = &Track> {
-        self.0.iter()
+        self.list.iter()
+    }
+
+    fn find_places_again(&mut self) {
+        self.places = self.list.iter().enumerate().map(|(at, track)| (track.subject.fixed(), at)).collect();
     }
 
     /// Adds a key, or replaces the one at its frame. A track of one key at this frame may go over to another count of numbers.
@@ -144,11 +153,13 @@ impl Tracks {
         // -0 is no frame of its own.
         let frame = frame + 0.0;
         let key = Key { frame, numbers: numbers.into() };
-        let Some(at) = self.0.iter().position(|track| track.subject.is_same_but_for_numbers(&subject)) else {
-            self.0.push_back(Track { subject, keys: Vector::unit(key) });
+        let fixed = subject.fixed();
+        let Some(at) = self.places.get(&fixed).copied() else {
+            self.places.insert(fixed, self.list.len());
+            self.list.push_back(Track { subject, keys: Vector::unit(key) });
             return Ok(());
         };
-        let track = &mut self.0[at];
+        let track = &mut self.list[at];
         let is_only = track.keys.len() == 1 && track.keys[0].frame == frame;
         if track.subject != subject && !is_only {
             return Err(track.subject.number_count());
@@ -163,20 +174,31 @@ impl Tracks {
 
     /// Takes away the keys at a frame, or all, of the tracks that are meant. Returns how many there were.
     pub(crate) fn remove(&mut self, frame: Option<f64>, is_meant: impl Fn(&TrackSubject) -> bool) -> usize {
+        // Mostly there is none, and a list that is not touched stays shared.
+        if !self.list.iter().any(|track| is_meant(&track.subject)) {
+            return 0;
+        }
         let mut removed = 0;
-        for track in self.0.iter_mut().filter(|track| is_meant(&track.subject)) {
+        for track in self.list.iter_mut().filter(|track| is_meant(&track.subject)) {
             let before = track.keys.len();
             track.keys.retain(|key| frame.is_some_and(|frame| frame != key.frame));
             removed += before - track.keys.len();
         }
-        self.0.retain(|track| !track.keys.is_empty());
+        if removed > 0 {
+            self.list.retain(|track| !track.keys.is_empty());
+            self.find_places_again();
+        }
         removed
     }
 
     pub(crate) fn rename(&mut self, name: &str, new: &str) {
-        for track in self.0.iter_mut().filter(|track| track.subject.is_about(name)) {
+        if !self.list.iter().any(|track| track.subject.is_about(name)) {
+            return;
+        }
+        for track in self.list.iter_mut().filter(|track| track.subject.is_about(name)) {
             track.subject.rename(name, new);
         }
+        self.find_places_again();
     }
 }
 
@@ -224,7 +246,7 @@ mod tests {
         for (frame, value) in keys {
             tracks.set(subject.clone(), *frame, &[*value]).unwrap();
         }
-        tracks.0[0].clone()
+        tracks.list[0].clone()
     }
 
     #[test]

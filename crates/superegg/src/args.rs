@@ -93,6 +93,9 @@ pub(crate) struct RenderArgs {
     /// Show something else than light
     #[arg(long, value_enum)]
     pub(crate) view: Option<ViewArg>,
+    /// The frame of the scene's keys to render, instead of the scene without them
+    #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) frame: Option<f64>,
     /// Write counts, seconds and memory as JSON to this file
     #[arg(long, value_name = "FILE.json")]
     pub(crate) stats: Option<PathBuf>,
@@ -177,6 +180,10 @@ pub(crate) struct AnimateArgs {
     /// _frames in the current folder unless given
     #[arg(short, long, value_name = "FOLDER|FILM")]
     pub(crate) output: Option<PathBuf>,
+    /// Make share K of N of the frames (1/N to N/N, never 0), every Nth, into the same folder; the same command without --tiles, when all are
+    /// there, makes the film. 'auto' takes the share that a Slurm array or an indexed Kubernetes job means this one to do; auto/N says of how many
+    #[arg(long, value_name = "K/N")]
+    pub(crate) tiles: Option<ShareArg>,
     /// Frames a second of the film
     #[arg(long, value_name = "F", default_value = "24", value_parser = frames_a_second)]
     pub(crate) fps: f64,
@@ -502,6 +509,10 @@ fn bits(text: &str) -> Result<u32, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     number_in(text, Range::Positive)
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    number_in(text, Range::Any)
 }
 
 fn frames_a_second(text: &str) -> Result<f64, String> {

@@ -43,8 +43,7 @@ pub struct FlightAnswers {
 
 impl Default for FlightAnswers {
     fn default() -> Self {
-        let (way, error, doubt) =
-            (Column::splat(f32::INFINITY), Column::splat(0.0), Column::splat(0.0));
+        let (way, error, doubt) = (Column::splat(f32::INFINITY), Column::splat(0.0), Column::splat(0.0));
         Self { way, error, doubt }
     }
 }

@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use superegg_lang::{Session, scene_at, write_scene};
-use superegg_render::{CompiledScene, RenderBudget, RenderSettings, render};
+use superegg_render::{CompiledScene, RenderBudget, RenderSettings, Share, render};
 use superegg_scene::{Picture, Scene, Track};
 
 use crate::args::{AnimateArgs, FrameRange};
@@ -19,7 +19,9 @@ use crate::files;
 use crate::interrupt::Interrupt;
 use crate::load::load;
 use crate::picture_file::PictureFormat;
+use crate::pointless::concerns;
 use crate::say;
+use crate::share::ShareArg;
 use film_file::FilmFormat;
 use frame_folder::FrameFolder;
 
@@ -42,7 +44,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
         say::complain(format_args!(
             "superegg: stopped: {} of {} are in '{}'; the same command goes on from there",
             made.rendered + made.kept,
-            counted(plan.frames().len(), "frame"),
+            counted(plan.own_frames().count(), "frame"),
             target.folder.display()
         ));
         return Ok(Outcome::Stopped(interrupt.exit_code()));
@@ -50,16 +52,17 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     if !args.quiet {
         let kept = if made.kept > 0 { format!(", {} kept from before", made.kept) } else { String::new() };
         say::out(format_args!(
-            "{}: {} of {}x{}, {} rendered{kept}, {:.1} s",
+            "{}: {}{} of {}x{}, {} rendered{kept}, {:.1} s",
             target.folder.display(),
-            counted(plan.frames().len(), "frame"),
+            plan.share.map_or_else(String::new, |share| format!("share {share}, ")),
+            counted(plan.own_frames().count(), "frame"),
             plan.size.0,
             plan.size.1,
             made.rendered,
             start.elapsed().as_secs_f64()
         ))?;
     }
-    if let Some((path, format)) = &target.film {
+    if let Some((path, format)) = target.film.as_ref().filter(|_| plan.share.is_none()) {
         format.make(path, &folder, plan.frames(), args.fps, loaded.session.scene().picture.transparent)?;
         if !args.quiet {
             let seconds = plan.frames().len() as f64 / args.fps;
@@ -117,6 +120,8 @@ struct Plan {
     size: (u32, u32),
     /// Samples a pixel, instead of what the scene says.
     samples: Option<u32>,
+    /// The share of the frames that is made here, where not all are.
+    share: Option<Share>,
 }
 
 impl Plan {
@@ -136,7 +141,9 @@ impl Plan {
         }
         let Picture { width, height, .. } = scene.picture;
         let size = args.size.map_or((width, height), |size| (size.width, size.height));
-        Ok(Self { range, turn: args.turntable, size, samples: args.samples })
+        let share =
+            args.tiles.map(ShareArg::share).transpose().context("cannot tell the share for --tiles")?;
+        Ok(Self { range, turn: args.turntable, size, samples: args.samples, share })
     }
 
     fn frames(&self) -> impl ExactSizeIterator<Item = u32> + use<> {
@@ -145,10 +152,15 @@ impl Plan {
         (0..(self.range.last - first + 1) as usize).map(move |i| first + i as u32)
     }
 
+    /// Those that are made here.
+    fn own_frames(&self) -> impl Iterator<Item = u32> + use<> {
+        let share = self.share.unwrap_or(Share::WHOLE);
+        self.frames().enumerate().filter(move |(place, _)| share.takes(*place)).map(|(_, frame)| frame)
+    }
+
     /// The scene at a frame, as the camera sees it on its way round.
     fn still(&self, session: &Session, frame: u32) -> Result<Scene> {
-        let mut still = scene_at(session, f64::from(frame))
-            .map_err(|fault| anyhow!("{}; {}", fault.message, fault.help.unwrap_or_default()))?;
+        let mut still = still_at(session, f64::from(frame))?;
         (still.picture.width, still.picture.height) = self.size;
         still.picture.samples = self.samples.unwrap_or(still.picture.samples);
         if let Some(count) = self.turn {
@@ -157,6 +169,11 @@ impl Plan {
         }
         Ok(still)
     }
+}
+
+/// The scene at a frame of its keys.
+pub(crate) fn still_at(session: &Session, frame: f64) -> Result<Scene> {
+    scene_at(session, frame).map_err(|fault| anyhow!("{}; {}", fault.message, fault.help.unwrap_or_default()))
 }
 
 /// From the first key to the last.
@@ -184,11 +201,11 @@ fn make_frames(
     cancel: &AtomicBool,
 ) -> Result<Made> {
     let pixels = u64::from(plan.size.0) * u64::from(plan.size.1);
-    let bar = progress_bar(pixels * plan.frames().len() as u64, args.quiet);
+    let bar = progress_bar(pixels * plan.own_frames().count() as u64, args.quiet);
     let threads = args.threads.map_or_else(available_threads, usize::from);
     let mut made = Made::default();
     let mut before: Option<CompiledScene> = None;
-    for (place, frame) in plan.frames().enumerate() {
+    for (place, frame) in plan.own_frames().enumerate() {
         let start = pixels * place as u64;
         bar.set_position(start);
         bar.set_message(frame.to_string());
@@ -204,6 +221,9 @@ fn make_frames(
             None => CompiledScene::compile(&still, root, depth),
         };
         let settings = RenderSettings::of(&still);
+        for concern in concerns(&compiled, &settings).iter().filter(|_| before.is_none()) {
+            bar.suspend(|| say::complain(format_args!("superegg: warning: frame {frame}: {concern}")));
+        }
         let budget = RenderBudget { threads, cancel, progress: &|pixels| bar.set_position(start + pixels) };
         let rendered = render(&compiled, &settings, &budget).context("cannot start the threads")?;
         if cancel.load(Ordering::Relaxed) {

@@ -6,13 +6,14 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
-use superegg_lang::write_session;
+use superegg_lang::write_scene;
 use superegg_render::{
     CompiledScene, Film, PartHeader, RayCounts, RenderBudget, RenderSettings, Share, Shows,
 };
 use superegg_scene::{Picture, Scene};
 
 use crate::args::RenderArgs;
+use crate::commands::animate::still_at;
 use crate::commands::{Outcome, available_threads, counted};
 use crate::files;
 use crate::interrupt::Interrupt;
@@ -38,7 +39,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     loaded.print_diagnostics();
 
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
-    let scene = loaded.session.scene();
+    let still = args.frame.map(|frame| still_at(&loaded.session, frame)).transpose()?;
+    let scene = still.as_ref().unwrap_or(loaded.session.scene());
     let depth = args.depth.unwrap_or(scene.depth);
     let compiled = CompiledScene::compile(scene, root.as_deref(), depth);
     let compile = clock.lap();
@@ -60,7 +62,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
 
     let threads = args.threads.map_or_else(available_threads, usize::from);
     let header = || {
-        let text = write_session(&loaded.session);
+        let text = write_scene(scene, loaded.session.selected());
         let whole = share.unwrap_or(Share::WHOLE);
         PartHeader::new(env!("CARGO_PKG_VERSION"), &text, root.as_deref(), depth, &settings, whole)
     };

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
-use superegg_lang::{Fault, Recovery, Request, Timeline, format_number, write_session};
+use superegg_lang::{Fault, Recovery, Request, Timeline, format_number, scene_at, write_session};
 use superegg_render::{CompiledScene, Development, RenderBudget, RenderSettings, render};
 use superegg_scene::{Encoding, Picture};
 
@@ -61,7 +61,9 @@ impl Modeller {
             Request::ChangeFolder(folder) => self.change_folder(folder.as_deref()),
             Request::ListFolder(folder) => self.list_folder(folder.as_deref()),
             Request::Render { file, size } => self.render(file.as_deref(), *size),
-            Request::Preview => self.preview(),
+            Request::Preview(frame) => {
+                self.preview(*frame).map_err(|fault| place_at_argument(fault, line, 1))
+            }
             Request::View => {
                 self.viewer()?.open(self.shown());
                 Ok(())
@@ -396,12 +398,16 @@ impl Modeller {
         }
     }
 
-    fn preview(&mut self) -> Result<(), Fault> {
+    fn preview(&mut self, frame: Option<f64>) -> Result<(), Fault> {
         let root = self.root()?.to_owned();
         self.warn_of_pointless_picture(&root);
-        let compiled = self.compile()?;
         let session = self.session();
-        let (scene, canvas) = (session.scene(), Canvas::choose(session.settings.preview));
+        let canvas = Canvas::choose(session.settings.preview);
+        let scene = match frame {
+            Some(frame) => &scene_at(session, frame)?,
+            None => session.scene(),
+        };
+        let compiled = CompiledScene::compile(scene, Some(&root), scene.depth);
         let (columns, rows) = terminal_size::terminal_size()
             .map_or((80, 24), |(width, height)| (u32::from(width.0), u32::from(height.0)));
         let shape = (scene.picture.width, scene.picture.height);

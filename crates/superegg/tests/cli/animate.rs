@@ -56,6 +56,28 @@ fn a_frame_is_the_scene_with_the_keyed_lines_carried_out() {
 }
 
 #[test]
+fn shares_of_the_frames_are_all_of_them_and_one_frame_is_a_picture() {
+    let place = Place::new();
+    place.write("hand.scn", [HAND, KEYS].concat());
+    place.run("animate hand.scn -o whole --quiet").fine();
+    for (share, count) in [("2/3", 2), ("1/3", 2), ("3/3", 1)] {
+        let said = place.run(&format!("animate hand.scn -o shared --tiles {share}")).fine();
+        let expected = format!("shared: share {share}, {count} frame");
+        assert!(said.starts_with(&expected) && said.contains(&format!("{count} rendered, ")), "{said}");
+    }
+    let said = place.run("animate hand.scn -o shared").fine();
+    assert!(said.contains(" 0 rendered, 5 kept from before, "), "{said}");
+    for number in 0..5 {
+        let of = |folder: &str| frame(&place, &format!("{folder}/frame_{number:04}.png"));
+        assert_eq!(of("whole"), of("shared"), "{number}");
+    }
+    place.run("render hand.scn --frame 3 -o three.png --quiet").fine();
+    assert_eq!(frame(&place, "three.png"), frame(&place, "whole/frame_0003.png"));
+    let said = place.run("render hand.scn --frame soon");
+    assert!(said.code == Some(2) && said.err.contains("--frame"), "{said:?}");
+}
+
+#[test]
 fn work_that_was_broken_off_goes_on_and_changes_are_made_anew() {
     let place = Place::new();
     place.write("hand.scn", [HAND, KEYS].concat());
@@ -174,4 +196,28 @@ fn ctrl_c_leaves_whole_frames() {
     let last = count - 1;
     let said = place.run(&format!("animate hand.scn --frames 0..{last} --size 160x120")).fine();
     assert!(said.contains(&format!(" 0 rendered, {count} kept from before, ")), "{said}");
+}
+
+#[test]
+fn the_modeller_takes_keys_and_previews_a_frame() {
+    let place = Place::new();
+    let picture = |lines: &str| {
+        let said = place.run_with("", &format!("{HAND}{lines}set preview plain\n")).fine();
+        let rows: Vec<&str> = said.lines().rev().take_while(|line| !line.contains('>')).collect();
+        rows.join("\n")
+    };
+    let turned = picture(&format!("{KEYS}set preview plain\npreview 4\n"));
+    assert_eq!(turned, picture("rotate 0 0 1 90\nset preview plain\npreview\n"));
+    assert_ne!(turned, picture(&format!("{KEYS}set preview plain\npreview\n")));
+    let said = place.run_with("", &format!("{HAND}{KEYS}key 2 rotate 0 0 0 1\nunkey 3\nkey 9 scale -1 1 1\nkey 0 scale 1 1 1\npreview 4.5\nsave out.scn\n"));
+    for told in
+        ["error[transform]", "error[no-key]", "error[out-of-range]: at frame 4.5 'scale 0 1 1' cannot be"]
+    {
+        assert!(said.err.contains(told), "{told}: {said:?}");
+    }
+    assert!(
+        place.read("out.scn").ends_with("key 0 scale 1 1 1\nkey 9 scale -1 1 1\n"),
+        "{}",
+        place.read("out.scn")
+    );
 }
