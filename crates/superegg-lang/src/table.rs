@@ -925,7 +925,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         needs: Needs::Nothing,
         options: &[],
         args: &[&[], &[FILE], &[Arg { name: "WxH", kind: ArgKind::Size }]],
-        summary: "ray traces what is selected into a PNG picture, in the background; 'stop render' stops it",
+        summary: "ray traces what is selected into a picture (.png, or .exr for linear light), in the background; 'stop render' stops it",
         default: "the scene's name with .png, and the size that 'set size' says",
         example: "render robot.png 640x480",
         build: |args| Command::Ask(Request::Render { file: args.optional_text(0), size: args.size }),
