@@ -312,16 +312,18 @@ impl<'s> Beam<'s> {
     fn by_surfaces(&self, shadow: &Shadow<'_>) -> Vec<u32> {
         let asked =
             || shadow.rays.iter().zip(shadow.starts).enumerate().filter(|(_, (ray, _))| ray.is_some());
-        let mut next = vec![0; self.candidates.len() + 1];
+        // Those from no candidate come first.
+        let group = |candidate: u32| candidate.wrapping_add(1) as usize;
+        let mut next = vec![0; self.candidates.len() + 2];
         for (_, (_, (candidate, _))) in asked() {
-            next[*candidate as usize + 1] += 1;
+            next[group(*candidate) + 1] += 1;
         }
         for i in 1..next.len() {
             next[i] += next[i - 1];
         }
         let mut order = vec![0; next.last().map_or(0, |&count| count as usize)];
         for (i, (_, (candidate, _))) in asked() {
-            let place: &mut u32 = &mut next[*candidate as usize];
+            let place: &mut u32 = &mut next[group(*candidate)];
             order[*place as usize] = i as u32;
             *place += 1;
         }

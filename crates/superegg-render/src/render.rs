@@ -274,7 +274,7 @@ impl<'a> Job<'a> {
                 colors.into_iter().zip(firsts).map(|(color, first)| Sighting { color, first }).collect()
             }
         };
-        if self.settings.picture.transparent && self.settings.shows != Shows::Steps {
+        if self.settings.picture.transparent {
             for seen in sightings.iter_mut().filter(|seen| seen.first.is_none()) {
                 seen.color = DVec3::ZERO;
             }

@@ -44,7 +44,14 @@ impl Shows {
         let noise = if self == Self::Occlusion { picture.noise } else { 0.0 };
         let filter = if self == Self::Occlusion { picture.filter } else { Filter::Box };
         RenderSettings {
-            picture: Picture { noise, filter, bounces: 0, ..picture },
+            // Numbers of steps are asked for everywhere, where nothing is too.
+            picture: Picture {
+                noise,
+                filter,
+                bounces: 0,
+                transparent: picture.transparent && self != Self::Steps,
+                ..picture
+            },
             surroundings: Surroundings {
                 lights: Vec::new(),
                 background: DVec3::ZERO,
