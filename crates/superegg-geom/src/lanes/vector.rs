@@ -295,6 +295,10 @@ impl<S: Simd> Mask<S> {
     /// A bit for each lane.
     #[inline(always)]
     pub(crate) fn bits(self) -> u32 {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v3) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V3>() {
+            return v3.avx._mm256_movemask_ps(pulp::bytemuck::cast(self.registers[0])) as u32;
+        }
         let bytes = pulp::bytemuck::bytes_of(&self.registers[0]);
         match *bytes {
             [bits] => u32::from(bits),
