@@ -1,5 +1,12 @@
 //! A vector of f32 lanes with operators, and the powers that the norm form needs. Safe: the instructions are pulp's.
 
+#![allow(
+    clippy::needless_range_loop,
+    clippy::redundant_closure,
+    clippy::redundant_closure_for_method_calls,
+    reason = "only what is spelled out is inlined for the lanes of the machine"
+)]
+
 use std::f32::consts::LOG2_E;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
