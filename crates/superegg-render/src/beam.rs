@@ -111,6 +111,8 @@ struct Frame {
     /// A direction in the middle, in the tree's space.
     middle: DVec3,
     bundles: Bundles,
+    /// The map from the beam's directions into the tree's space, scaled by a power of two.
+    columns: [[f32; 3]; 3],
 }
 
 /// Shadow rays of a tile, seen from the light.
@@ -474,6 +476,7 @@ impl<'s> Beam<'s> {
             longest: f64::from(longest.sqrt()) / map_scale,
             middle: tree_from_world.matrix3 * self.middle,
             bundles,
+            columns,
             path,
             group_from_world,
             group,
@@ -513,8 +516,10 @@ impl<'s> Beam<'s> {
                         origin: tree_origin,
                         pad: frame.pad,
                         t_scale: frame.t_scale,
+                        // Shadow rays of a packet end anywhere.
+                        columns: matches!(question, Question::Any { .. }).then_some(frame.columns),
                     };
-                    let met = self.kernels.boxes(&boxes, &frame.bundles, &self.ends, mask);
+                    let met = self.kernels.boxes(&boxes, &frame.bundles, &self.directions, &self.ends, mask);
                     let first = pending.len();
                     let is_ordered = matches!(question, Question::Closest { .. });
                     for (place, slot) in node.slots().enumerate().filter(|(place, _)| met[*place] != 0) {

@@ -6,11 +6,11 @@
 
 use pulp::{Arch, Simd, WithSimd};
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::flight::{FLIGHT, FlightAnswers, FlightLanes};
+use superegg_geom::lanes::flight::{BoxRay, FLIGHT, FlightAnswers, FlightLanes, meet_boxes};
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Ray, RayStart, Superquadric, scale_to_unit};
 
-use crate::bvh::{Node, PackedSlot, Slot, WIDTH};
+use crate::bvh::{PackedSlot, Slot, WIDTH};
 use crate::compiled::{CompiledScene, Group};
 use crate::footprint::{Footprint, chance};
 use crate::path::InstancePath;
@@ -84,17 +84,8 @@ struct Flight<'s> {
 struct Frame<'s> {
     group: &'s Group,
     ray: Ray,
-    tree: TreeRay,
+    tree: BoxRay,
     stretch: f64,
-}
-
-/// A ray as the boxes of a tree see it.
-#[derive(Clone, Copy)]
-struct TreeRay {
-    /// The origin, moved so that boxes are a little larger.
-    above: [f32; 3],
-    below: [f32; 3],
-    inverse: [f32; 3],
 }
 
 /// A place still to be visited.
@@ -153,52 +144,26 @@ struct Traveller<'s> {
 /// Scales beyond this are f64's.
 const FARTHEST: f64 = 1e25;
 
-impl TreeRay {
-    /// `None` where f32 cannot hold it.
-    #[inline(always)]
-    fn new(group: &Group, ray: &Ray) -> Option<Self> {
-        let origin = (ray.origin - group.space.center) * group.space.scale;
-        let direction = ray.direction * group.space.scale;
-        let (size, pace) = (origin.abs().max_element(), direction.abs().max_element());
-        if !(size < FARTHEST && pace < FARTHEST && pace > 1.0 / FARTHEST) {
-            return None;
-        }
-        let pad = 5e-7 * (size + 2.0);
-        let reciprocal = |d: f64| (1.0 / d).clamp(-1e30, 1e30) as f32;
-        Some(Self {
-            above: (origin + pad).as_vec3().to_array(),
-            below: (origin - pad).as_vec3().to_array(),
-            inverse: direction.to_array().map(reciprocal),
-        })
-    }
-}
-
-/// Which boxes of a node the ray meets before `t_max`, and where it enters them.
+/// A ray as the boxes of a group's tree see it; `None` where f32 cannot hold it.
 #[inline(always)]
-fn meet_boxes(node: &Node, ray: &TreeRay, t_max: f32) -> (u32, [f32; WIDTH]) {
-    let mut near = [0f32; WIDTH];
-    let mut far = [t_max; WIDTH];
+fn tree_ray(group: &Group, ray: &Ray) -> Option<BoxRay> {
+    let origin = (ray.origin - group.space.center) * group.space.scale;
+    let direction = ray.direction * group.space.scale;
+    let (size, pace) = (origin.abs().max_element(), direction.abs().max_element());
+    if !(size < FARTHEST && pace < FARTHEST && pace > 1.0 / FARTHEST) {
+        return None;
+    }
+    let pad = 5e-7 * (size + 2.0);
+    let mut tree = BoxRay { first_origin: [0.0; 3], last_origin: [0.0; 3], inverse: [0.0; 3] };
     for axis in 0..3 {
-        let inverse = ray.inverse[axis];
-        let (first, last) = if inverse >= 0.0 { (axis, axis + 3) } else { (axis + 3, axis) };
+        let inverse = (1.0 / direction[axis]).clamp(-1e30, 1e30) as f32;
         // The face that is met first is moved towards the ray, the other one away.
-        let (from, to) = if inverse >= 0.0 {
-            (ray.above[axis], ray.below[axis])
-        } else {
-            (ray.below[axis], ray.above[axis])
-        };
-        for i in 0..WIDTH {
-            let enter = (node.bounds[first][i] - from) * inverse;
-            let leave = (node.bounds[last][i] - to) * inverse;
-            near[i] = if enter > near[i] { enter } else { near[i] };
-            far[i] = if leave < far[i] { leave } else { far[i] };
-        }
+        let pad = if inverse >= 0.0 { pad } else { -pad };
+        tree.first_origin[axis] = (origin[axis] + pad) as f32;
+        tree.last_origin[axis] = (origin[axis] - pad) as f32;
+        tree.inverse[axis] = inverse;
     }
-    let mut met = 0;
-    for i in 0..WIDTH {
-        met |= u32::from(near[i] <= far[i]) << i;
-    }
-    (met & ((1 << node.count) - 1), near)
+    Some(tree)
 }
 
 impl<'s> Flight<'s> {
@@ -232,7 +197,7 @@ impl<'s> Flight<'s> {
             let mut count = 0;
             for place in 0..flying.len() {
                 let lane = flying[place];
-                if self.go_on(&mut travellers[lane], &mut lanes, lane) {
+                if self.go_on(simd, &mut travellers[lane], &mut lanes, lane) {
                     flying[count] = lane;
                     count += 1;
                 } else {
@@ -261,8 +226,14 @@ impl<'s> Flight<'s> {
 
     /// Goes on with a ray, and with the next ones in its place, until one waits for a shape; false where there are no more.
     #[inline(always)]
-    fn go_on(&mut self, traveller: &mut Traveller<'s>, lanes: &mut FlightLanes, lane: usize) -> bool {
-        while !self.advance(traveller, lanes, lane) {
+    fn go_on<S: Simd>(
+        &mut self,
+        simd: S,
+        traveller: &mut Traveller<'s>,
+        lanes: &mut FlightLanes,
+        lane: usize,
+    ) -> bool {
+        while !self.advance(simd, traveller, lanes, lane) {
             self.finish(traveller);
             if !self.start_next(traveller) {
                 return false;
@@ -283,7 +254,7 @@ impl<'s> Flight<'s> {
             let (direction, scale) =
                 if self.any_before.is_some() { (asked.ray.direction, 1.0) } else { (direction, scale) };
             let ray = Ray { direction, ..asked.ray };
-            let Some(tree) = TreeRay::new(self.root, &ray) else {
+            let Some(tree) = tree_ray(self.root, &ray) else {
                 self.answer_exactly(index);
                 continue;
             };
@@ -352,7 +323,13 @@ impl<'s> Flight<'s> {
 
     /// Goes on until the ray waits for a shape (true) or has come to its end.
     #[inline(always)]
-    fn advance(&self, ray: &mut Traveller<'s>, lanes: &mut FlightLanes, lane: usize) -> bool {
+    fn advance<S: Simd>(
+        &self,
+        simd: S,
+        ray: &mut Traveller<'s>,
+        lanes: &mut FlightLanes,
+        lane: usize,
+    ) -> bool {
         while let Some(Pending { slot, near }) = ray.pending.pop() {
             if near == UP {
                 if let Some(frame) = ray.above.pop() {
@@ -371,21 +348,25 @@ impl<'s> Flight<'s> {
                 Slot::Node(node) => {
                     let node = &ray.frame.group.nodes[node as usize];
                     let t_max = (ray.t_max as f32).next_up();
-                    let (mut met, near) = meet_boxes(node, &ray.frame.tree, t_max);
-                    let first = ray.pending.len();
+                    let mut near = [0.0; WIDTH];
+                    let met = meet_boxes(simd, &node.bounds, &ray.frame.tree, t_max, &mut near);
+                    let mut met = met & ((1 << node.count) - 1);
+                    // The nearest on top.
+                    let mut found = [Pending { slot: PackedSlot::default(), near: 0.0 }; WIDTH];
+                    let mut count = 0;
                     while met != 0 {
-                        let place = met.trailing_zeros() as usize;
+                        let place = met.trailing_zeros() as usize % WIDTH;
                         met &= met - 1;
                         let new = Pending { slot: node.slots[place], near: near[place] };
-                        // The nearest on top.
-                        let mut at = ray.pending.len();
-                        ray.pending.push(new);
-                        while at > first && ray.pending[at - 1].near < new.near {
-                            ray.pending[at] = ray.pending[at - 1];
+                        let mut at = count;
+                        while at > 0 && found[at - 1].near < new.near {
+                            found[at] = found[at - 1];
                             at -= 1;
                         }
-                        ray.pending[at] = new;
+                        found[at] = new;
+                        count += 1;
                     }
+                    ray.pending.extend_from_slice(&found[..count]);
                 }
                 Slot::Leaf(place) => {
                     if self.prepare(ray, place, lanes, lane) {
@@ -406,7 +387,7 @@ impl<'s> Flight<'s> {
         }
         let local = ray.frame.ray.to_local(instance.map());
         let group: &'s Group = &instance.group;
-        match TreeRay::new(group, &local) {
+        match tree_ray(group, &local) {
             None => ray.is_doubtful = true,
             Some(tree) => {
                 ray.above.push(ray.frame);
@@ -556,7 +537,7 @@ const END: f64 = 4e-6;
 impl<'s> Traveller<'s> {
     /// One that is not on its way.
     fn nobody(root: &'s Group) -> Self {
-        let tree = TreeRay { above: [0.0; 3], below: [0.0; 3], inverse: [0.0; 3] };
+        let tree = BoxRay { first_origin: [0.0; 3], last_origin: [0.0; 3], inverse: [0.0; 3] };
         let ray = Ray::new(DVec3::ZERO, DVec3::X);
         Self {
             index: 0,

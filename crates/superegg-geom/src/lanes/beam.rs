@@ -3,6 +3,8 @@
 //! What is found here is a candidate. Directions and maps are rounded to f32, so a shape is met at the level 1 + tolerance of N, and the caller
 //! settles in f64 what lies within the tolerance. No shape is missed.
 
+#![allow(clippy::needless_range_loop, reason = "plain loops become lanes")]
+
 use pulp::{Arch, Simd, WithSimd};
 
 use super::descent::{Crossing, Entry, Passage, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
@@ -177,6 +179,8 @@ pub struct BeamBoxes<'a> {
     pub pad: [f32; 3],
     /// What a t of the beam has to be multiplied by to be one of this space.
     pub t_scale: f32,
+    /// The linear map from the beam's directions to this space, by columns, where each ray of a packet is to be asked too: for wide packets.
+    pub columns: Option<[[f32; 3]; 3]>,
 }
 
 /// The lanes of this machine.
@@ -195,10 +199,11 @@ impl Kernels {
         self,
         boxes: &BeamBoxes<'_>,
         bundles: &Bundles,
+        directions: &[PacketVectors],
         ends: &NumberOfPackets,
         mask: u32,
     ) -> [u32; 8] {
-        self.0.dispatch(BoxKernel { boxes, bundles, ends, mask })
+        self.0.dispatch(BoxKernel { boxes, bundles, directions, ends, mask })
     }
 
     /// The closest crossings of one shape, taken as candidate `id`. Returns the packets in which one became the best. `ends` are kept at the largest t
@@ -263,6 +268,7 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
 struct BoxKernel<'a> {
     boxes: &'a BeamBoxes<'a>,
     bundles: &'a Bundles,
+    directions: &'a [PacketVectors],
     ends: &'a NumberOfPackets,
     mask: u32,
 }
@@ -273,7 +279,7 @@ impl WithSimd for BoxKernel<'_> {
     /// All packets against one box at a time, a bundle as an interval of reciprocals.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [u32; 8] {
-        let Self { boxes, bundles, ends, mask } = self;
+        let Self { boxes, bundles, directions, ends, mask } = self;
         let mut met = [0; 8];
         let mut faces = [[0f32; 8]; 6];
         for axis in 0..3 {
@@ -306,6 +312,27 @@ impl WithSimd for BoxKernel<'_> {
                     far = far.min(a.max(b).max(c.max(d)));
                 }
                 *met |= (near.le(far).bits() & asked) << (i * S::F32_LANES);
+            }
+        }
+        if let Some(columns) = &boxes.columns {
+            let map = Linear::<S>::splat(simd, columns);
+            for (child, met) in met.iter_mut().enumerate().take(boxes.count) {
+                for packet in bits(*met) {
+                    let end = splat(ends.0[packet] * boxes.t_scale);
+                    let mut is_met = false;
+                    for i in 0..PACKET / S::F32_LANES {
+                        let inverse = map.image(Triple::of_packet(simd, &directions[packet], i)).recip();
+                        let (mut near, mut far) = (zero, end);
+                        for (axis, inverse) in [inverse.x, inverse.y, inverse.z].into_iter().enumerate() {
+                            let low = splat(faces[axis][child]) * inverse;
+                            let high = splat(faces[axis + 3][child]) * inverse;
+                            near = near.max(low.min(high));
+                            far = far.min(low.max(high));
+                        }
+                        is_met |= near.le(far).any();
+                    }
+                    *met &= !(u32::from(!is_met) << packet);
+                }
             }
         }
         met

@@ -138,6 +138,59 @@ impl FlightLanes {
     }
 }
 
+/// A ray as boxes see it.
+#[derive(Clone, Copy, Debug)]
+pub struct BoxRay {
+    /// The origin for faces that are met first, and for those that are met last: moved a little, so that boxes are taken larger.
+    pub first_origin: [f32; 3],
+    /// See `first_origin`.
+    pub last_origin: [f32; 3],
+    /// The reciprocals of the direction's coordinates; none is infinite.
+    pub inverse: [f32; 3],
+}
+
+/// Which of eight boxes (the least x, y and z of each, then the largest) a ray meets before `t_max`, a bit for each, and where it enters them.
+#[inline(always)]
+pub fn meet_boxes<S: Simd>(
+    simd: S,
+    bounds: &[[f32; 8]; 6],
+    ray: &BoxRay,
+    t_max: f32,
+    near: &mut [f32; 8],
+) -> u32 {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(v4) = (&simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+        // Eight boxes fill half of a register.
+        return meet_boxes_by::<pulp::x86::V3>(**v4, bounds, ray, t_max, near);
+    }
+    meet_boxes_by(simd, bounds, ray, t_max, near)
+}
+
+#[inline(always)]
+fn meet_boxes_by<S: Simd>(
+    simd: S,
+    bounds: &[[f32; 8]; 6],
+    ray: &BoxRay,
+    t_max: f32,
+    near: &mut [f32; 8],
+) -> u32 {
+    let mut met = 0;
+    for i in 0..8 / S::F32_LANES {
+        let (mut enter, mut leave) = (Lanes::<S>::splat(simd, 0.0), Lanes::<S>::splat(simd, t_max));
+        for axis in 0..3 {
+            let (first, last) = if ray.inverse[axis] >= 0.0 { (axis, axis + 3) } else { (axis + 3, axis) };
+            let inverse = Lanes::splat(simd, ray.inverse[axis]);
+            let face = Lanes::new(simd, S::as_simd_f32s(&bounds[first]).0[i]);
+            enter = enter.max((face - Lanes::splat(simd, ray.first_origin[axis])) * inverse);
+            let face = Lanes::new(simd, S::as_simd_f32s(&bounds[last]).0[i]);
+            leave = leave.min((face - Lanes::splat(simd, ray.last_origin[axis])) * inverse);
+        }
+        S::as_mut_simd_f32s(near).0[i] = enter.register();
+        met |= enter.le(leave).bits() << (i * S::F32_LANES);
+    }
+    met
+}
+
 #[inline(always)]
 fn lanes<S: Simd, const K: usize>(simd: S, column: &Column, i: usize) -> Lanes<S, K> {
     let registers = S::as_simd_f32s(&column.0).0;

@@ -1,5 +1,12 @@
 //! A vector of f32 lanes with operators, and the powers that the norm form needs. Safe: the instructions are pulp's.
 
+#![allow(
+    clippy::needless_range_loop,
+    clippy::redundant_closure,
+    clippy::redundant_closure_for_method_calls,
+    reason = "only what is spelled out is inlined for the lanes of the machine"
+)]
+
 use std::f32::consts::LOG2_E;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
@@ -295,6 +302,10 @@ impl<S: Simd> Mask<S> {
     /// A bit for each lane.
     #[inline(always)]
     pub(crate) fn bits(self) -> u32 {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v3) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V3>() {
+            return v3.avx._mm256_movemask_ps(pulp::bytemuck::cast(self.registers[0])) as u32;
+        }
         let bytes = pulp::bytemuck::bytes_of(&self.registers[0]);
         match *bytes {
             [bits] => u32::from(bits),
