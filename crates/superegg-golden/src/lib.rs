@@ -6,9 +6,9 @@
 
 use std::path::{Path, PathBuf};
 
-use image::RgbImage;
+use image::RgbaImage;
 
-/// A channel may be off by so much, of 255.
+/// A channel, opacity among them, may be off by so much, of 255.
 const TOLERANCE: u8 = 12;
 
 /// Compares a PNG file with the reference of this name in `folder`.
@@ -22,7 +22,7 @@ pub fn check(folder: &Path, name: &str, actual: &Path) -> Result<(), String> {
     }
     let read = |path: &Path| {
         image::open(path)
-            .map(|picture| picture.to_rgb8())
+            .map(|picture| picture.to_rgba8())
             .map_err(|error| format!("{}: {error}", path.display()))
     };
     let (actual, reference) = (read(actual)?, read(&reference)?);
@@ -41,12 +41,12 @@ pub fn check(folder: &Path, name: &str, actual: &Path) -> Result<(), String> {
     Err(format!("{name}: {different} blocks of 3 x 3 pixels differ; look at {}", out.display()))
 }
 
-fn differs(a: &RgbImage, b: &RgbImage, x: u32, y: u32) -> bool {
+fn differs(a: &RgbaImage, b: &RgbaImage, x: u32, y: u32) -> bool {
     a.get_pixel(x, y).0.iter().zip(b.get_pixel(x, y).0).any(|(&a, b)| a.abs_diff(b) > TOLERANCE)
 }
 
 /// How many blocks of 3 x 3 pixels differ in all their pixels.
-fn different_blocks(a: &RgbImage, b: &RgbImage) -> usize {
+fn different_blocks(a: &RgbaImage, b: &RgbaImage) -> usize {
     let (width, height) = a.dimensions();
     let all_differ = |x: u32, y: u32| (0..3).all(|dy| (0..3).all(|dx| differs(a, b, x + dx, y + dy)));
     let corners =
@@ -54,11 +54,11 @@ fn different_blocks(a: &RgbImage, b: &RgbImage) -> usize {
     corners.filter(|&(x, y)| all_differ(x, y)).count()
 }
 
-fn write_all(name: &str, actual: &RgbImage, reference: &RgbImage) -> image::ImageResult<PathBuf> {
+fn write_all(name: &str, actual: &RgbaImage, reference: &RgbaImage) -> image::ImageResult<PathBuf> {
     let out = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/golden");
     std::fs::create_dir_all(&out)?;
-    let diff = RgbImage::from_fn(actual.width(), actual.height(), |x, y| {
-        if differs(actual, reference, x, y) { image::Rgb([255, 0, 0]) } else { image::Rgb([0, 0, 0]) }
+    let diff = RgbaImage::from_fn(actual.width(), actual.height(), |x, y| {
+        image::Rgba(if differs(actual, reference, x, y) { [255, 0, 0, 255] } else { [0, 0, 0, 255] })
     });
     for (kind, picture) in [("actual", actual), ("reference", reference), ("diff", &diff)] {
         picture.save(out.join(format!("{name}.{kind}.png")))?;
@@ -70,8 +70,8 @@ fn write_all(name: &str, actual: &RgbImage, reference: &RgbImage) -> image::Imag
 mod tests {
     use super::*;
 
-    fn with_square(side: u32) -> RgbImage {
-        RgbImage::from_fn(16, 16, |x, y| image::Rgb([if x < side && y < side { 255 } else { 0 }; 3]))
+    fn with_square(side: u32) -> RgbaImage {
+        RgbaImage::from_fn(16, 16, |x, y| image::Rgba([if x < side && y < side { 255 } else { 0 }; 4]))
     }
 
     #[test]
