@@ -31,6 +31,7 @@ superegg=$PWD/target/release/superegg
 difference=$PWD/target/release/examples/difference
 out=target/povray
 mkdir -p "$out"
+trap 'echo "a program failed: $out/log.txt" >&2' ERR
 
 # Processor seconds of a command, user and system.
 seconds() {
