@@ -262,9 +262,8 @@ impl<'a> Wave<'a> {
             return;
         }
         if self.bounces > self.setting.picture.bounces {
-            // What would be followed further counts as the sky behind.
-            let rest = (shares.mirror + shares.through) * self.setting.sky(-point.to_eye);
-            colors[arrival.pixel] += arrival.weight * rest;
+            let rest = DVec3::splat(shares.mirror + shares.through);
+            self.give_up(&arrival.media, -point.to_eye, arrival.pixel, arrival.weight * rest, colors);
             return;
         }
         let normal = point.facing_normal();
@@ -318,7 +317,7 @@ impl<'a> Wave<'a> {
     ) -> u64 {
         let weight = point.arrival.weight * share;
         if weight.max_element() <= self.setting.picture.least_weight {
-            colors[point.arrival.pixel] += weight * self.setting.sky(direction);
+            self.give_up(&media, direction, point.arrival.pixel, weight, colors);
             return 0;
         }
         let key = point.arrival.key.branch(choice);
@@ -326,6 +325,13 @@ impl<'a> Wave<'a> {
         let arrival = Arrival { weight, key, media, is_from_floor, ..point.arrival };
         self.push(point.spawn(direction, point.footprint), arrival);
         1
+    }
+
+    /// What is followed no further counts as the sky behind, so that clear glass and mirrors lose nothing; what is caught in a coloured inside fades away.
+    fn give_up(&self, media: &Media, direction: DVec3, pixel: usize, weight: DVec3, colors: &mut [DVec3]) {
+        if !media.absorbs() {
+            colors[pixel] += weight * self.setting.sky(direction);
+        }
     }
 
     /// Traces the rays: the points that they meet, in their order. What meets nothing adds the sky to the colours.

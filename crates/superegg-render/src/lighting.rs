@@ -1,5 +1,7 @@
 //! The light that comes to points of surfaces straight from lights and from all around.
 
+use std::rc::Rc;
+
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 use superegg_scene::{AmbientOcclusion, Light};
@@ -7,8 +9,8 @@ use superegg_scene::{AmbientOcclusion, Light};
 use crate::flight::FlightRay;
 use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken};
-use crate::medium::faded;
-use crate::point::SurfacePoint;
+use crate::medium::Media;
+use crate::point::{Arrival, SurfacePoint};
 use crate::sequence::{SampleKey, cosine_direction, disc};
 use crate::shading;
 use crate::traverse::Side;
@@ -42,12 +44,39 @@ impl LightWay {
     }
 }
 
-/// Rays to lights, and what each adds to a pixel where nothing is between.
+/// Rays to lights, and what each adds where nothing is between.
 #[derive(Default)]
 pub(crate) struct ShadowRays {
-    pub(crate) flights: Vec<FlightRay>,
-    /// Pixels and colours.
-    pub(crate) adds: Vec<(usize, DVec3)>,
+    flights: Vec<FlightRay>,
+    adds: Vec<Addition>,
+}
+
+/// What a shadow ray adds to a pixel, and what it is in.
+struct Addition {
+    pixel: usize,
+    color: DVec3,
+    media: Media,
+}
+
+impl ShadowRays {
+    /// Takes a ray from a point.
+    pub(crate) fn push(&mut self, point: &SurfacePoint<'_>, flight: FlightRay, color: DVec3) {
+        self.flights.push(flight);
+        let Arrival { pixel, media, .. } = &point.arrival;
+        self.adds.push(Addition { pixel: *pixel, color, media: media.clone() });
+    }
+
+    /// Each ray with what it adds.
+    fn into_pairs(self) -> impl Iterator<Item = (Addition, FlightRay)> {
+        self.adds.into_iter().zip(self.flights)
+    }
+}
+
+impl Addition {
+    /// What is left of it at the end of a way, in world units.
+    fn add_after(&self, way: f64, colors: &mut [DVec3]) {
+        colors[self.pixel] += self.color * self.media.transmittance(way);
+    }
 }
 
 /// Adds to the colours what lights bring to points, and what comes from all around.
@@ -90,9 +119,7 @@ fn ask_light(
         let flight = toward(point, way.direction);
         let past_ground = setting.share_past_ground(&flight.ray, point.is_on_floor(), end);
         if past_ground > 0.0 {
-            asked.flights.push(flight);
-            let color = past_ground * point.arrival.weight * color / f64::from(count);
-            asked.adds.push((point.arrival.pixel, color));
+            asked.push(point, flight, past_ground * point.arrival.weight * color / f64::from(count));
         }
     }
 }
@@ -122,12 +149,12 @@ fn add_seen(setting: Setting<'_>, asked: ShadowRays, end: f64, colors: &mut [DVe
     taken.rays.shadow += asked.flights.len() as u64;
     let stopped = setting.scene.occluded_many(&asked.flights, end);
     let mut dimmed = ShadowRays::default();
-    for (((pixel, color), flight), stopped) in asked.adds.into_iter().zip(asked.flights).zip(stopped) {
+    for ((addition, flight), stopped) in asked.into_pairs().zip(stopped) {
         if !stopped {
-            colors[pixel] += color;
+            addition.add_after(flight.ray.direction.length(), colors);
         } else if setting.lets_light_through {
             dimmed.flights.push(flight);
-            dimmed.adds.push((pixel, color));
+            dimmed.adds.push(addition);
         }
     }
     add_dimmed(setting, dimmed, end, colors, taken);
@@ -150,9 +177,9 @@ pub(crate) fn add_dimmed(
         let hits = setting.scene.intersect_many(&rays.flights);
         taken.rays.shadow += hits.len() as u64;
         let mut next = ShadowRays::default();
-        for (((pixel, color), flight), hit) in rays.adds.into_iter().zip(rays.flights).zip(hits) {
+        for ((addition, flight), hit) in rays.into_pairs().zip(hits) {
             let Some(hit) = hit.filter(|hit| hit.t < end) else {
-                colors[pixel] += color;
+                addition.add_after(flight.ray.direction.length(), colors);
                 continue;
             };
             let surface = setting.scene.interaction(&hit);
@@ -160,9 +187,15 @@ pub(crate) fn add_dimmed(
             let cos = unit_vector(direction).map_or(1.0, |unit| unit.dot(surface.normal).abs());
             let shares = shading::Shares::of(&surface.material, cos);
             let way = (surface.position - flight.ray.origin).length();
-            let inside = if surface.leaving { faded(surface.material.absorb, way) } else { DVec3::ONE };
-            let clear = 1.0 - shading::reflectance(cos, surface.material.index);
-            let color = color * shares.through * clear * surface.material.color.map(f64::sqrt) * inside;
+            let path = Rc::new(hit.path);
+            let (before, beyond) = addition.media.across(&path, &surface.material, surface.leaving);
+            let ratio = beyond.index() / before;
+            let clear = 1.0 - shading::reflectance(cos, ratio.max(ratio.recip()));
+            let color = addition.color
+                * addition.media.transmittance(way)
+                * shares.through
+                * clear
+                * surface.material.color.map(f64::sqrt);
             if color.max_element() > setting.picture.least_weight {
                 // t = 1 stays the place of the light.
                 let rest =
@@ -170,7 +203,7 @@ pub(crate) fn add_dimmed(
                 let (ray, mut departure) = surface.spawn_ray(rest);
                 departure.side = if surface.leaving { Side::Outward } else { Side::Inward };
                 next.flights.push(FlightRay { ray, departure: Some(departure), ..flight });
-                next.adds.push((pixel, color));
+                next.adds.push(Addition { pixel: addition.pixel, color, media: beyond });
             }
         }
         rays = next;
@@ -207,15 +240,14 @@ fn add_ambient(
             let ray = toward(point, occlusion.distance * direction);
             if setting.share_past_ground(&ray.ray, point.is_on_floor(), 1.0) > 0.0 {
                 let sky = setting.surroundings.sky.map_or(DVec3::ONE, |sky| sky.color(direction));
-                asked.adds.push((point.arrival.pixel, part * sky / f64::from(count)));
-                asked.flights.push(ray);
+                asked.push(point, ray, part * sky / f64::from(count));
             }
         }
     }
     taken.rays.ambient += asked.flights.len() as u64;
     let stopped = setting.scene.occluded_many(&asked.flights, 1.0);
-    for ((pixel, light), _) in asked.adds.into_iter().zip(stopped).filter(|(_, stopped)| !stopped) {
-        colors[pixel] += light;
+    for (addition, _) in asked.adds.into_iter().zip(stopped).filter(|(_, stopped)| !stopped) {
+        colors[addition.pixel] += addition.color;
     }
 }
 

@@ -32,7 +32,8 @@ impl Media {
 
     /// The share of light that is left after some way, in world units: `exp(-absorb * way)` (Beer and Lambert).
     pub(crate) fn transmittance(&self, way: f64) -> DVec3 {
-        self.0.as_ref().map_or(DVec3::ONE, |layer| faded(layer.absorb, way))
+        // Not 0 times infinity.
+        self.0.as_ref().map_or(DVec3::ONE, |layer| (-layer.absorb * way.min(f64::MAX)).exp())
     }
 
     /// Inside of one more shape.
@@ -83,12 +84,6 @@ impl Media {
         let near = if self.holds(path) { self.index() } else { material.index };
         (near, self.without(path))
     }
-}
-
-/// The share of light that is left after some way through what absorbs so much of it.
-pub(crate) fn faded(absorb: DVec3, way: f64) -> DVec3 {
-    // Not 0 times infinity.
-    (-absorb * way.min(f64::MAX)).exp()
 }
 
 #[cfg(test)]

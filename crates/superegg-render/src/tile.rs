@@ -310,11 +310,10 @@ impl<'a> TileTracer<'a> {
             let point = &points[number];
             let pixel = point.arrival.pixel;
             if occluded[pixel / LANES] >> (pixel % LANES) & 1 == 0 {
-                colors[pixel] += color;
+                let way = (place - point.position).length();
+                colors[pixel] += color * point.arrival.media.transmittance(way);
             } else if self.setting.lets_light_through {
-                let way = place - point.position;
-                dimmed.flights.push(lighting::toward(point, way));
-                dimmed.adds.push((pixel, color));
+                dimmed.push(point, lighting::toward(point, place - point.position), color);
             }
         }
         lighting::add_dimmed(self.setting, dimmed, 1.0, colors, &mut self.taken);

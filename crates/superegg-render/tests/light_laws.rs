@@ -139,6 +139,26 @@ fn what_is_clear_and_coloured_throws_a_coloured_shadow() {
 }
 
 #[test]
+fn a_shadow_through_glass_in_glass_is_absorbed_by_both() {
+    // A pane of 2 with another of 0.4 in it: 1.6 through the outer one and 0.4 through the inner one.
+    let pane = |index: f64| {
+        let base = "light lamp 0 0 8\ncamera 9 0 6 0 0 0\nprm floor\ncoeff 9 9 .5\nexp .0001 .0001\nambient 0\nspecular 0\nobj o\nap floor\nxs 0 0 -.5\n";
+        let inner =
+            format!("prm inner\ncoeff 1 1 .2\nexp .0001 .0001\nrefracted 1\nindex {index}\nabsorb .5 .1 0\n");
+        let outer =
+            format!("prm outer\ncoeff 2 2 1\nexp .0001 .0001\nrefracted 1\nindex {index}\nabsorb 0 .3 1\n");
+        let lit = centre(&film(base, 1));
+        let shadowed =
+            centre(&film(&format!("{base}{inner}{outer}obj o\nap outer\nxs 0 0 4\nap inner\nxs 0 0 4\n"), 1));
+        [0, 1, 2].map(|i| shadowed[i] / lit[i])
+    };
+    let absorbed = [(-0.2f64).exp(), (-0.04 - 0.48f64).exp(), (-1.6f64).exp()];
+    close(pane(1.0), absorbed);
+    // Of the same glass within, nothing is mirrored at the inner pane.
+    close(pane(1.5), absorbed.map(|left| left * 0.96 * 0.96));
+}
+
+#[test]
 fn half_of_a_light_is_seen_at_the_edge_of_a_shadow() {
     // The floor's point under the edge of a wide plate, half way: the light's disc is cut through its middle.
     for light in ["light l 0 0 8\nlightRadius l .5\n", "sun l 0 0 1\nlightRadius l .1\n"] {
