@@ -161,6 +161,16 @@ impl<'a> Setting<'a> {
         Some(self.point_of_hit(surface, hit, way, *footprint, arrival))
     }
 
+    /// The colour of a surface at a hit, pattern and all.
+    pub(crate) fn albedo(&self, material: &Material, hit: &Hit, seen: &Seen) -> DVec3 {
+        if material.pattern == Pattern::None {
+            return material.color;
+        }
+        let (unit_from_world, _) = self.scene.unit_from_world(&hit.path);
+        let primitive = &self.scene.primitives[hit.primitive as usize];
+        albedo_of_shape(material, primitive, hit.unit_point, &inverse_of(&unit_from_world), seen)
+    }
+
     fn point_of_hit(
         &self,
         surface: SurfaceInteraction<'a>,
@@ -172,15 +182,8 @@ impl<'a> Setting<'a> {
         let direction = ray.direction.normalize();
         let footprint = at_surface(footprint, ray, hit.t);
         let material = MaterialRef::from(surface.material);
-        let albedo = if material.pattern == Pattern::None {
-            material.color
-        } else {
-            let (unit_from_world, _) = self.scene.unit_from_world(&hit.path);
-            let primitive = &self.scene.primitives[hit.primitive as usize];
-            let world_from_unit = inverse_of(&unit_from_world);
-            let seen = Seen { normal: surface.normal, direction, width: footprint.width };
-            albedo_of_shape(&material, primitive, hit.unit_point, &world_from_unit, &seen)
-        };
+        let albedo =
+            self.albedo(&material, hit, &Seen { normal: surface.normal, direction, width: footprint.width });
         SurfacePoint {
             arrival: arrival.after(ray.origin, surface.position),
             place: Place::Instance(Rc::new(surface.path)),

@@ -10,7 +10,7 @@ use crate::flight::FlightRay;
 use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken};
 use crate::medium::Media;
-use crate::point::{Arrival, SurfacePoint};
+use crate::point::{Arrival, Seen, SurfacePoint};
 use crate::sequence::{SampleKey, cosine_direction, disc};
 use crate::shading;
 use crate::traverse::Side;
@@ -184,9 +184,15 @@ pub(crate) fn add_dimmed(
             };
             let surface = setting.scene.interaction(&hit);
             let direction = flight.ray.direction;
-            let cos = unit_vector(direction).map_or(1.0, |unit| unit.dot(surface.normal).abs());
-            let shares = shading::Shares::of(&surface.material, cos);
             let way = (surface.position - flight.ray.origin).length();
+            let seen = Seen {
+                normal: surface.normal,
+                direction: unit_vector(direction).unwrap_or(surface.normal),
+                width: flight.footprint.width,
+            };
+            let albedo = setting.albedo(&surface.material, &hit, &seen);
+            let cos = seen.direction.dot(surface.normal).abs();
+            let shares = shading::Shares::of(&surface.material, cos);
             let path = Rc::new(hit.path);
             let (before, beyond) = addition.media.across(&path, &surface.material, surface.leaving);
             let ratio = beyond.index() / before;
@@ -195,7 +201,7 @@ pub(crate) fn add_dimmed(
                 * addition.media.transmittance(way)
                 * shares.through
                 * clear
-                * surface.material.color.map(f64::sqrt);
+                * albedo.map(f64::sqrt);
             if color.max_element() > setting.picture.least_weight {
                 // t = 1 stays the place of the light.
                 let rest =

@@ -1,6 +1,7 @@
 //! The second colour of a surface.
 
 use superegg_geom::glam::DVec3;
+use superegg_geom::unit_vector;
 use superegg_scene::Pattern;
 
 /// The part of the way to the pattern's colour at a place of its space, in [0, 1].
@@ -19,13 +20,14 @@ pub(crate) fn share(
             let sign: f64 = (0..3).map(|axis| mean_sign(place[axis] / size, extents[axis] / size)).product();
             0.5 - 0.5 * sign
         }
-        Pattern::Gradient { direction, .. } => match reach {
-            Some(reach) => (0.5 + 0.5 * place.dot(direction) / reach(direction)).clamp(0.0, 1.0),
-            None => {
-                let way = place.dot(direction) / direction.length();
-                1.0 - (way - 2.0 * (0.5 * way).floor() - 1.0).abs()
+        Pattern::Gradient { direction, .. } => {
+            let along = unit_vector(direction).unwrap_or(DVec3::Z);
+            let way = place.dot(along);
+            match reach {
+                Some(reach) => (0.5 + 0.5 * way / reach(along)).clamp(0.0, 1.0),
+                None => (1.0 - (way - 2.0 * (0.5 * way).floor() - 1.0).abs()).clamp(0.0, 1.0),
             }
-        },
+        }
     }
 }
 
@@ -47,7 +49,8 @@ fn mean_sign(place: f64, width: f64) -> f64 {
         return if (0.5 * place).fract().rem_euclid(1.0) < 0.5 { 1.0 } else { -1.0 };
     }
     let mean = (integral(place + 0.5 * width) - integral(place - 0.5 * width)) / width;
-    if mean.is_finite() { mean } else { 0.0 }
+    // Rounding must not make a colour negative.
+    if mean.is_finite() { mean.clamp(-1.0, 1.0) } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -64,6 +67,8 @@ mod tests {
             [at(0.1, 0.1, 0.1, 0.0), at(-0.1, 0.1, 0.1, 0.0), at(0.6, 0.6, 0.1, 0.0)],
             [0.0, 1.0, 0.0]
         );
+        let all = (0..1000).map(|i| at(0.37 * f64::from(i), 0.11 * f64::from(i), 0.0, 0.001 * f64::from(i)));
+        assert!(all.into_iter().all(|share| (0.0..=1.0).contains(&share)));
         assert!((at(0.1, 0.1, 0.1, 1e6) - 0.5).abs() < 1e-4 && at(f64::MAX, 0.0, 0.0, 1.0).is_finite());
         // Half of the width beyond an edge of one cell.
         assert!((at(0.5, 0.25, 0.25, 0.1) - 0.5).abs() < 1e-12);

@@ -50,6 +50,11 @@ impl FromStr for Share {
         let parts =
             text.split_once('/').and_then(|(number, count)| Some((digits(number)??, digits(count)??)));
         let (number, count) = parts.ok_or("a share is K/N, such as 2/8: the second of eight")?;
+        if count == 0 {
+            return Err(
+                "there are no shares of 0; a share is K/N, such as 2/8: the second of eight".to_owned()
+            );
+        }
         Self::new(number, count)
             .ok_or_else(|| format!("shares of {count} are numbered from 1 to {count}, so none is {number}"))
     }

@@ -90,7 +90,13 @@ impl Shows {
         for (x, y) in (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| (x, y))) {
             let pixel = *film.pixel(x, y);
             let color = if self == Self::Depth {
-                let nearness = if most > least { (most - pixel.depth) / (most - least) } else { 1.0 };
+                // By the reciprocal: a floor that goes to the horizon would leave nothing for what is near.
+                let inverse = |depth: f32| depth.max(f32::MIN_POSITIVE).recip();
+                let nearness = if most > least {
+                    (inverse(pixel.depth) - inverse(most)) / (inverse(least) - inverse(most))
+                } else {
+                    1.0
+                };
                 // Nothing is at infinity.
                 if pixel.depth.is_finite() { [pixel.alpha * nearness; 3] } else { [0.0; 3] }
             } else {
@@ -160,8 +166,8 @@ mod tests {
             film.set(x as u32, 0, Pixel { depth, alpha: 1.0, ..Pixel::EMPTY });
         }
         let colored = Shows::Depth.colored(&film);
-        let values: Vec<f32> = colored.pixels().iter().map(|pixel| pixel.color[0]).collect();
-        assert_eq!(values, [1.0, 0.0, 0.5, 0.0]);
+        let values = [0, 1, 2, 3].map(|x| colored.pixel(x, 0).color[0]);
+        assert_eq!(values.map(|value| (1e3 * value).round()), [1000.0, 0.0, 250.0, 0.0]);
         let one = Film::new(1, 1);
         assert_eq!(Shows::Depth.colored(&one).pixel(0, 0).color, [0.0; 3]);
     }

@@ -112,7 +112,11 @@ impl<'a> TileTracer<'a> {
             pixel,
             weight: DVec3::ONE,
             key: SampleKey::new(sample.pixel, sample.index),
-            media: self.media.clone(),
+            media: if self.view.is_parallel() {
+                self.setting.media_at(rays[pixel].origin)
+            } else {
+                self.media.clone()
+            },
             is_from_floor: false,
         });
         let arrivals: Vec<Arrival> = arrivals.collect();

@@ -93,6 +93,11 @@ impl View {
         matches!(self.kind, Projection::Pinhole)
     }
 
+    /// Whether each ray begins at a place of its own.
+    pub(crate) fn is_parallel(&self) -> bool {
+        matches!(self.kind, Projection::Parallel)
+    }
+
     /// Whether rays of one film place differ.
     pub(crate) fn has_lens(&self) -> bool {
         matches!(self.kind, Projection::Lens { .. })

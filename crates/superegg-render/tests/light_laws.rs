@@ -282,6 +282,8 @@ fn hostile_numbers_give_numbers() {
         "ao 2 1e-300",
         "floor 1e300 s",
         "floor -1 s 1e-300 1e-300 1e300",
+        "prm s\ncolor 1 0 0\npattern checker 0 1 0 .5\nrefracted 1",
+        "prm s\npattern gradient 1 0 0 1e-200 0 0\nfloor -1 s",
         "lens 1e300 1e-300",
         "lens 1e-300 1e300",
         "orthographic 1e300",

@@ -2,8 +2,11 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use anyhow::{Context, Result};
+
+use crate::say;
 
 /// What a shell says of a program that ctrl-c ended.
 const EXIT_INTERRUPTED: u8 = 130;
@@ -15,7 +18,13 @@ const EXIT_TERMINATED: u8 = 143;
 pub(crate) struct Interrupt {
     is_asked: Arc<AtomicBool>,
     is_terminated: Arc<AtomicBool>,
+    has_stopped: Arc<AtomicBool>,
 }
+
+/// Work that has not stopped so long after it was asked to is not waited for.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// How often that is looked at.
+const LOOK: Duration = Duration::from_millis(200);
 
 impl Interrupt {
     /// Listens from now on.
@@ -23,7 +32,7 @@ impl Interrupt {
     /// # Errors
     /// The system does not let us.
     pub(crate) fn listen() -> Result<Self> {
-        let [is_asked, is_terminated] = [(); 2].map(|()| Arc::new(AtomicBool::new(false)));
+        let [is_asked, is_terminated, has_stopped] = [(); 3].map(|()| Arc::new(AtomicBool::new(false)));
         let asked = Arc::clone(&is_asked);
         let on_interrupt = move || {
             if asked.swap(true, Ordering::Relaxed) {
@@ -41,7 +50,35 @@ impl Interrupt {
                     .and_then(|_| register(SIGTERM, Arc::clone(&is_asked)));
             registered.context("cannot take over the signal to terminate")?;
         }
-        Ok(Self { is_asked, is_terminated })
+        let interrupt = Self { is_asked, is_terminated, has_stopped };
+        interrupt.watch();
+        Ok(interrupt)
+    }
+
+    /// Ends the program when work does not stop: one ray through a deep fractal whose parts overlap may take longer than anyone waits.
+    fn watch(&self) {
+        let watched = Self {
+            is_asked: Arc::clone(&self.is_asked),
+            is_terminated: Arc::clone(&self.is_terminated),
+            has_stopped: Arc::clone(&self.has_stopped),
+        };
+        std::thread::spawn(move || {
+            while !watched.flag().load(Ordering::Relaxed) {
+                std::thread::sleep(LOOK);
+            }
+            std::thread::sleep(PATIENCE);
+            if !watched.has_stopped.load(Ordering::Relaxed) {
+                say::complain(
+                    "superegg: stopped in the middle of a tile that does not come to its end; those that did stay in the partial file, and finished frames in their folder",
+                );
+                std::process::exit(watched.exit_code().into());
+            }
+        });
+    }
+
+    /// The work has stopped, or is done: what is still to be written is waited for.
+    pub(crate) fn has_stopped(&self) {
+        self.has_stopped.store(true, Ordering::Relaxed);
     }
 
     /// Turns true when the work is to stop.

@@ -40,6 +40,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
 
     let start = Instant::now();
     let made = make_frames(args, &plan, &loaded.session, root.as_deref(), &mut folder, interrupt.flag())?;
+    interrupt.has_stopped();
     if interrupt.flag().load(Ordering::Relaxed) {
         say::complain(format_args!(
             "superegg: stopped: {} of {} are in '{}'; the same command goes on from there",

@@ -54,7 +54,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
             "superegg: warning: --max-samples changes nothing without --noise, for each pixel takes --samples",
         );
     }
-    if let Some(root) = root.as_deref().filter(|_| compiled.instance_count().to_string() == "0") {
+    if let Some(root) =
+        root.as_deref().filter(|_| scene.floor.is_none() && compiled.instance_count().to_string() == "0")
+    {
         say::complain(format_args!(
             "superegg: warning: '{root}' comes to nothing: the picture will show only the background"
         ));
@@ -79,6 +81,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         RenderBudget { threads, cancel: interrupt.flag(), progress: &|pixels| bar.set_position(pixels) };
     let rendered = work.render(&compiled, &settings, &budget, &|told| bar.suspend(|| tell(told)));
     bar.finish_and_clear();
+    interrupt.has_stopped();
     let rendered = rendered?;
     let render = clock.lap();
     let stopped = work.conclude(&output, || match format {
