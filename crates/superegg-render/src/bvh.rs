@@ -52,7 +52,7 @@ impl PackedSlot {
 }
 
 /// A node: the boxes of up to eight children, a column for each bound.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct Node {
     /// The least x, y and z of each child, then the largest ones.
@@ -68,12 +68,26 @@ impl Node {
 
     fn push(&mut self, bounds: &UnitBox, slot: Slot) {
         let place = self.count as usize;
+        self.set_unit_box(place, bounds);
+        self.slots[place] = PackedSlot::new(slot);
+        self.count += 1;
+    }
+
+    fn unit_box(&self, place: usize) -> UnitBox {
+        let corner = |first: usize| std::array::from_fn(|axis| self.bounds[first + axis][place]);
+        UnitBox { min: corner(0), max: corner(3) }
+    }
+
+    fn set_unit_box(&mut self, place: usize, bounds: &UnitBox) {
         for axis in 0..3 {
             self.bounds[axis][place] = bounds.min[axis];
             self.bounds[axis + 3][place] = bounds.max[axis];
         }
-        self.slots[place] = PackedSlot::new(slot);
-        self.count += 1;
+    }
+
+    /// The box around all children.
+    fn whole_box(&self) -> UnitBox {
+        (0..self.count as usize).fold(UnitBox::EMPTY, |whole, place| whole.union(&self.unit_box(place)))
     }
 
     pub(crate) fn slots(&self) -> impl Iterator<Item = Slot> {
@@ -333,6 +347,53 @@ impl Tree {
     }
 }
 
+/// A tree with other boxes for some leaves.
+#[derive(Debug)]
+pub(crate) struct Refitted {
+    pub(crate) nodes: Vec<Node>,
+    /// Around everything.
+    pub(crate) bounds: UnitBox,
+    /// The surface of all boxes, as a multiple of what it was.
+    pub(crate) growth: f64,
+    /// Whether everything is still where the tree's space is as fine as it was made to be.
+    pub(crate) is_within_space: bool,
+}
+
+/// Gives some leaves of a tree other boxes, and fits those of the nodes above them. `None` for a tree of no nodes.
+pub(crate) fn refit(nodes: &[Node], leaf_count: usize, changed: &[(u32, UnitBox)]) -> Option<Refitted> {
+    const UNCHANGED: u32 = u32::MAX;
+    let bounds_before = nodes.first()?.whole_box();
+    let mut change_of = vec![UNCHANGED; leaf_count];
+    for (change, (leaf, _)) in changed.iter().enumerate() {
+        change_of[*leaf as usize] = change as u32;
+    }
+    let mut nodes: Vec<Node> = nodes.par_iter().copied().collect();
+    let mut is_changed = vec![false; nodes.len()];
+    let (mut area_before, mut area_more) = (0.0, 0.0);
+    // Parents come before their children.
+    for index in (0..nodes.len()).rev() {
+        for place in 0..nodes[index].count as usize {
+            let old = nodes[index].unit_box(place);
+            area_before += f64::from(old.half_area());
+            let new = match nodes[index].slots[place].unpack() {
+                Slot::Node(child) if is_changed[child as usize] => nodes[child as usize].whole_box(),
+                Slot::Leaf(leaf) if change_of[leaf as usize] != UNCHANGED => {
+                    changed[change_of[leaf as usize] as usize].1
+                }
+                _ => continue,
+            };
+            area_more += f64::from(new.half_area()) - f64::from(old.half_area());
+            nodes[index].set_unit_box(place, &new);
+            is_changed[index] = true;
+        }
+    }
+    let bounds = nodes[0].whole_box();
+    // Around the space's middle, half edges are below 1; when everything is small in it, f32 is coarse.
+    let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0, |most: f32, x| most.max(x.abs()));
+    let is_within_space = farthest <= 1.0 && bounds.half_area() >= bounds_before.half_area() / 16.0;
+    Some(Refitted { nodes, bounds, growth: 1.0 + area_more / area_before, is_within_space })
+}
+
 /// How many leaves are below each node.
 fn leaf_counts(binary: &Bvh2) -> Vec<u32> {
     let mut counts = vec![0; binary.nodes.len()];
@@ -429,6 +490,44 @@ mod tests {
             );
         }
         check(&[at(1e308, 0.0, 1e308), at(-1e308, 0.0, 1e308), at(0.0, 0.0, 1.0)]);
+    }
+
+    #[test]
+    fn a_refitted_tree_has_the_boxes_of_its_leaves() {
+        let at = |i: i32, r: f32| {
+            let middle = [i * 7 % 101, i * 5 % 91, i % 13].map(|x| x as f32 / 101.0);
+            UnitBox { min: middle.map(|x| x - r), max: middle.map(|x| x + r) }
+        };
+        for count in [1, 8, 9, 100, CHUNK as i32 + 7] {
+            let boxes: Vec<UnitBox> = (0..count).map(|i| at(i, 0.01)).collect();
+            let tree = Tree::build(&boxes);
+            let mut items: Vec<UnitBox> = tree.order.iter().map(|&item| boxes[item as usize]).collect();
+            let changed: Vec<(u32, UnitBox)> =
+                (0..count).step_by(5).map(|leaf| (leaf as u32, at(3 * leaf + 1, 0.02))).collect();
+            changed.iter().for_each(|&(leaf, bounds)| items[leaf as usize] = bounds);
+            let area = |nodes: &[Node]| -> f64 {
+                let boxes = nodes.iter().flat_map(|n| (0..n.count as usize).map(|place| n.unit_box(place)));
+                boxes.map(|b| f64::from(b.half_area())).sum()
+            };
+            let refitted = refit(&tree.nodes, items.len(), &changed).unwrap();
+            for node in &refitted.nodes {
+                for (place, slot) in node.slots().enumerate() {
+                    let expected = match slot {
+                        Slot::Node(child) => refitted.nodes[child as usize].whole_box(),
+                        Slot::Leaf(leaf) => items[leaf as usize],
+                        Slot::Instance(_) => panic!("items are leaves"),
+                    };
+                    assert_eq!(
+                        (node.unit_box(place).min, node.unit_box(place).max),
+                        (expected.min, expected.max)
+                    );
+                }
+            }
+            let whole = whole_box(items.iter());
+            assert_eq!((refitted.bounds.min, refitted.bounds.max), (whole.min, whole.max));
+            let growth = area(&refitted.nodes) / area(&tree.nodes);
+            assert!((refitted.growth / growth - 1.0).abs() < 1e-9, "{} {growth}", refitted.growth);
+        }
     }
 
     #[test]

@@ -15,6 +15,9 @@ use crate::compiled::{
 };
 use crate::support;
 
+mod patch;
+use patch::Patchable;
+
 /// Objects of more children are looked through for children in the same place only among those that are objects.
 const MOST_COMPARED: usize = 1 << 16;
 
@@ -26,8 +29,9 @@ impl CompiledScene {
         Self::compile_after(scene, root, depth, None)
     }
 
-    /// Compiles a scene that has changed since this one was compiled: what depends on no change is taken over. The answer is that of
-    /// [`CompiledScene::compile`].
+    /// Compiles a scene that has changed since this one was compiled. What depends on no change is taken over, and where only some children
+    /// of a large object without objects have changed, they alone are compiled. All answers are those of [`CompiledScene::compile`]; the box of
+    /// such an object may be another by the rounding of f32.
     #[must_use]
     pub fn recompile(&self, scene: &Scene, root: Option<&str>, depth: u32) -> Self {
         Self::compile_after(scene, root, depth, Some(self))
@@ -64,6 +68,7 @@ impl CompiledScene {
                 ..swelling
             },
             reused_groups: compiler.reused,
+            patched_groups: compiler.patched_groups,
             reaches_depth: compiler.reaches_depth,
         }
     }
@@ -117,6 +122,7 @@ struct Compiler<'a> {
     opened: HashMap<(u32, u32), Option<Arc<Group>>>,
     swelling: Swelling,
     reused: usize,
+    patched_groups: usize,
     reaches_depth: bool,
 }
 
@@ -184,6 +190,7 @@ impl<'a> Compiler<'a> {
             opened: HashMap::new(),
             swelling: Swelling::default(),
             reused: 0,
+            patched_groups: 0,
             reaches_depth: false,
         }
     }
@@ -274,18 +281,24 @@ impl<'a> Compiler<'a> {
             }
         }
         drop(seen);
-        let (signature, leaf_box) = self.survey(&parts, &names);
         let key = (self.object_names[object as usize], remaining);
-        let unchanged = self.before.and_then(|before| {
-            // Hashing of borrowed pairs needs an owned key; groups are few.
-            before.opened.get(&(Box::from(key.0), key.1)).filter(|group| group.signature == signature)
-        });
-        let group = match unchanged {
-            Some(group) => {
+        // Hashing of borrowed pairs needs an owned key; groups are few.
+        let before = self.before.and_then(|before| before.opened.get(&(Box::from(key.0), key.1)));
+        let patchable = before.and_then(|group| Patchable::new(group, &parts));
+        let Survey { signature, leaf_box, changed } = self.survey(&parts, &names, patchable.as_ref());
+        let group = match (before, &patchable) {
+            (Some(group), _) if group.signature == signature => {
                 self.reused += 1;
                 Some(group.clone())
             }
-            None => self.assemble(parts, names, signature, leaf_box).map(Arc::new),
+            (_, Some(patchable)) => match self.patched(patchable, &parts, &changed, &names, signature) {
+                Some(group) => {
+                    self.patched_groups += 1;
+                    Some(Arc::new(group))
+                }
+                None => self.assemble(parts, names, signature, leaf_box).map(Arc::new),
+            },
+            _ => self.assemble(parts, names, signature, leaf_box).map(Arc::new),
         };
         self.opened.insert((object, remaining), group.clone());
         group
@@ -331,26 +344,40 @@ impl<'a> Compiler<'a> {
         parts.groups.push(GroupItem { child, parent_from_child, group, chain: Vec::new() });
     }
 
-    /// What the content of a group comes from, as one number: equal for equal content, and different for different content but by a chance
-    /// of 1 in 2^64.
-    ///
-    /// With it comes a box around all leaves that are no group's.
-    fn survey(&self, parts: &Parts<'a>, names: &Names) -> (u64, Aabb) {
+    /// Goes through what a group is made of, and says which leaves are others than before.
+    fn survey(&self, parts: &Parts<'a>, names: &Names, before: Option<&Patchable<'_>>) -> Survey {
+        let exponents_before = |leaf: &Leaf| {
+            let before = self.before.and_then(|before| before.primitives.get(leaf.primitive as usize))?;
+            Some(before.exponents)
+        };
         let leaf = |&(child, primitive): &(u32, u32)| {
             let mut hash = Mixer::new(u64::from(child) << 32 | u64::from(primitive));
             let described = &self.primitives[primitive as usize];
             hash.shape(described);
-            let Some(map) = parts.transform(child) else { return (hash.0, Aabb::EMPTY) };
-            hash.words(bits_of(&map));
-            (hash.0, LeafMaps::new(&map, described.radii).loose_box())
+            let maps = parts.transform(child).map(|map| {
+                hash.words(bits_of(&map));
+                LeafMaps::new(&map, described.radii)
+            });
+            let is_as_before = |before: &Patchable<'_>| {
+                maps.as_ref().zip(before.leaf_before(child)).is_some_and(|(maps, leaf)| {
+                    leaf.primitive == primitive
+                        && leaf.unit_from_group == maps.unit_from_group
+                        && exponents_before(leaf) == Some(described.exponents)
+                })
+            };
+            let is_changed = before.is_some_and(|before| !is_as_before(before));
+            Survey {
+                signature: hash.0,
+                leaf_box: maps.as_ref().map_or(Aabb::EMPTY, LeafMaps::loose_box),
+                changed: if is_changed { vec![(child, primitive)] } else { Vec::new() },
+            }
         };
-        let join = |a: (u64, Aabb), b: (u64, Aabb)| (a.0.wrapping_add(b.0), a.1.union(&b.1));
-        let (leaf_hashes, leaf_box) = if parts.leaves.len() < LARGE {
-            parts.leaves.iter().map(leaf).fold((0, Aabb::EMPTY), join)
+        let mut survey = if parts.leaves.len() < LARGE {
+            parts.leaves.iter().map(leaf).fold(Survey::NOTHING, Survey::join)
         } else {
-            parts.leaves.par_iter().map(leaf).reduce(|| (0, Aabb::EMPTY), join)
+            parts.leaves.par_iter().map(leaf).reduce(|| Survey::NOTHING, Survey::join)
         };
-        let mut hash = Mixer::new(leaf_hashes);
+        let mut hash = Mixer::new(survey.signature);
         for folded in &parts.folded {
             hash.words([u64::from(folded.child), u64::from(folded.primitive)]);
             hash.shape(&self.primitives[folded.primitive as usize]);
@@ -364,7 +391,8 @@ impl<'a> Compiler<'a> {
         }
         hash.text(names.text());
         hash.words([parts.primitive_count]);
-        (hash.0, leaf_box)
+        survey.signature = hash.0;
+        survey
     }
 
     /// A group of its parts: loose bounds give the space of the tree, tight boxes the tree, and its order that of the leaves.
@@ -478,6 +506,7 @@ impl<'a> Compiler<'a> {
             chains,
             count,
             signature,
+            growth: 1.0,
             stand_in: OnceLock::new(),
         })
     }
@@ -488,6 +517,29 @@ const LARGE: usize = 4096;
 
 /// The map of a leaf that is nowhere: no ray meets it.
 const NOWHERE: DAffine3 = DAffine3::NAN;
+
+/// What is known of the content of a group before it is assembled.
+struct Survey {
+    /// What the content comes from, as one number: equal for equal content, and different for different content but by a chance of 1 in 2^64.
+    signature: u64,
+    /// Around all leaves that are no group's.
+    leaf_box: Aabb,
+    /// Child and primitive of those leaves that are others than in the group before.
+    changed: Vec<(u32, u32)>,
+}
+
+impl Survey {
+    const NOTHING: Self = Self { signature: 0, leaf_box: Aabb::EMPTY, changed: Vec::new() };
+
+    fn join(mut self, other: Self) -> Self {
+        self.changed.extend(other.changed);
+        Self {
+            signature: self.signature.wrapping_add(other.signature),
+            leaf_box: self.leaf_box.union(&other.leaf_box),
+            changed: self.changed,
+        }
+    }
+}
 
 /// What a group is made of.
 #[derive(Default)]

@@ -14,7 +14,7 @@ use crate::path::InstancePath;
 use crate::stand_in::StandIn;
 
 /// A primitive as a child of a group.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Leaf {
     /// From the group's space to that of the unit shape: the radii are in it.
     pub(crate) unit_from_group: DAffine3,
@@ -48,6 +48,11 @@ impl NameRef {
 
     pub(crate) fn chain(place: u32) -> Self {
         Self(place | Self::CHAIN)
+    }
+
+    /// The place among the names of the group, where it is one.
+    pub(crate) fn as_child(self) -> Option<u32> {
+        (self.0 & Self::CHAIN == 0).then_some(self.0)
     }
 }
 
@@ -99,6 +104,8 @@ pub(crate) struct Group {
     pub(crate) count: BigUint,
     /// What all of its content comes from, to tell whether it has changed.
     pub(crate) signature: u64,
+    /// The surface of all boxes of the tree, as a multiple of what it was when the tree was built: 1 unless leaves were patched since.
+    pub(crate) growth: f64,
     /// What is seen instead of it where it is too small to be opened.
     pub(crate) stand_in: OnceLock<StandIn>,
 }
@@ -188,6 +195,7 @@ pub struct CompiledScene {
     pub(crate) instance_count: BigUint,
     pub(crate) swelling: Swelling,
     pub(crate) reused_groups: usize,
+    pub(crate) patched_groups: usize,
     pub(crate) reaches_depth: bool,
 }
 
@@ -200,6 +208,11 @@ impl CompiledScene {
     /// How many of them were taken over from the scene that this one was made from by [`CompiledScene::recompile`].
     pub fn reused_group_count(&self) -> usize {
         self.reused_groups
+    }
+
+    /// How many groups have the tree of the scene before, with some leaves changed.
+    pub fn patched_group_count(&self) -> usize {
+        self.patched_groups
     }
 
     /// How many instances of primitives the picture stands for: exact, however many.
@@ -248,6 +261,18 @@ impl CompiledScene {
         let mut ranks = Vec::with_capacity(path.places().len());
         self.walk(path, |group, child| ranks.push(group.rank(child)));
         ranks
+    }
+
+    /// What tells instances apart in a picture: a hash of the places of a path's children among the children of their objects, above
+    /// [`InstancePath::FLOOR_ID`]. It does not depend on the order of leaves in their tree.
+    pub(crate) fn instance_id(&self, path: &InstancePath) -> u32 {
+        let mut hash = 0x811c_9dc5;
+        let mut mix = |place: u32| hash = u32::wrapping_mul(hash ^ place, 0x0100_0193).rotate_left(15);
+        self.walk(path, |group, child| mix(group.rank(child)));
+        if path.is_stand_in() {
+            mix(InstancePath::INSTANCE);
+        }
+        (hash ^ (hash >> 16)).max(InstancePath::FLOOR_ID + 1)
     }
 
     fn walk(&self, path: &InstancePath, mut visit: impl FnMut(&Group, NameRef)) {

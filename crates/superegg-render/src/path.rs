@@ -25,13 +25,6 @@ impl InstancePath {
         self.0.last().is_some_and(|last| last & Self::INSTANCE != 0)
     }
 
-    /// What tells instances apart in a picture: a hash of the path, above [`InstancePath::FLOOR_ID`].
-    pub(crate) fn id(&self) -> u32 {
-        let mix = |hash: u32, &place: &u32| (hash ^ place).wrapping_mul(0x0100_0193).rotate_left(15);
-        let hash = self.0.iter().fold(0x811c_9dc5, mix);
-        (hash ^ (hash >> 16)).max(Self::FLOOR_ID + 1)
-    }
-
     /// The id of the floor.
     pub(crate) const FLOOR_ID: u32 = 1;
 

@@ -140,7 +140,7 @@ impl<'a> TileTracer<'a> {
                 normal: point.facing_normal(),
                 albedo: point.albedo,
                 id: match &point.place {
-                    Place::Instance(path) => path.id(),
+                    Place::Instance(path) => self.setting.scene.instance_id(path),
                     Place::Floor => InstancePath::FLOOR_ID,
                 },
             });

@@ -1,13 +1,16 @@
 //! Flights of rays against single rays, recompiling against compiling, deep graphs against composition in twice the precision.
 
+use std::cell::Cell;
+use std::sync::atomic::AtomicBool;
+
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
+use proptest::test_runner::{RngSeed, TestRunner};
 use superegg_geom::glam::{DMat3, DVec3, Vec3Swizzles};
-use superegg_geom::{Aabb, Ray};
+use superegg_geom::{Aabb, Exponents, Ray, Superquadric, TransformStep};
 use superegg_lang::load_text;
 use superegg_render::flatten;
-use superegg_render::{CompiledScene, FlightRay, Footprint};
-use superegg_scene::{Camera, Entity, Scene};
+use superegg_render::{CompiledScene, Film, FlightRay, Footprint, RenderBudget, RenderSettings, render};
+use superegg_scene::{Camera, Entity, Picture, Scene};
 
 fn load(text: &str) -> Scene {
     let (session, diagnostics) = load_text("fast.scn", text);
@@ -98,6 +101,206 @@ proptest! {
             prop_assert_eq!(again.intersect(&ray, None), anew.intersect(&ray, None));
         }
     }
+}
+
+/// One thing about a flat scene of many shapes that changes: which of its children, what, and by how much.
+type Edit = (usize, u8, [f64; 3]);
+
+fn edits() -> impl Strategy<Value = Vec<Edit>> {
+    prop::collection::vec((0..usize::MAX, 0..6u8, prop::array::uniform3(0.02..1.0f64)), 1..12)
+}
+
+/// A flat object of 300 to 700 shapes in a box of half edge 6, with another that holds it twice.
+fn flat_text() -> impl Strategy<Value = String> {
+    let exponent = prop::sample::select(vec!["0.05", "0.3", "1", "1.7", "2", "3"]);
+    let shape = (
+        exponent.clone(),
+        exponent,
+        prop::array::uniform3(0.05..0.4f64),
+        prop::array::uniform3(-6.0..6.0f64),
+    );
+    prop::collection::vec(shape, 300..700).prop_map(|shapes| {
+        let mut text = String::from("obj flat\n");
+        for (i, (e, n, [x, y, z], [a, b, c])) in shapes.iter().enumerate() {
+            text += &format!("prm p{i}\nexp {e} {n}\ncoeff {x} {y} {z}\nobj flat\nap p{i} c{i}\nrs {a} {b} {c} 77\nxs {c} {a} {b}\n");
+        }
+        text + "obj all\nao flat near\nao flat far\nrs 1 2 3 30\nxs 14 0 0\n"
+    })
+}
+
+fn edit(scene: &mut Scene, (which, what, amount): &Edit) {
+    let count = scene.object("flat").unwrap().children().len();
+    let which = which % count;
+    let (alias, target) = {
+        let flat = scene.object("flat").unwrap();
+        let (alias, child) = flat.children().nth(which).unwrap();
+        (alias.to_owned(), child.target().to_owned())
+    };
+    let [x, y, z] = *amount;
+    let step = |scene: &mut Scene, step| {
+        scene.move_cursor("flat", &alias).unwrap();
+        scene.transform_child("flat", step).unwrap();
+    };
+    let shape = scene.primitive(&target).unwrap().shape;
+    match what {
+        0 => step(scene, TransformStep::Translate(DVec3::new(x, -y, z))),
+        1 => step(scene, TransformStep::Rotate { axis: DVec3::new(x, y, z), angle_deg: 360.0 * x }),
+        2 => step(scene, TransformStep::Scale(DVec3::new(0.5 + x, 0.5 + y, -0.5 - z))),
+        3 => {
+            let radii = DVec3::new(x, y, z);
+            scene.primitive_mut(&target).unwrap().shape =
+                Superquadric::new(radii, shape.exponents()).unwrap();
+        }
+        4 => {
+            let exponents = Exponents { e: 2.5 * x, n: 2.5 * y };
+            scene.primitive_mut(&target).unwrap().shape =
+                Superquadric::new(shape.radii(), exponents).unwrap();
+        }
+        _ => scene.primitive_mut(&target).unwrap().material.color = DVec3::new(x, y, z),
+    }
+}
+
+/// All that one can ask: what rays meet and by which name and colour, what stops them, what holds points, and what boxes hold.
+fn assert_same_answers(one: &CompiledScene, other: &CompiledScene, rays: &[([f64; 3], [f64; 3])]) {
+    assert_eq!(one.instance_count(), other.instance_count());
+    let flight: Vec<FlightRay> = rays
+        .iter()
+        .map(|(origin, direction)| Ray::new((*origin).into(), (*direction).into()).into())
+        .collect();
+    let sides = [one, other].map(|scene| {
+        let seen = |hit: &superegg_render::Hit| {
+            let color = scene.interaction(hit).material.color;
+            (hit.t, hit.leaving, hit.primitive, hit.unit_point, scene.path_name(&hit.path), color)
+        };
+        let single: Vec<_> =
+            flight.iter().map(|f| scene.intersect(&f.ray, None).as_ref().map(seen)).collect();
+        let many: Vec<_> = scene.intersect_many(&flight).iter().map(|hit| hit.as_ref().map(seen)).collect();
+        let stopped = scene.occluded_many(&flight, 1.5);
+        let stopped_single: Vec<bool> = flight.iter().map(|f| scene.occluded(&f.ray, None, 1.5)).collect();
+        let held: Vec<_> = rays
+            .iter()
+            .map(|(origin, reach)| {
+                let point = DVec3::from(*origin);
+                let around = Aabb::around(point, DVec3::from(*reach).abs());
+                let mut names: Vec<String> =
+                    scene.query_box(&around, usize::MAX).iter().map(|path| scene.path_name(path)).collect();
+                names.sort();
+                let answer = scene.query_point(point);
+                let least = answer.least.map(|(value, path)| (value, scene.path_name(&path)));
+                (answer.inside, least, names)
+            })
+            .collect();
+        (single, many, stopped, stopped_single, held)
+    });
+    assert_eq!(sides[0].0, sides[1].0);
+    assert_eq!(sides[0].1, sides[1].1);
+    assert_eq!(sides[0].2, sides[1].2);
+    assert_eq!(sides[0].3, sides[1].3);
+    assert_eq!(sides[0].4, sides[1].4);
+}
+
+/// A small film with all that it keeps of surfaces, the numbers of instances among it.
+fn picture(scene: &Scene, compiled: &CompiledScene) -> Film {
+    let mut scene = scene.clone();
+    scene.camera = Camera { position: DVec3::new(7.0, -30.0, 12.0), target: DVec3::X * 7.0, ..scene.camera };
+    let picture = Picture { width: 32, height: 24, ..scene.picture };
+    let settings = RenderSettings { picture, ..RenderSettings::of(&scene) };
+    let budget = RenderBudget { threads: 1, cancel: &AtomicBool::new(false), progress: &|_| {} };
+    render(compiled, &settings, &budget).unwrap().film
+}
+
+/// Each scene compiled after the one before, patches on patches, against each compiled anew.
+#[test]
+fn a_patched_group_answers_as_one_compiled_anew() {
+    let config = ProptestConfig {
+        cases: 24,
+        rng_seed: RngSeed::Fixed(7),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    };
+    let ray = (prop::array::uniform3(-8.0..8.0f64), prop::array::uniform3(-1.0..1.0f64));
+    let cases = (flat_text(), prop::collection::vec(edits(), 1..5), prop::collection::vec(ray, 100));
+    let (patched, compiled_anew) = (Cell::new(0), Cell::new(0));
+    let answer = TestRunner::new(config).run(&cases, |(text, rounds, rays)| {
+        let mut scene = load(&text);
+        let mut compiled = CompiledScene::compile(&scene, Some("all"), 5);
+        for round in rounds {
+            round.iter().for_each(|change| edit(&mut scene, change));
+            compiled = compiled.recompile(&scene, Some("all"), 5);
+            let of_two = if compiled.patched_group_count() == 1 { &patched } else { &compiled_anew };
+            of_two.set(of_two.get() + 1);
+            let anew = CompiledScene::compile(&scene, Some("all"), 5);
+            assert_same_answers(&compiled, &anew, &rays);
+            assert!(picture(&scene, &compiled) == picture(&scene, &anew), "the films differ");
+        }
+        Ok(())
+    });
+    assert!(answer.is_ok(), "{}", answer.unwrap_err());
+    assert!(patched.get() > 20, "{} patched, {} anew", patched.get(), compiled_anew.get());
+}
+
+/// A grid of 1,000 balls, so that the tree and what it spans are known.
+fn grid() -> Scene {
+    let mut text = String::from("prm ball\ncoeff .3 .3 .3\nprm other\ncoeff .3 .3 .3\nobj flat\n");
+    for i in 0..1000 {
+        let ball = if i == 555 { "other" } else { "ball" };
+        text += &format!("ap {ball} c{i}\nxs {} {} {}\n", i % 10, i / 10 % 10, i / 100);
+    }
+    load(&text)
+}
+
+#[test]
+fn small_changes_are_patched_and_large_ones_are_not() {
+    let scene = grid();
+    let before = CompiledScene::compile(&scene, Some("flat"), 5);
+    let patched = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene.clone();
+        change(&mut scene);
+        let again = before.recompile(&scene, Some("flat"), 5);
+        (again.reused_group_count(), again.patched_group_count())
+    };
+    let moved = |alias: &'static str, by: DVec3| {
+        move |scene: &mut Scene| {
+            scene.move_cursor("flat", alias).unwrap();
+            scene.transform_child("flat", TransformStep::Translate(by)).unwrap();
+        }
+    };
+    assert_eq!(patched(&|_| ()), (1, 0));
+    assert_eq!(patched(&|scene| scene.primitive_mut("ball").unwrap().material.color = DVec3::X), (1, 0));
+    assert_eq!(patched(&moved("c555", DVec3::new(0.3, 0.0, 0.0))), (0, 1));
+    let sphere = Superquadric::unit_sphere();
+    assert_eq!(patched(&|scene| scene.primitive_mut("other").unwrap().shape = sphere), (0, 1));
+    let square = Superquadric::new(DVec3::splat(0.3), Exponents { e: 0.1, n: 0.1 }).unwrap();
+    assert_eq!(patched(&|scene| scene.primitive_mut("other").unwrap().shape = square), (0, 1));
+    // Beyond the tree's space, and a tree that no longer fits.
+    assert_eq!(patched(&moved("c555", DVec3::new(100.0, 0.0, 0.0))), (0, 0));
+    let scatter = |scene: &mut Scene| {
+        for i in (0..1000).step_by(3) {
+            scene.move_cursor("flat", &format!("c{i}")).unwrap();
+            let by = DVec3::new(f64::from(i * 7 % 10 - i % 10), f64::from(i * 3 % 10 - i / 10 % 10), 0.0);
+            scene.transform_child("flat", TransformStep::Translate(by)).unwrap();
+        }
+    };
+    assert_eq!(patched(&scatter), (0, 0));
+    // One more or fewer is another tree.
+    assert_eq!(patched(&|scene| scene.remove_child("flat", "c3").unwrap()), (0, 0));
+}
+
+#[test]
+fn a_tree_that_is_patched_again_and_again_is_built_anew_in_the_end() {
+    let mut scene = grid();
+    let mut compiled = CompiledScene::compile(&scene, Some("flat"), 5);
+    let mut rebuilt = 0;
+    for i in 0..600 {
+        // The places are shuffled and a little off, so that no two balls are ever in the same.
+        scene.move_cursor("flat", &format!("c{i}")).unwrap();
+        let (x, y) = (i % 10, i / 10 % 10);
+        let by = DVec3::new(f64::from(x * 3 % 10 - x) + 0.4, f64::from(y * 7 % 10 - y), 0.0);
+        scene.transform_child("flat", TransformStep::Translate(by)).unwrap();
+        compiled = compiled.recompile(&scene, Some("flat"), 5);
+        rebuilt += 1 - compiled.patched_group_count();
+    }
+    assert!((1..100).contains(&rebuilt), "{rebuilt}");
 }
 
 #[test]
