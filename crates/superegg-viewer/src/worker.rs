@@ -93,6 +93,8 @@ struct Kept {
     number: Option<u64>,
     index: SceneIndex,
     compiled: Option<Arc<CompiledScene>>,
+    /// The compiled scene of an older order, of which a newer one takes over what has not changed.
+    before: Option<Arc<CompiledScene>>,
     grid: Option<(u64, GridSpec)>,
 }
 
@@ -118,7 +120,9 @@ fn work(desk: &Desk, done: &impl Fn(Ready)) {
 
 fn carry_out(order: &Order, kept: &mut Kept, cancel: &AtomicBool, done: &impl Fn(Ready)) {
     if kept.number != Some(order.number) {
-        *kept = Kept { number: Some(order.number), index: SceneIndex::new(&order.scene), ..Kept::default() };
+        let before = kept.compiled.take().or(kept.before.take());
+        let index = SceneIndex::new(&order.scene);
+        *kept = Kept { number: Some(order.number), index, before, ..Kept::default() };
     }
     let preview = kept.index.open(order.root.as_deref(), &order.camera, &order.budget);
     let selected = order.selected.as_deref().and_then(|name| kept.index.shape_of(name));
@@ -126,8 +130,11 @@ fn carry_out(order: &Order, kept: &mut Kept, cancel: &AtomicBool, done: &impl Fn
     // From here on only what a newer order does not make useless.
     let is_stale = || cancel.load(Ordering::Relaxed);
     if kept.compiled.is_none() && !is_stale() {
-        let compiled = CompiledScene::compile(&order.scene, order.root.as_deref(), order.scene.depth);
-        let compiled = Arc::new(compiled);
+        let (root, depth) = (order.root.as_deref(), order.scene.depth);
+        let compiled = Arc::new(match kept.before.take() {
+            Some(before) => before.recompile(&order.scene, root, depth),
+            None => CompiledScene::compile(&order.scene, root, depth),
+        });
         kept.compiled = Some(Arc::clone(&compiled));
         done(Ready::Compiled(order.number, compiled));
     }
