@@ -516,8 +516,7 @@ impl<'s> Beam<'s> {
                         origin: tree_origin,
                         pad: frame.pad,
                         t_scale: frame.t_scale,
-                        // Shadow rays of a packet end anywhere.
-                        columns: matches!(question, Question::Any { .. }).then_some(frame.columns),
+                        columns: frame.columns,
                     };
                     let met = self.kernels.boxes(&boxes, &frame.bundles, &self.directions, &self.ends, mask);
                     let first = pending.len();

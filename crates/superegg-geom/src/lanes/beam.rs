@@ -179,8 +179,8 @@ pub struct BeamBoxes<'a> {
     pub pad: [f32; 3],
     /// What a t of the beam has to be multiplied by to be one of this space.
     pub t_scale: f32,
-    /// The linear map from the beam's directions to this space, by columns, where each ray of a packet is to be asked too: for wide packets.
-    pub columns: Option<[[f32; 3]; 3]>,
+    /// The linear map from the beam's directions to this space, by columns: what a bundle meets is asked ray by ray, for bundles can be wide.
+    pub columns: [[f32; 3]; 3],
 }
 
 /// The lanes of this machine.
@@ -314,25 +314,23 @@ impl WithSimd for BoxKernel<'_> {
                 *met |= (near.le(far).bits() & asked) << (i * S::F32_LANES);
             }
         }
-        if let Some(columns) = &boxes.columns {
-            let map = Linear::<S>::splat(simd, columns);
-            for (child, met) in met.iter_mut().enumerate().take(boxes.count) {
-                for packet in bits(*met) {
-                    let end = splat(ends.0[packet] * boxes.t_scale);
-                    let mut is_met = false;
-                    for i in 0..PACKET / S::F32_LANES {
-                        let inverse = map.image(Triple::of_packet(simd, &directions[packet], i)).recip();
-                        let (mut near, mut far) = (zero, end);
-                        for (axis, inverse) in [inverse.x, inverse.y, inverse.z].into_iter().enumerate() {
-                            let low = splat(faces[axis][child]) * inverse;
-                            let high = splat(faces[axis + 3][child]) * inverse;
-                            near = near.max(low.min(high));
-                            far = far.min(low.max(high));
-                        }
-                        is_met |= near.le(far).any();
+        let map = Linear::<S>::splat(simd, &boxes.columns);
+        for (child, met) in met.iter_mut().enumerate().take(boxes.count) {
+            for packet in bits(*met) {
+                let end = splat(ends.0[packet] * boxes.t_scale);
+                let mut is_met = false;
+                for i in 0..PACKET / S::F32_LANES {
+                    let inverse = map.image(Triple::of_packet(simd, &directions[packet], i)).recip();
+                    let (mut near, mut far) = (zero, end);
+                    for (axis, inverse) in [inverse.x, inverse.y, inverse.z].into_iter().enumerate() {
+                        let low = splat(faces[axis][child]) * inverse;
+                        let high = splat(faces[axis + 3][child]) * inverse;
+                        near = near.max(low.min(high));
+                        far = far.min(low.max(high));
                     }
-                    *met &= !(u32::from(!is_met) << packet);
+                    is_met |= near.le(far).any();
                 }
+                *met &= !(u32::from(!is_met) << packet);
             }
         }
         met
