@@ -235,25 +235,11 @@ fn add_ambient(
     };
     // What is seen in mirrors and through glass gets fewer.
     let count = if is_first { occlusion.samples.max(1) } else { occlusion.samples.div_ceil(4).max(1) };
-    let mut asked = ShadowRays::default();
-    for (point, part) in points.iter().zip(parts) {
-        if part.max_element() <= 0.0 {
-            continue;
-        }
-        let key = point.arrival.key.branch(AMBIENT);
-        for place in 0..count {
-            let direction = cosine_direction(key.point(place, count), point.facing_normal());
-            let ray = toward(point, occlusion.distance * direction);
-            if setting.share_past_ground(&ray.ray, point.is_on_floor(), 1.0) > 0.0 {
-                let sky = setting.surroundings.sky.map_or(DVec3::ONE, |sky| sky.color(direction));
-                asked.push(point, ray, part * sky / f64::from(count));
-            }
-        }
-    }
-    taken.rays.ambient += asked.flights.len() as u64;
-    let stopped = setting.scene.occluded_many(&asked.flights, 1.0);
-    for (addition, _) in asked.adds.into_iter().zip(stopped).filter(|(_, stopped)| !stopped) {
-        colors[addition.pixel] += addition.color;
+    let parts: Vec<DVec3> = parts.collect();
+    let lit = |i: usize| parts[i].max_element() > 0.0;
+    for (i, direction) in open_ways(setting, points, lit, count, occlusion.distance, taken) {
+        let sky = setting.surroundings.sky.map_or(DVec3::ONE, |sky| sky.color(direction));
+        colors[points[i].arrival.pixel] += parts[i] * sky / f64::from(count);
     }
 }
 
@@ -266,24 +252,36 @@ pub(crate) fn open_shares(
 ) -> Vec<f64> {
     let count = occlusion.samples.max(1);
     let mut shares = vec![0.0; points.len()];
-    let (mut asked, mut of) = (Vec::new(), Vec::new());
-    for (i, point) in points.iter().enumerate() {
-        let key = point.arrival.key.branch(AMBIENT);
-        for place in 0..count {
-            let direction = cosine_direction(key.point(place, count), point.facing_normal());
-            let ray = toward(point, occlusion.distance * direction);
-            if setting.share_past_ground(&ray.ray, point.is_on_floor(), 1.0) > 0.0 {
-                asked.push(ray);
-                of.push(i);
-            }
-        }
-    }
-    taken.rays.ambient += asked.len() as u64;
-    let stopped = setting.scene.occluded_many(&asked, 1.0);
-    for (i, _) in of.into_iter().zip(stopped).filter(|(_, stopped)| !stopped) {
+    for (i, _) in open_ways(setting, points, |_| true, count, occlusion.distance, taken) {
         shares[i] += 1.0 / f64::from(count);
     }
     shares
+}
+
+/// The unit directions to all sides of the points that are asked for in which nothing is within the distance, with the numbers of the points.
+fn open_ways(
+    setting: Setting<'_>,
+    points: &[SurfacePoint<'_>],
+    is_asked: impl Fn(usize) -> bool,
+    count: u32,
+    distance: f64,
+    taken: &mut Taken,
+) -> impl Iterator<Item = (usize, DVec3)> {
+    let (mut rays, mut ways) = (Vec::new(), Vec::new());
+    for (i, point) in points.iter().enumerate().filter(|(i, _)| is_asked(*i)) {
+        let key = point.arrival.key.branch(AMBIENT);
+        for place in 0..count {
+            let direction = cosine_direction(key.point(place, count), point.facing_normal());
+            let ray = toward(point, distance * direction);
+            if setting.share_past_ground(&ray.ray, point.is_on_floor(), 1.0) > 0.0 {
+                rays.push(ray);
+                ways.push((i, direction));
+            }
+        }
+    }
+    taken.rays.ambient += rays.len() as u64;
+    let stopped = setting.scene.occluded_many(&rays, 1.0);
+    ways.into_iter().zip(stopped).filter(|(_, stopped)| !stopped).map(|(way, _)| way)
 }
 
 /// A ray from a point to a light.

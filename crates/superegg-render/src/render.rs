@@ -161,6 +161,7 @@ pub fn render_tiles(
 /// One picture in the making.
 struct Job<'a> {
     scene: &'a CompiledScene,
+    setting: Setting<'a>,
     settings: &'a RenderSettings,
     view: View,
     placement: Placement,
@@ -177,6 +178,7 @@ impl<'a> Job<'a> {
         let stopping = Stopping::of(picture, settings.development(), placement.shares());
         Self {
             scene,
+            setting: Setting::new(scene, settings),
             settings,
             view: View::new(&settings.camera, picture.width, picture.height),
             placement,
@@ -189,7 +191,7 @@ impl<'a> Job<'a> {
     /// The pixels of a tile, row by row; `None` when it was cancelled.
     fn render_tile(&self, tile: &Tile) -> Option<(Vec<Pixel>, Taken)> {
         let picture = &self.settings.picture;
-        let setting = Setting::new(self.scene, self.settings);
+        let setting = self.setting;
         let mut tracer = TileTracer::new(setting, &self.view, picture.samples);
         let columns = tile.x.len();
         let row_place =

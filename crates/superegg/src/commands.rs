@@ -18,6 +18,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use superegg_render::CompiledScene;
 
 use crate::args::RootArgs;
@@ -86,4 +87,22 @@ pub(crate) fn counted(count: impl std::fmt::Display, noun: &str) -> String {
     let count = count.to_string();
     let plural = if count == "1" { "" } else { "s" };
     format!("{count} {noun}{plural}")
+}
+
+/// A bar of pixels on standard error, with `detail` before the times; hidden where that is no terminal.
+pub(crate) fn progress_bar(pixels: u64, quiet: bool, detail: &str) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let template = format!("{{bar:40}} {{percent:>3}} %  {detail}, {{elapsed}} gone, {{eta}} to go");
+    let style = ProgressStyle::with_template(&template);
+    ProgressBar::with_draw_target(Some(pixels), target)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key("rate", rate))
+}
+
+/// "12,300 pixels a second", to three figures.
+fn rate(state: &ProgressState, out: &mut dyn std::fmt::Write) {
+    let rate = state.per_sec();
+    let step = 10f64.powf((rate.max(1.0).log10().floor() - 2.0).max(0.0));
+    let rounded = ((rate / step).round() * step) as u64;
+    // A terminal that cannot be written to shows no bar.
+    let _ = write!(out, "{} pixels a second", HumanCount(rounded));
 }

@@ -8,13 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use superegg_lang::{Session, scene_at, write_scene};
 use superegg_render::{CompiledScene, RenderBudget, RenderSettings, Share, render};
 use superegg_scene::{Picture, Scene, Track};
 
 use crate::args::{AnimateArgs, FrameRange};
-use crate::commands::{Outcome, available_threads, counted};
+use crate::commands::{Outcome, available_threads, counted, progress_bar};
 use crate::files;
 use crate::interrupt::Interrupt;
 use crate::load::load;
@@ -202,7 +201,7 @@ fn make_frames(
     cancel: &AtomicBool,
 ) -> Result<Made> {
     let pixels = u64::from(plan.size.0) * u64::from(plan.size.1);
-    let bar = progress_bar(pixels * plan.own_frames().count() as u64, args.quiet);
+    let bar = progress_bar(pixels * plan.own_frames().count() as u64, args.quiet, "frame {msg}");
     let threads = args.threads.map_or_else(available_threads, usize::from);
     let mut made = Made::default();
     let mut before: Option<CompiledScene> = None;
@@ -242,12 +241,4 @@ fn make_frames(
 fn signature(still: &Scene, root: Option<&str>, depth: u32) -> u64 {
     let text = format!("{} {root:?} {depth}\n{}", env!("CARGO_PKG_VERSION"), write_scene(still, root));
     frame_folder::hash(text.as_bytes())
-}
-
-fn progress_bar(pixels: u64, quiet: bool) -> ProgressBar {
-    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let style =
-        ProgressStyle::with_template("{bar:40} {percent:>3} %  frame {msg}, {elapsed} gone, {eta} to go");
-    ProgressBar::with_draw_target(Some(pixels), target)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
 use superegg_lang::write_scene;
 use superegg_render::{
@@ -14,7 +13,7 @@ use superegg_scene::{Picture, Scene};
 
 use crate::args::RenderArgs;
 use crate::commands::animate::still_at;
-use crate::commands::{Outcome, available_threads, counted};
+use crate::commands::{Outcome, available_threads, counted, progress_bar};
 use crate::files;
 use crate::interrupt::Interrupt;
 use crate::load::load;
@@ -76,7 +75,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     };
     let mut work = LongRender::new(&output, share, args.long.resume, &picture, header, &inform)?;
     let interrupt = Interrupt::listen()?;
-    let bar = progress_bar(work.wanted_pixels(), args.quiet);
+    let bar = progress_bar(work.wanted_pixels(), args.quiet, "{rate}");
     let budget =
         RenderBudget { threads, cancel: interrupt.flag(), progress: &|pixels| bar.set_position(pixels) };
     let rendered = work.render(&compiled, &settings, &budget, &|told| bar.suspend(|| tell(told)));
@@ -211,23 +210,6 @@ fn format_of(output: &Path, share: Option<Share>) -> Result<Option<PictureFormat
         }
         None => PictureFormat::of(output).map(Some),
     }
-}
-
-/// A bar on standard error; hidden where that is no terminal.
-fn progress_bar(pixels: u64, quiet: bool) -> ProgressBar {
-    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {rate}, {elapsed} gone, {eta} to go");
-    ProgressBar::with_draw_target(Some(pixels), target)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key("rate", rate))
-}
-
-/// "12,300 pixels a second", to three figures.
-fn rate(state: &ProgressState, out: &mut dyn std::fmt::Write) {
-    let rate = state.per_sec();
-    let step = 10f64.powf((rate.max(1.0).log10().floor() - 2.0).max(0.0));
-    let rounded = ((rate / step).round() * step) as u64;
-    // A terminal that cannot be written to shows no bar.
-    let _ = write!(out, "{} pixels a second", HumanCount(rounded));
 }
 
 /// Seconds between laps.
