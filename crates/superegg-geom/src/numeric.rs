@@ -26,6 +26,10 @@ pub fn scale_to_unit(v: DVec3) -> Option<(DVec3, f64)> {
 /// `v` at unit length, however long it is: the largest component is divided out first, so that no square leaves the range of f64.
 /// Infinite components count as equal among themselves. `None` for zero.
 pub fn unit_vector(v: DVec3) -> Option<DVec3> {
+    let square = v.length_squared();
+    if (1e-200..1e200).contains(&square) {
+        return Some(v * square.sqrt().recip());
+    }
     let largest = v.abs().max_element();
     let scaled = if largest.is_infinite() {
         DVec3::from_array(v.to_array().map(|c| if c.is_infinite() { 1f64.copysign(c) } else { 0.0 }))

@@ -22,8 +22,6 @@ use crate::path::InstancePath;
 use crate::stand_in::StandIn;
 use crate::traverse::{Departure, Hit};
 
-/// Rays of a packet.
-pub(crate) const LANES: usize = PACKET;
 /// Rays of a beam at most: as many packets as a mask has bits.
 pub(crate) const MOST_RAYS: usize = MOST_PACKETS * PACKET;
 /// The rounding of a direction and a map in f32, as a part of the way, with room.
@@ -54,6 +52,15 @@ struct Lens {
     /// The beam's origin in unit space.
     origin: DVec3,
     powers: [f64; 2],
+}
+
+/// A place in a group's tree that packets have still to visit.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    slot: Slot,
+    mask: u32,
+    /// How near it is, along the middle of the beam.
+    near: f32,
 }
 
 /// What a candidate is.
@@ -115,14 +122,29 @@ struct Frame {
     columns: [[f32; 3]; 3],
 }
 
-/// Shadow rays of a tile, seen from the light.
-pub(crate) struct Shadow<'a> {
-    /// From the surface to the light, t = 1 there; `None` for lanes without a ray.
-    pub(crate) rays: &'a [Option<Ray>],
-    /// The candidate on whose surface each starts, or [`NO_CANDIDATE`], and where it goes from there.
-    pub(crate) starts: &'a [(u32, RayStart)],
-    /// The width of each ray at its surface.
-    pub(crate) widths: &'a [f64],
+/// A shadow ray of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShadowRay {
+    /// From the surface to the light, t = 1 there.
+    pub(crate) ray: Ray,
+    /// The candidate on whose surface it starts, or [`NO_CANDIDATE`], and where it goes from there.
+    pub(crate) own: u32,
+    pub(crate) start: RayStart,
+    /// Its width at the surface.
+    pub(crate) width: f64,
+}
+
+/// Shadow rays in the order of their lanes.
+#[derive(Clone, Copy)]
+struct Shadow<'a> {
+    rays: &'a [ShadowRay],
+    order: &'a [u32],
+}
+
+impl<'a> Shadow<'a> {
+    fn get(self, lane: usize) -> Option<&'a ShadowRay> {
+        self.order.get(lane).map(|&i| &self.rays[i as usize])
+    }
 }
 
 /// The state of a tile.
@@ -143,6 +165,10 @@ pub(crate) struct Beam<'s> {
     exact: Vec<u32>,
     batch: SettleBatch,
     unsettled: Vec<Unsettled>,
+    /// The order of shadow rays.
+    order: Vec<u32>,
+    /// The nodes of open groups that are still to be visited.
+    pending: Vec<Pending>,
     /// The beam's origin, in the world.
     origin: DVec3,
     /// The largest coordinates of directions.
@@ -166,14 +192,14 @@ enum Question<'a> {
     /// The closest crossing of each ray.
     Closest { rays: &'a [Ray] },
     /// Whether there is one before the end.
-    Any { shadow: &'a Shadow<'a>, occluded: Vec<u32> },
+    Any { shadow: Shadow<'a>, occluded: Vec<u32> },
 }
 
 impl Question<'_> {
     fn ray(&self, i: usize) -> Option<&Ray> {
         match self {
             Self::Closest { rays } => rays.get(i),
-            Self::Any { shadow, .. } => shadow.rays.get(i)?.as_ref(),
+            Self::Any { shadow, .. } => shadow.get(i).map(|shadow| &shadow.ray),
         }
     }
 }
@@ -193,6 +219,8 @@ impl<'s> Beam<'s> {
             exact: Vec::new(),
             batch: SettleBatch::default(),
             unsettled: Vec::new(),
+            order: Vec::new(),
+            pending: Vec::new(),
             origin: DVec3::ZERO,
             largest: DVec3::ZERO,
             middle: DVec3::ZERO,
@@ -283,49 +311,47 @@ impl<'s> Beam<'s> {
     fn find_candidates(&mut self, rays: &[Ray], footprint: Footprint) -> Option<f64> {
         debug_assert!(rays.len() <= MOST_RAYS);
         let first = rays.first()?;
-        let scale = self.take_directions(rays.iter().map(|ray| Some(ray.direction)), f32::INFINITY)?;
+        let scale = self.take_directions(rays.iter().map(|ray| ray.direction), f32::INFINITY)?;
         self.footprint = Footprint { spread: footprint.spread * scale, ..footprint };
         self.traverse(first.origin, scale, &mut Question::Closest { rays });
         Some(scale)
     }
 
-    /// Which rays do not reach the light: a bit for each, by packets.
+    /// Which rays do not reach the light.
     pub(crate) fn occluded(
         &mut self,
         light: DVec3,
-        shadow: &Shadow<'_>,
+        rays: &[ShadowRay],
         footprint_of_light: Footprint,
-    ) -> Vec<u32> {
-        // Neighbours on one surface have neighbouring shadow rays: packets are made of those.
-        let order = self.by_surfaces(shadow);
-        let rays: Vec<Option<Ray>> = order.iter().map(|&i| shadow.rays[i as usize]).collect();
-        let starts: Vec<(u32, RayStart)> = order.iter().map(|&i| shadow.starts[i as usize]).collect();
-        let widths: Vec<f64> = order.iter().map(|&i| shadow.widths[i as usize]).collect();
-        let sorted = Shadow { rays: &rays, starts: &starts, widths: &widths };
-        let answers = self.occluded_in_order(light, &sorted, footprint_of_light);
-        let mut occluded = vec![0; shadow.rays.len().div_ceil(PACKET)];
-        for (place, i) in order.into_iter().map(|i| i as usize).enumerate() {
-            occluded[i / PACKET] |= (answers[place / PACKET] >> (place % PACKET) & 1) << (i % PACKET);
+        stopped: &mut Vec<bool>,
+    ) {
+        let order = self.by_surfaces(rays);
+        let shadow = Shadow { rays, order: &order };
+        let answers = self.occluded_in_order(light, shadow, footprint_of_light);
+        stopped.clear();
+        stopped.resize(rays.len(), false);
+        for (lane, &i) in order.iter().enumerate() {
+            stopped[i as usize] = answers[lane / PACKET] >> (lane % PACKET) & 1 == 1;
         }
-        occluded
+        self.order = order;
     }
 
-    /// The rays that there are, those from one candidate after those from another.
-    fn by_surfaces(&self, shadow: &Shadow<'_>) -> Vec<u32> {
-        let asked =
-            || shadow.rays.iter().zip(shadow.starts).enumerate().filter(|(_, (ray, _))| ray.is_some());
+    /// The numbers of the rays, those from one candidate after those from another: neighbours on one surface have neighbouring shadow rays, and packets
+    /// are made of those.
+    fn by_surfaces(&mut self, rays: &[ShadowRay]) -> Vec<u32> {
         // Those from no candidate come first.
-        let group = |candidate: u32| candidate.wrapping_add(1) as usize;
+        let group = |ray: &ShadowRay| ray.own.wrapping_add(1) as usize;
         let mut next = vec![0; self.candidates.len() + 2];
-        for (_, (_, (candidate, _))) in asked() {
-            next[group(*candidate) + 1] += 1;
+        for ray in rays {
+            next[group(ray) + 1] += 1;
         }
         for i in 1..next.len() {
             next[i] += next[i - 1];
         }
-        let mut order = vec![0; next.last().map_or(0, |&count| count as usize)];
-        for (i, (_, (candidate, _))) in asked() {
-            let place: &mut u32 = &mut next[group(*candidate)];
+        let mut order = std::mem::take(&mut self.order);
+        order.resize(rays.len(), 0);
+        for (i, ray) in rays.iter().enumerate() {
+            let place: &mut u32 = &mut next[group(ray)];
             order[*place as usize] = i as u32;
             *place += 1;
         }
@@ -335,12 +361,11 @@ impl<'s> Beam<'s> {
     fn occluded_in_order(
         &mut self,
         light: DVec3,
-        shadow: &Shadow<'_>,
+        shadow: Shadow<'_>,
         footprint_of_light: Footprint,
     ) -> Vec<u32> {
-        let packets = shadow.rays.len().div_ceil(PACKET);
-        let directions = shadow.rays.iter().map(|ray| ray.map(|ray| -ray.direction));
-        let none = vec![0; packets];
+        let directions = shadow.order.iter().map(|&i| -shadow.rays[i as usize].ray.direction);
+        let none = vec![0; shadow.order.len().div_ceil(PACKET)];
         let Some(scale) = self.take_directions(directions, 1.0) else {
             return self.occluded_exactly(shadow, |_, _| true, none);
         };
@@ -364,21 +389,19 @@ impl<'s> Beam<'s> {
     /// Asks the exact way for the rays of which `asks` is true.
     fn occluded_exactly(
         &self,
-        shadow: &Shadow<'_>,
+        shadow: Shadow<'_>,
         asks: impl Fn(usize, usize) -> bool,
         mut occluded: Vec<u32>,
     ) -> Vec<u32> {
-        for (i, ray) in shadow.rays.iter().enumerate() {
+        for i in 0..shadow.order.len() {
             let (packet, lane) = (i / PACKET, i % PACKET);
-            let Some(ray) = ray else { continue };
             if occluded[packet] >> lane & 1 == 1 || !asks(packet, lane) {
                 continue;
             }
-            let (candidate, start) = shadow.starts[i];
-            let departure =
-                if candidate == NO_CANDIDATE { None } else { Departure::of(self.path(candidate), start) };
-            let width = Footprint { width: shadow.widths[i], spread: 0.0 };
-            if self.scene.occluded_footprint(ray, departure.as_ref(), 1.0, width) {
+            let Some(&ShadowRay { ray, own, start, width }) = shadow.get(i) else { continue };
+            let departure = if own == NO_CANDIDATE { None } else { Departure::of(self.path(own), start) };
+            let width = Footprint { width, spread: 0.0 };
+            if self.scene.occluded_footprint(&ray, departure.as_ref(), 1.0, width) {
                 occluded[packet] |= 1 << lane;
             }
         }
@@ -388,14 +411,13 @@ impl<'s> Beam<'s> {
     /// Takes directions into packets, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them.
     fn take_directions(
         &mut self,
-        directions: impl ExactSizeIterator<Item = Option<DVec3>>,
+        directions: impl ExactSizeIterator<Item = DVec3>,
         t_max: f32,
     ) -> Option<f64> {
         let packets = directions.len().div_ceil(PACKET);
         self.wide.clear();
         self.wide.resize(packets, [PacketOf::splat(0.0); 3]);
         for (i, direction) in directions.enumerate() {
-            let Some(direction) = direction else { continue };
             let columns = &mut self.wide[i / PACKET];
             columns[0].0[i % PACKET] = direction.x;
             columns[1].0[i % PACKET] = direction.y;
@@ -501,8 +523,10 @@ impl<'s> Beam<'s> {
         };
         let tree_origin = frame.tree_origin.as_vec3().to_array();
         let middle = frame.middle.as_vec3().to_array();
-        let mut pending: Vec<(Slot, u32, f32)> = vec![(Slot::Node(0), mask, 0.0)];
-        while let Some((slot, mask, _)) = pending.pop() {
+        let bottom = self.pending.len();
+        self.pending.push(Pending { slot: Slot::Node(0), mask, near: 0.0 });
+        while self.pending.len() > bottom {
+            let Some(Pending { slot, mask, .. }) = self.pending.pop() else { return };
             let mask = self.still_asking(mask);
             if mask == 0 {
                 continue;
@@ -519,7 +543,7 @@ impl<'s> Beam<'s> {
                         columns: frame.columns,
                     };
                     let met = self.kernels.boxes(&boxes, &frame.bundles, &self.directions, &self.ends, mask);
-                    let first = pending.len();
+                    let first = self.pending.len();
                     let is_ordered = matches!(question, Question::Closest { .. });
                     for (place, slot) in node.slots().enumerate().filter(|(place, _)| met[*place] != 0) {
                         // The nearest corner along the middle of the beam.
@@ -528,10 +552,10 @@ impl<'s> Beam<'s> {
                             (node.bounds[axis][place] * d).min(node.bounds[axis + 3][place] * d)
                         };
                         let near = if is_ordered { corner(0) + corner(1) + corner(2) } else { 0.0 };
-                        pending.push((slot, met[place], near));
+                        self.pending.push(Pending { slot, mask: met[place], near });
                     }
                     if is_ordered {
-                        pending[first..].sort_unstable_by(|a, b| b.2.total_cmp(&a.2));
+                        self.pending[first..].sort_unstable_by(|a, b| b.near.total_cmp(&a.near));
                     }
                 }
                 Slot::Leaf(leaf) => self.visit_leaf(&frame, leaf, scale, mask, question),
@@ -689,7 +713,7 @@ impl<'s> Beam<'s> {
                 shape => self.meet_exactly(frame, target, shape.as_ref(), rays, scale, mask),
             },
             Question::Any { shadow, occluded, .. } => {
-                self.occlude(frame, target, shape.as_ref(), shadow, occluded, mask);
+                self.occlude(frame, target, shape.as_ref(), *shadow, occluded, mask);
             }
         }
     }
@@ -774,7 +798,7 @@ impl<'s> Beam<'s> {
         frame: &Frame,
         target: &LeafTarget,
         shape: Option<&BeamShape>,
-        shadow: &Shadow<'_>,
+        shadow: Shadow<'_>,
         occluded: &mut [u32],
         mask: u32,
     ) {
@@ -791,11 +815,10 @@ impl<'s> Beam<'s> {
             let before = occluded[packet];
             for lane in lanes(hit | ask) {
                 let i = packet * PACKET + lane;
-                let Some(Some(ray)) = shadow.rays.get(i) else { continue };
+                let Some(&ShadowRay { ray, own, start, .. }) = shadow.get(i) else { continue };
                 if self.hits[packet].t.0[lane] <= 0.0 {
                     continue;
                 }
-                let (own, start) = shadow.starts[i];
                 let is_own = own != NO_CANDIDATE
                     && self.paths[self.candidates[own as usize].path as usize].key == key
                     && self.is_same_path(own, frame.path, target.place);
@@ -967,7 +990,7 @@ mod tests {
     fn beams_meet_what_single_rays_meet_and_stop_where_they_stop() {
         let scene = scene();
         let mut beam = Beam::new(&scene);
-        let mut hits = Vec::new();
+        let (mut hits, mut occluded) = (Vec::new(), Vec::new());
         let (mut met, mut stopped, mut exact) = (0, 0, 0);
         for view in views() {
             for rays in (0..36).map(|i| tile(&view, i)) {
@@ -975,9 +998,8 @@ mod tests {
                 beam.closest(&rays, Footprint::NONE, &mut hits);
                 exact += beam.exact.iter().map(|lanes| lanes.count_ones()).sum::<u32>();
                 let light = DVec3::new(3.0, -5.0, 8.0);
-                let mut shadow_rays = vec![None; rays.len()];
-                let mut starts = vec![(0, RayStart::Free); rays.len()];
-                for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
+                let mut shadow_rays = Vec::new();
+                for (ray, hit) in rays.iter().zip(&hits) {
                     let expected = scene.intersect(ray, None);
                     assert_eq!(hit.is_some(), expected.is_some(), "{ray:?} {hit:?} {expected:?}");
                     let (Some(hit), Some(expected)) = (hit, expected) else { continue };
@@ -990,19 +1012,16 @@ mod tests {
                     let direction = light - surface.position;
                     if surface.facing_normal().dot(direction) > 0.0 {
                         let (ray, departure) = surface.spawn_ray(direction);
-                        shadow_rays[i] = Some(ray);
-                        starts[i] = (hit.candidate, departure.start());
+                        let start = departure.start();
+                        shadow_rays.push(ShadowRay { ray, own: hit.candidate, start, width: 0.0 });
                     }
                 }
-                let widths = vec![0.0; rays.len()];
-                let shadow = Shadow { rays: &shadow_rays, starts: &starts, widths: &widths };
-                let occluded = beam.occluded(light, &shadow, Footprint::NONE);
-                for (i, ray) in shadow_rays.iter().enumerate() {
-                    let Some(ray) = ray else { continue };
-                    let departure = Departure::of(beam.path(starts[i].0), starts[i].1);
+                beam.occluded(light, &shadow_rays, Footprint::NONE, &mut occluded);
+                for (ShadowRay { ray, own, start, .. }, &occluded) in shadow_rays.iter().zip(&occluded) {
+                    let departure = Departure::of(beam.path(*own), *start);
                     let expected = scene.occluded(ray, departure.as_ref(), 1.0);
                     stopped += usize::from(expected);
-                    assert_eq!(occluded[i / PACKET] >> (i % PACKET) & 1 == 1, expected, "{ray:?}");
+                    assert_eq!(occluded, expected, "{ray:?}");
                 }
             }
         }

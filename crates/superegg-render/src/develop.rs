@@ -62,7 +62,8 @@ impl Development {
 
     /// Linear values after exposure and tone, not yet cut to [0, 1].
     fn toned(&self, linear: [f32; 3]) -> [f32; 3] {
-        let exposed = linear.map(|value| value * self.gain());
+        let gain = self.gain();
+        let exposed = linear.map(|value| value * gain);
         match self.tone {
             Tone::None => exposed,
             Tone::Reinhard => reinhard(exposed),
@@ -86,8 +87,11 @@ impl Development {
     /// The picture as bytes, red, green and blue of each pixel, without alpha: a transparent background is black.
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
         let steps = Steps::new(self.encoding);
-        let colors = film.pixels().iter().flat_map(|pixel| self.toned(pixel.color));
-        colors.map(|value| steps.byte(value)).collect()
+        let mut bytes = Vec::with_capacity(3 * film.pixels().len());
+        for pixel in film.pixels() {
+            bytes.extend(self.toned(pixel.color).map(|value| steps.byte(value)));
+        }
+        bytes
     }
 
     /// Red, green, blue and alpha of each pixel, colour apart from alpha.

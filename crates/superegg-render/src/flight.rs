@@ -37,7 +37,9 @@ impl From<Ray> for FlightRay {
 impl CompiledScene {
     /// The first crossing on each of many rays: the answers of [`CompiledScene::intersect_footprint`], found in flights.
     pub fn intersect_many(&self, rays: &[FlightRay]) -> Vec<Option<Hit>> {
-        let Some(root) = self.root.as_deref() else { return vec![None; rays.len()] };
+        let Some(root) = self.root.as_deref().filter(|_| !rays.is_empty()) else {
+            return vec![None; rays.len()];
+        };
         let mut flight = Flight::new(self, rays, root, None);
         Arch::new().dispatch(Run(&mut flight));
         flight.settle();
@@ -46,7 +48,9 @@ impl CompiledScene {
 
     /// Whether each of many rays is stopped with 0 <= t < `t_max`: the answers of [`CompiledScene::occluded_footprint`].
     pub fn occluded_many(&self, rays: &[FlightRay], t_max: f64) -> Vec<bool> {
-        let Some(root) = self.root.as_deref() else { return vec![false; rays.len()] };
+        let Some(root) = self.root.as_deref().filter(|_| !rays.is_empty()) else {
+            return vec![false; rays.len()];
+        };
         let mut flight = Flight::new(self, rays, root, Some(t_max));
         Arch::new().dispatch(Run(&mut flight));
         flight.occluded

@@ -4,7 +4,7 @@ use superegg_geom::glam::DVec2;
 use superegg_geom::{Ray, RayStart, unit_vector};
 use superegg_scene::Light;
 
-use crate::beam::{Beam, BeamHit, Shadow};
+use crate::beam::{Beam, ShadowRay};
 use crate::compiled::CompiledScene;
 use crate::footprint::Footprint;
 use crate::tiling::{Tile, tiles};
@@ -50,29 +50,30 @@ impl<'s> TileProbe<'s> {
         self.beam.start_tile();
         let mut found = Vec::new();
         self.beam.closest(rays, self.footprint, &mut found);
-        let mut shadow_rays = vec![None; rays.len()];
-        let mut starts = vec![(0, RayStart::Free); rays.len()];
-        for (i, hit) in found.iter().enumerate() {
-            let Some(hit) = hit else { continue };
+        let mut shadow_rays = Vec::new();
+        for hit in found.iter().flatten() {
             let candidate = &self.beam.candidates[hit.candidate as usize];
-            let position = candidate.world_from_unit().transform_point3(hit.unit_point);
-            let direction = place - position;
+            let origin = candidate.world_from_unit().transform_point3(hit.unit_point);
+            let direction = place - origin;
             let normal = unit_vector(candidate.unit_from_world.matrix3.transpose() * hit.gradient);
             if normal.is_some_and(|normal| normal.dot(direction) > 0.0) {
-                let origin_error = 16.0 * f64::EPSILON * position.abs().max_element();
-                shadow_rays[i] = Some(Ray { origin: position, direction, origin_error });
-                starts[i] = (hit.candidate, RayStart::SurfaceOutward);
+                let origin_error = 16.0 * f64::EPSILON * origin.abs().max_element();
+                let (own, start) = (hit.candidate, RayStart::SurfaceOutward);
+                let width = self.footprint.at(hit.t);
+                shadow_rays.push(ShadowRay {
+                    ray: Ray { origin, direction, origin_error },
+                    own,
+                    start,
+                    width,
+                });
             }
         }
-        let width = |hit: &Option<BeamHit>| hit.map_or(0.0, |hit| self.footprint.at(hit.t));
-        let widths: Vec<f64> = found.iter().map(width).collect();
-        let least = widths.iter().copied().filter(|&width| width > 0.0).fold(f64::INFINITY, f64::min);
-        let shadow = Shadow { rays: &shadow_rays, starts: &starts, widths: &widths };
-        let footprint = Footprint { width: if least.is_finite() { least } else { 0.0 }, spread: 0.0 };
+        let width = shadow_rays.iter().map(|ray| ray.width).reduce(f64::min).unwrap_or(0.0);
+        let footprint = Footprint { width, spread: 0.0 };
+        let mut stopped = Vec::new();
         let before = clock();
-        let occluded = self.beam.occluded(place, &shadow, footprint);
+        self.beam.occluded(place, &shadow_rays, footprint, &mut stopped);
         let seconds = clock() - before;
-        let stopped = occluded.iter().map(|lanes| lanes.count_ones() as usize).sum();
-        (shadow_rays.iter().flatten().count(), stopped, seconds)
+        (shadow_rays.len(), stopped.into_iter().filter(|&stops| stops).count(), seconds)
     }
 }

@@ -36,6 +36,11 @@ impl Media {
         self.0.as_ref().map_or(DVec3::ONE, |layer| (-layer.absorb * way.min(f64::MAX)).exp())
     }
 
+    /// The same on the way between two points.
+    pub(crate) fn transmittance_between(&self, from: DVec3, to: DVec3) -> DVec3 {
+        if self.absorbs() { self.transmittance((to - from).length()) } else { DVec3::ONE }
+    }
+
     /// Inside of one more shape.
     pub(crate) fn within(&self, path: &Rc<InstancePath>, material: &Material) -> Self {
         let layer = Layer {

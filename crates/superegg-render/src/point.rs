@@ -92,9 +92,7 @@ pub(crate) struct SurfacePoint<'a> {
 impl Arrival {
     /// After the way between two points through what it is in.
     pub(crate) fn after(mut self, from: DVec3, to: DVec3) -> Self {
-        if self.media.absorbs() {
-            self.weight *= self.media.transmittance((to - from).length());
-        }
+        self.weight *= self.media.transmittance_between(from, to);
         self
     }
 }

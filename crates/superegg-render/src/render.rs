@@ -13,7 +13,6 @@ use crate::develop::Development;
 use crate::film::{Film, Pixel};
 use crate::gather::Gathered;
 use crate::integrator::{RayCounts, Setting, Taken};
-use crate::lighting;
 use crate::placement::{Place, Placement};
 use crate::shows::{Shows, color_of_id};
 use crate::tile::{FilmSample, FirstSurface, Sighting, TileTracer};
@@ -139,28 +138,30 @@ pub fn render_tiles(
     let wanted: Vec<(usize, Tile)> =
         tiles(width, height).into_iter().enumerate().filter(|(index, _)| (work.wanted)(*index)).collect();
     threads.install(|| {
-        wanted.into_par_iter().for_each(|(index, tile)| {
-            if budget.cancel.load(Ordering::Relaxed) {
-                return;
-            }
-            let Some((pixels, taken)) = job.render_tile(&tile) else { return };
-            let count = pixels.len() as u64;
-            {
-                let mut rendered = rendered.lock().unwrap_or_else(PoisonError::into_inner);
-                rendered.film.set_tile(&tile, &pixels);
-                rendered.rays += taken.rays;
-                rendered.stand_ins += taken.stand_ins;
-                (work.finished)(index, &pixels);
-            }
-            (budget.progress)(done.fetch_add(count, Ordering::Relaxed) + count);
-        });
+        wanted.into_par_iter().for_each_init(
+            || Worker::new(&job),
+            |worker, (index, tile)| {
+                if budget.cancel.load(Ordering::Relaxed) {
+                    return;
+                }
+                let Some((pixels, taken)) = worker.render_tile(&tile) else { return };
+                let count = pixels.len() as u64;
+                {
+                    let mut rendered = rendered.lock().unwrap_or_else(PoisonError::into_inner);
+                    rendered.film.set_tile(&tile, &pixels);
+                    rendered.rays += taken.rays;
+                    rendered.stand_ins += taken.stand_ins;
+                    (work.finished)(index, &pixels);
+                }
+                (budget.progress)(done.fetch_add(count, Ordering::Relaxed) + count);
+            },
+        );
     });
     Ok(rendered.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
 /// One picture in the making.
 struct Job<'a> {
-    scene: &'a CompiledScene,
     setting: Setting<'a>,
     settings: &'a RenderSettings,
     view: View,
@@ -177,7 +178,6 @@ impl<'a> Job<'a> {
         let placement = Placement::of(picture);
         let stopping = Stopping::of(picture, settings.development(), placement.shares());
         Self {
-            scene,
             setting: Setting::new(scene, settings),
             settings,
             view: View::new(&settings.camera, picture.width, picture.height),
@@ -187,101 +187,92 @@ impl<'a> Job<'a> {
             cancel,
         }
     }
+}
+
+/// What makes tiles, one after the other, in the same memory.
+struct Worker<'j, 'a> {
+    job: &'j Job<'a>,
+    tracer: TileTracer<'j>,
+    batch: Batch,
+    seen: Vec<Sighting>,
+    gathered: Vec<Gathered>,
+}
+
+impl<'j, 'a> Worker<'j, 'a> {
+    fn new(job: &'j Job<'a>) -> Self {
+        let tracer = TileTracer::new(job.setting, &job.view, job.settings.picture.samples);
+        Self { job, tracer, batch: Batch::default(), seen: Vec::new(), gathered: Vec::new() }
+    }
 
     /// The pixels of a tile, row by row; `None` when it was cancelled.
-    fn render_tile(&self, tile: &Tile) -> Option<(Vec<Pixel>, Taken)> {
-        let picture = &self.settings.picture;
-        let setting = self.setting;
-        let mut tracer = TileTracer::new(setting, &self.view, picture.samples);
+    fn render_tile(&mut self, tile: &Tile) -> Option<(Vec<Pixel>, Taken)> {
+        let job = self.job;
         let columns = tile.x.len();
         let row_place =
             |(x, y): (u32, u32)| (y - tile.y.start) as usize * columns + (x - tile.x.start) as usize;
         let by_block: Vec<(usize, (u32, u32))> =
             tile.pixels_by_block().into_iter().map(|pixel| (row_place(pixel), pixel)).collect();
-        let mut pixels = vec![Gathered::default(); by_block.len()];
-        let mut batch = Batch::default();
-        let mut round = vec![self.stopping.first; pixels.len()];
+        self.gathered.clear();
+        self.gathered.resize(by_block.len(), Gathered::default());
+        self.batch.clear();
+        self.tracer.taken = Taken::default();
+        let mut round = vec![job.stopping.first; by_block.len()];
         while let Some(&longest) = round.iter().max().filter(|longest| **longest > 0) {
-            let begun: Vec<u32> = pixels.iter().map(Gathered::count).collect();
+            let begun: Vec<u32> = self.gathered.iter().map(Gathered::count).collect();
             // One sample of each pixel that goes on, then the next of each.
             for step in 0..longest {
                 for &(place, pixel) in by_block.iter().filter(|(place, _)| step < round[*place]) {
                     let index = begun[place] + step;
-                    let Place { film_px, is_negative } = self.placement.place(pixel, index);
-                    batch.samples.push(FilmSample { pixel, index, film_px });
-                    batch.of.push((place, is_negative));
-                    if batch.of.len() == by_block.len() {
-                        self.take(&mut batch, setting, &mut tracer, &mut pixels);
+                    let Place { film_px, is_negative } = job.placement.place(pixel, index);
+                    self.batch.samples.push(FilmSample { pixel, index, film_px });
+                    self.batch.of.push((place, is_negative));
+                    if self.batch.of.len() == by_block.len() {
+                        self.take();
                     }
                 }
-                if self.cancel.load(Ordering::Relaxed) {
+                if job.cancel.load(Ordering::Relaxed) {
                     return None;
                 }
             }
-            self.take(&mut batch, setting, &mut tracer, &mut pixels);
-            round = self.stopping.next_round(columns, &pixels);
+            self.take();
+            round = job.stopping.next_round(columns, &self.gathered);
         }
-        let is_transparent = picture.transparent;
-        let pixel = |gathered: &Gathered| gathered.pixel(self.placement.shares(), is_transparent);
-        Some((pixels.iter().map(pixel).collect(), tracer.taken))
+        let is_transparent = job.settings.picture.transparent;
+        let pixel = |gathered: &Gathered| gathered.pixel(job.placement.shares(), is_transparent);
+        Some((self.gathered.iter().map(pixel).collect(), self.tracer.taken))
     }
 
-    /// Traces samples, and adds what they see to their pixels.
-    fn take(
-        &self,
-        batch: &mut Batch,
-        setting: Setting<'a>,
-        tracer: &mut TileTracer<'a>,
-        pixels: &mut [Gathered],
-    ) {
-        let sightings = self.sightings(setting, tracer, &batch.samples);
-        for (&(place, is_negative), seen) in batch.of.iter().zip(&sightings) {
-            pixels[place].add(seen, is_negative);
+    /// Traces the samples of the batch, and adds what they see to their pixels.
+    fn take(&mut self) {
+        self.look();
+        for (&(place, is_negative), seen) in self.batch.of.iter().zip(&self.seen) {
+            self.gathered[place].add(seen, is_negative);
         }
-        batch.samples.clear();
-        batch.of.clear();
+        self.batch.clear();
     }
 
-    /// What samples see of what the picture shows.
-    fn sightings(
-        &self,
-        setting: Setting<'a>,
-        tracer: &mut TileTracer<'a>,
-        samples: &[FilmSample],
-    ) -> Vec<Sighting> {
-        let mut sightings = match self.settings.shows {
-            Shows::Light | Shows::Depth => tracer.trace(samples),
-            Shows::Normal => {
-                let color = |first: &FirstSurface| 0.5 + 0.5 * first.normal;
-                with_colors(tracer.trace(samples), color)
-            }
-            Shows::Id => with_colors(tracer.trace(samples), |first| color_of_id(first.id)),
-            Shows::Steps => {
-                let steps = |sample: &FilmSample| {
-                    self.scene.steps(&tracer.ray(sample), self.view.footprint(setting.picture.samples))
-                };
-                let steps: Vec<u64> = samples.iter().map(steps).collect();
-                let seen = tracer.trace(samples).into_iter().zip(steps);
-                seen.map(|(seen, steps)| Sighting { color: DVec3::splat(steps as f64), ..seen }).collect()
-            }
-            Shows::Occlusion => {
-                let mut colors = vec![DVec3::ZERO; samples.len()];
-                let points = tracer.first_points(samples, &mut colors);
-                let firsts = tracer.first_surfaces(samples.len(), &points);
-                let open = lighting::open_shares(setting, self.occlusion, &points, &mut tracer.taken);
-                colors.fill(DVec3::ZERO);
-                for (point, share) in points.iter().zip(open) {
-                    colors[point.arrival.pixel] = DVec3::splat(share);
-                }
-                colors.into_iter().zip(firsts).map(|(color, first)| Sighting { color, first }).collect()
-            }
-        };
-        if self.settings.picture.transparent {
-            for seen in sightings.iter_mut().filter(|seen| seen.first.is_none()) {
+    /// What the samples of the batch see of what the picture shows.
+    fn look(&mut self) {
+        let Self { job, tracer, batch: Batch { samples, .. }, seen, .. } = self;
+        if job.settings.shows == Shows::Occlusion {
+            tracer.trace_occlusion(samples, job.occlusion, seen);
+        } else {
+            tracer.trace(samples, seen);
+        }
+        let footprint = job.view.footprint(job.settings.picture.samples);
+        for (seen, sample) in seen.iter_mut().zip(samples) {
+            let of_surface =
+                |color: &dyn Fn(&FirstSurface) -> DVec3| seen.first.as_ref().map_or(DVec3::ZERO, color);
+            seen.color = match job.settings.shows {
+                Shows::Light | Shows::Depth | Shows::Occlusion => seen.color,
+                Shows::Normal => of_surface(&|first| 0.5 + 0.5 * first.normal),
+                Shows::Id => of_surface(&|first| color_of_id(first.id)),
+                Shows::Steps => DVec3::splat(job.setting.scene.steps(&tracer.ray(sample), footprint) as f64),
+            };
+            if job.settings.picture.transparent && seen.first.is_none() {
                 seen.color = DVec3::ZERO;
             }
         }
-        sightings
     }
 }
 
@@ -293,9 +284,9 @@ struct Batch {
     of: Vec<(usize, bool)>,
 }
 
-/// What surfaces show instead of light; black where there is none.
-fn with_colors(seen: Vec<Sighting>, color: impl Fn(&FirstSurface) -> DVec3) -> Vec<Sighting> {
-    let colored =
-        |seen: Sighting| Sighting { color: seen.first.as_ref().map_or(DVec3::ZERO, &color), ..seen };
-    seen.into_iter().map(colored).collect()
+impl Batch {
+    fn clear(&mut self) {
+        self.samples.clear();
+        self.of.clear();
+    }
 }

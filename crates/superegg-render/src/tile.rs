@@ -3,11 +3,11 @@
 
 use std::rc::Rc;
 
-use superegg_geom::glam::{DAffine3, DVec2, DVec3};
-use superegg_geom::{Ray, RayStart, error_through, unit_vector};
-use superegg_scene::{Light, Pattern};
+use superegg_geom::glam::{DAffine3, DMat3, DVec2, DVec3};
+use superegg_geom::{Ray, error_through, unit_vector};
+use superegg_scene::{AmbientOcclusion, Light, Pattern};
 
-use crate::beam::{Beam, BeamHit, Kind, LANES, NO_CANDIDATE, Shadow};
+use crate::beam::{Beam, BeamHit, Kind, NO_CANDIDATE, ShadowRay};
 use crate::flight::FlightRay;
 use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken, Wave, at_surface};
@@ -51,7 +51,7 @@ pub(crate) struct FirstSurface {
     pub(crate) id: u32,
 }
 
-/// Traces tiles, one after the other.
+/// Traces tiles, one after the other, in the same memory.
 pub(crate) struct TileTracer<'a> {
     setting: Setting<'a>,
     view: &'a View,
@@ -60,19 +60,32 @@ pub(crate) struct TileTracer<'a> {
     media: Media,
     pub(crate) taken: Taken,
     beam: Beam<'a>,
+    rays: Vec<Ray>,
     hits: Vec<Option<BeamHit>>,
     /// What shading needs of a candidate, made when it is first shaded.
     looks: Vec<Option<Look<'a>>>,
+    /// The points that the last samples see first, as many at most, and what light and sky bring to each sample.
+    points: Vec<SurfacePoint<'a>>,
+    colors: Vec<DVec3>,
+    /// The candidate of each point, or [`NO_CANDIDATE`].
+    candidates: Vec<u32>,
+    shadow_rays: Vec<ShadowRay>,
+    /// The point of each shadow ray, and what light comes that way if nothing stops it.
+    lit: Vec<(usize, DVec3)>,
+    stopped: Vec<bool>,
 }
 
 /// A candidate, ready to be shaded.
 #[derive(Clone)]
 struct Look<'a> {
     world_from_unit: DAffine3,
+    /// Brings gradients into the world.
+    normal_map: DMat3,
     material: MaterialRef<'a>,
     /// Of a primitive.
     primitive: Option<u32>,
     path: Rc<InstancePath>,
+    id: u32,
 }
 
 /// The choice of a [`SampleKey`] for the place on the lens.
@@ -81,71 +94,98 @@ const LENS: u32 = 0;
 impl<'a> TileTracer<'a> {
     /// For pictures of so many samples a pixel.
     pub(crate) fn new(setting: Setting<'a>, view: &'a View, samples: u32) -> Self {
-        let beam = Beam::new(setting.scene);
-        let media = setting.media_at(view.position());
-        let footprint = view.footprint(samples);
-        let taken = Taken::default();
-        Self { setting, view, footprint, media, taken, beam, hits: Vec::new(), looks: Vec::new() }
+        Self {
+            setting,
+            view,
+            footprint: view.footprint(samples),
+            media: setting.media_at(view.position()),
+            taken: Taken::default(),
+            beam: Beam::new(setting.scene),
+            rays: Vec::new(),
+            hits: Vec::new(),
+            looks: Vec::new(),
+            points: Vec::new(),
+            colors: Vec::new(),
+            candidates: Vec::new(),
+            shadow_rays: Vec::new(),
+            lit: Vec::new(),
+            stopped: Vec::new(),
+        }
     }
 
     /// What each of some samples sees: at most [`crate::beam::MOST_RAYS`] of them, neighbours by the sixteen.
-    pub(crate) fn trace(&mut self, samples: &[FilmSample]) -> Vec<Sighting> {
-        let mut colors = vec![DVec3::ZERO; samples.len()];
-        let points = self.first_points(samples, &mut colors);
-        let firsts = self.first_surfaces(samples.len(), &points);
+    pub(crate) fn trace(&mut self, samples: &[FilmSample], seen: &mut Vec<Sighting>) {
+        self.meet_surfaces(samples);
+        self.add_light();
         let mut wave = Wave::new(self.setting, 1);
-        points.iter().for_each(|point| wave.leave(point, &mut colors, &mut self.taken));
-        wave.follow_all(&mut colors, &mut self.taken);
-        colors.into_iter().zip(firsts).map(|(color, first)| Sighting { color, first }).collect()
+        self.points.iter().for_each(|point| wave.leave(point, &mut self.colors, &mut self.taken));
+        wave.follow_all(&mut self.colors, &mut self.taken);
+        self.report(seen);
     }
 
-    /// The points of surfaces that some samples see first, as many at most. What comes to them straight from lights, and what is seen where no
-    /// surface is, is added to the colours of the samples.
-    pub(crate) fn first_points(
+    /// The same with the share of each surface's sky that is open instead of its light, and black where there is no surface.
+    pub(crate) fn trace_occlusion(
         &mut self,
         samples: &[FilmSample],
-        colors: &mut [DVec3],
-    ) -> Vec<SurfacePoint<'a>> {
-        self.taken.rays.camera += samples.len() as u64;
-        let rays: Vec<Ray> = samples.iter().map(|sample| self.ray(sample)).collect();
-        let arrivals = samples.iter().enumerate().map(|(pixel, sample)| Arrival {
-            pixel,
-            weight: DVec3::ONE,
-            key: SampleKey::new(sample.pixel, sample.index),
-            media: if self.view.is_parallel() {
-                self.setting.media_at(rays[pixel].origin)
-            } else {
-                self.media.clone()
-            },
-            is_from_floor: false,
-        });
-        let arrivals: Vec<Arrival> = arrivals.collect();
-        if self.view.is_pinhole() {
-            self.trace_beam(&rays, arrivals, colors)
-        } else {
-            self.trace_apart(&rays, arrivals, colors)
+        occlusion: AmbientOcclusion,
+        seen: &mut Vec<Sighting>,
+    ) {
+        self.meet_surfaces(samples);
+        self.colors.fill(DVec3::ZERO);
+        let open = lighting::open_shares(self.setting, occlusion, &self.points, &mut self.taken);
+        for (point, share) in self.points.iter().zip(open) {
+            self.colors[point.arrival.pixel] = DVec3::splat(share);
         }
+        self.report(seen);
     }
 
-    /// What the film keeps of the points that so many samples see first.
-    pub(crate) fn first_surfaces(
-        &self,
-        samples: usize,
-        points: &[SurfacePoint<'_>],
-    ) -> Vec<Option<FirstSurface>> {
-        let mut firsts: Vec<Option<FirstSurface>> = vec![None; samples];
-        for point in points {
-            firsts[point.arrival.pixel] = Some(FirstSurface {
+    /// Finds the points that samples see first. What is seen where no surface is goes to the colours.
+    fn meet_surfaces(&mut self, samples: &[FilmSample]) {
+        self.taken.rays.camera += samples.len() as u64;
+        self.colors.clear();
+        self.colors.resize(samples.len(), DVec3::ZERO);
+        self.points.clear();
+        self.candidates.clear();
+        let mut rays = std::mem::take(&mut self.rays);
+        rays.clear();
+        rays.extend(samples.iter().map(|sample| self.ray(sample)));
+        if self.view.is_pinhole() {
+            self.meet_by_beam(samples, &rays);
+        } else {
+            self.meet_apart(samples, &rays);
+        }
+        self.rays = rays;
+    }
+
+    fn arrival(&self, pixel: usize, sample: &FilmSample, ray: &Ray) -> Arrival {
+        let media = if self.view.is_parallel() && self.setting.lets_light_through {
+            self.setting.media_at(ray.origin)
+        } else {
+            self.media.clone()
+        };
+        let key = SampleKey::new(sample.pixel, sample.index);
+        Arrival { pixel, weight: DVec3::ONE, key, media, is_from_floor: false }
+    }
+
+    /// The colours of the samples with what the film keeps of their points.
+    fn report(&self, seen: &mut Vec<Sighting>) {
+        seen.clear();
+        seen.extend(self.colors.iter().map(|&color| Sighting { color, first: None }));
+        for (point, &candidate) in self.points.iter().zip(&self.candidates) {
+            let look = self.looks.get(candidate as usize).and_then(Option::as_ref);
+            let id = match &point.place {
+                Place::Instance(path) => {
+                    look.map_or_else(|| self.setting.scene.instance_id(path), |look| look.id)
+                }
+                Place::Floor => InstancePath::FLOOR_ID,
+            };
+            seen[point.arrival.pixel].first = Some(FirstSurface {
                 depth: self.view.depth(point.position),
                 normal: point.facing_normal(),
                 albedo: point.albedo,
-                id: match &point.place {
-                    Place::Instance(path) => self.setting.scene.instance_id(path),
-                    Place::Floor => InstancePath::FLOOR_ID,
-                },
+                id,
             });
         }
-        firsts
     }
 
     /// The camera ray of a sample.
@@ -157,71 +197,68 @@ impl<'a> TileTracer<'a> {
         self.view.lens_ray(sample.film_px, disc(key.point(0, 1)))
     }
 
-    /// Rays of a camera with a lens, or of an orthographic one, each by itself: the lit points that they meet.
-    fn trace_apart(
-        &mut self,
-        rays: &[Ray],
-        arrivals: Vec<Arrival>,
-        colors: &mut [DVec3],
-    ) -> Vec<SurfacePoint<'a>> {
+    /// Rays of a camera with a lens, or of an orthographic one, each by itself.
+    fn meet_apart(&mut self, samples: &[FilmSample], rays: &[Ray]) {
         let mut wave = Wave::new(self.setting, 0);
-        for (ray, arrival) in rays.iter().zip(arrivals) {
+        for (pixel, (ray, sample)) in rays.iter().zip(samples).enumerate() {
+            let arrival = self.arrival(pixel, sample, ray);
             wave.push(FlightRay { ray: *ray, departure: None, footprint: self.footprint }, arrival);
         }
-        let points = wave.arrive(colors, &mut self.taken);
-        lighting::add_light(self.setting, &points, &self.setting.lights(), true, colors, &mut self.taken);
-        points
+        self.points = wave.arrive(&mut self.colors, &mut self.taken);
+        self.candidates.resize(self.points.len(), NO_CANDIDATE);
     }
 
-    /// Rays from one place: the lit points that they meet.
-    fn trace_beam(
-        &mut self,
-        rays: &[Ray],
-        arrivals: Vec<Arrival>,
-        colors: &mut [DVec3],
-    ) -> Vec<SurfacePoint<'a>> {
+    /// Rays from one place.
+    fn meet_by_beam(&mut self, samples: &[FilmSample], rays: &[Ray]) {
         self.beam.start_tile();
         self.looks.clear();
         let mut hits = std::mem::take(&mut self.hits);
         self.beam.closest(rays, self.footprint, &mut hits);
-        let mut points = Vec::with_capacity(rays.len());
-        // The candidate of each point.
-        let mut candidates = Vec::with_capacity(rays.len());
-        for ((ray, hit), arrival) in rays.iter().zip(&hits).zip(arrivals) {
+        self.looks.resize(self.beam.candidates.len(), None);
+        for (pixel, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
             let ground = self.setting.ground.and_then(|ground| Some((ground, ground.meet(ray)?)));
             match (ground, hit) {
                 (Some((ground, t)), hit) if hit.is_none_or(|hit| t < hit.t) => {
-                    points.push(self.setting.point_of_floor(&ground, ray, t, self.footprint, arrival));
-                    candidates.push(None);
+                    let arrival = self.arrival(pixel, &samples[pixel], ray);
+                    let point = self.setting.point_of_floor(&ground, ray, t, self.footprint, arrival);
+                    self.points.push(point);
+                    self.candidates.push(NO_CANDIDATE);
                 }
                 (_, Some(hit)) => {
-                    points.push(self.point_of_hit(ray, hit, arrival));
-                    candidates.push(Some(hit.candidate));
+                    let arrival = self.arrival(pixel, &samples[pixel], ray);
+                    let point = self.point_of_hit(ray, hit, arrival);
+                    self.points.push(point);
+                    self.candidates.push(hit.candidate);
                 }
                 (_, None) => {
-                    let sky = self.setting.sky(ray.direction);
-                    colors[arrival.pixel] += arrival.weight * sky;
+                    let arrival = self.arrival(pixel, &samples[pixel], ray);
+                    self.colors[pixel] += arrival.weight * self.setting.sky(ray.direction);
                 }
             }
         }
         self.hits = hits;
-        for light in self.setting.surroundings.lights.iter().filter(|light| is_point(light)) {
-            self.add_point_light(light, rays.len(), &points, &candidates, colors);
+    }
+
+    /// Adds what lights bring to the points.
+    fn add_light(&mut self) {
+        let Self { setting, view, .. } = *self;
+        if !view.is_pinhole() {
+            let (points, lights) = (&self.points, setting.lights());
+            lighting::add_light(setting, points, &lights, true, &mut self.colors, &mut self.taken);
+            return;
         }
-        let others = self.setting.lights().filter(|(_, light)| !is_point(light));
-        lighting::add_light(self.setting, &points, &others, true, colors, &mut self.taken);
-        points
+        for light in setting.surroundings.lights.iter().filter(|light| is_point(light)) {
+            self.add_point_light(light);
+        }
+        let others = setting.lights().filter(|(_, light)| !is_point(light));
+        lighting::add_light(setting, &self.points, &others, true, &mut self.colors, &mut self.taken);
     }
 
     fn look(&mut self, candidate: u32) -> &Look<'a> {
-        let place = candidate as usize;
-        if self.looks.len() <= place {
-            self.looks.resize(self.beam.candidates.len(), None);
-        }
         let (scene, beam) = (self.setting.scene, &self.beam);
-        self.looks[place].get_or_insert_with(|| {
-            let candidate = &beam.candidates[place];
-            let path = Rc::new(beam.path(place as u32));
+        self.looks[candidate as usize].get_or_insert_with(|| {
+            let path = Rc::new(beam.path(candidate));
+            let candidate = &beam.candidates[candidate as usize];
             let (primitive, material) = match candidate.kind {
                 Kind::Primitive(primitive) => {
                     let material = scene.primitives[primitive as usize].material;
@@ -229,18 +266,24 @@ impl<'a> TileTracer<'a> {
                 }
                 Kind::StandIn => (None, MaterialRef::Mean(Rc::new(scene.stand_in_material(&path)))),
             };
-            Look { world_from_unit: candidate.world_from_unit(), material, primitive, path }
+            Look {
+                world_from_unit: candidate.world_from_unit(),
+                normal_map: candidate.unit_from_world.matrix3.transpose(),
+                material,
+                primitive,
+                id: scene.instance_id(&path),
+                path,
+            }
         })
     }
 
     /// The surface at a hit.
     fn point_of_hit(&mut self, ray: &Ray, hit: &BeamHit, arrival: Arrival) -> SurfacePoint<'a> {
         let footprint = at_surface(self.footprint, ray, hit.t);
-        let unit_from_world = self.beam.candidates[hit.candidate as usize].unit_from_world;
         let scene = self.setting.scene;
         let look = self.look(hit.candidate);
         let own_error = 4.0 * f64::EPSILON * hit.unit_point.abs().max_element();
-        let normal = unit_vector(unit_from_world.matrix3.transpose() * hit.gradient).unwrap_or(DVec3::Z);
+        let normal = unit_vector(look.normal_map * hit.gradient).unwrap_or(DVec3::Z);
         let position = look.world_from_unit.transform_point3(hit.unit_point);
         let direction = ray.direction.normalize();
         let albedo = match look.primitive {
@@ -270,57 +313,42 @@ impl<'a> TileTracer<'a> {
     }
 
     /// Adds the light of one lamp to all points that it reaches.
-    fn add_point_light(
-        &mut self,
-        light: &Light,
-        rays: usize,
-        points: &[SurfacePoint<'_>],
-        candidates: &[Option<u32>],
-        colors: &mut [DVec3],
-    ) {
+    fn add_point_light(&mut self, light: &Light) {
         let Some(place) = light.position() else { return };
-        let mut shadow_rays: Vec<Option<Ray>> = vec![None; rays];
-        let mut starts = vec![(NO_CANDIDATE, RayStart::Free); rays];
-        let mut widths = vec![0.0; rays];
-        let mut lit: Vec<(usize, DVec3)> = Vec::new();
+        self.shadow_rays.clear();
+        self.lit.clear();
         let mut least_width = f64::INFINITY;
-        for (number, (point, candidate)) in points.iter().zip(candidates).enumerate() {
+        for (number, (point, &own)) in self.points.iter().zip(&self.candidates).enumerate() {
             let Some(way) = LightWay::to_middle(light, point.position) else { continue };
             let Some(color) = lighting::lit(point, &way) else { continue };
             let ray =
                 Ray { origin: point.position, direction: way.direction, origin_error: point.position_error };
-            let past_ground = self.setting.share_past_ground(&ray, candidate.is_none(), 1.0);
+            let past_ground = self.setting.share_past_ground(&ray, own == NO_CANDIDATE, 1.0);
             if past_ground == 0.0 {
                 continue;
             }
-            let pixel = point.arrival.pixel;
-            shadow_rays[pixel] = Some(ray);
-            if let Some(candidate) = *candidate {
-                starts[pixel] = (candidate, point.start(way.direction));
-            }
-            widths[pixel] = point.footprint.width;
-            least_width = least_width.min(point.footprint.width);
-            lit.push((number, past_ground * point.arrival.weight * color));
+            let width = point.footprint.width;
+            least_width = least_width.min(width);
+            self.shadow_rays.push(ShadowRay { ray, own, start: point.start(way.direction), width });
+            self.lit.push((number, past_ground * point.arrival.weight * color));
         }
-        if lit.is_empty() {
+        if self.lit.is_empty() {
             return;
         }
-        self.taken.rays.shadow += lit.len() as u64;
-        let shadow = Shadow { rays: &shadow_rays, starts: &starts, widths: &widths };
+        self.taken.rays.shadow += self.lit.len() as u64;
         let footprint = Footprint { width: least_width, spread: 0.0 };
-        let occluded = self.beam.occluded(place, &shadow, footprint);
+        self.beam.occluded(place, &self.shadow_rays, footprint, &mut self.stopped);
         let mut dimmed = ShadowRays::default();
-        for (number, color) in lit {
-            let point = &points[number];
-            let pixel = point.arrival.pixel;
-            if occluded[pixel / LANES] >> (pixel % LANES) & 1 == 0 {
-                let way = (place - point.position).length();
-                colors[pixel] += color * point.arrival.media.transmittance(way);
+        for (&(number, color), &stopped) in self.lit.iter().zip(&self.stopped) {
+            let point = &self.points[number];
+            if !stopped {
+                let Arrival { pixel, media, .. } = &point.arrival;
+                self.colors[*pixel] += color * media.transmittance_between(point.position, place);
             } else if self.setting.lets_light_through {
                 dimmed.push(point, lighting::toward(point, place - point.position), color);
             }
         }
-        lighting::add_dimmed(self.setting, dimmed, 1.0, colors, &mut self.taken);
+        lighting::add_dimmed(self.setting, dimmed, 1.0, &mut self.colors, &mut self.taken);
     }
 }
 

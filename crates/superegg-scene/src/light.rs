@@ -75,10 +75,12 @@ impl Light {
     /// radius.
     pub fn color_at(&self, point: DVec3) -> DVec3 {
         let Some(position) = self.position() else { return self.color };
+        let color = self.color * self.share_of_cone(point);
         // Not 0 times infinity for a light beyond the root of the largest number.
-        let falloff =
-            if self.falloff == 0.0 { 0.0 } else { self.falloff * (position - point).length_squared() };
-        self.color * self.share_of_cone(point) / (1.0 + falloff)
+        if self.falloff == 0.0 {
+            return color;
+        }
+        color / (1.0 + self.falloff * (position - point).length_squared())
     }
 
     /// The same light with its places and directions carried through a map of space.
