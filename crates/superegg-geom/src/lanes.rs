@@ -12,7 +12,7 @@ pub mod flight;
 mod kernel;
 mod log_norm;
 pub mod settle;
-mod vector;
+pub mod vector;
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
     BeamBoxes, BeamShape, Bundles, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits, PacketOf,
-    PacketVectors, WideVectors,
+    PacketSurfaces, PacketVectors, WideVectors,
 };
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
@@ -22,6 +22,8 @@ use crate::path::InstancePath;
 use crate::stand_in::StandIn;
 use crate::traverse::{Departure, Hit};
 
+/// Rays of a packet.
+pub(crate) const LANES: usize = PACKET;
 /// Rays of a beam at most: as many packets as a mask has bits.
 pub(crate) const MOST_RAYS: usize = MOST_PACKETS * PACKET;
 /// The rounding of a direction and a map in f32, as a part of the way, with room.
@@ -32,6 +34,10 @@ const LEAST_TOLERANCE: f64 = 1.5e-6;
 const MOST_TOLERANCE: f64 = 0.03;
 /// Scales beyond this many powers of two are f64's.
 const MOST_EXPONENT: i32 = 90;
+/// Where the lanes are off by less than this part of a ray's width, what they tell is shaded as it is.
+const NEAR: f64 = 1.0 / 64.0;
+/// Ways whose squares f32 holds.
+const RANGE: std::ops::Range<f32> = 1e-12..1e12;
 /// From further away points on rays are not exact enough to be settled together.
 const MOST_DISTANCE: f64 = 4096.0;
 
@@ -44,6 +50,8 @@ pub(crate) struct Candidate {
     pub(crate) kind: Kind,
     /// How its crossings are settled together; `None` where each goes by itself.
     lens: Option<Lens>,
+    /// What the lanes know of it; `None` of what they only know a shape around.
+    seen: Option<BeamShape>,
 }
 
 /// A convex shape as f64 sees it from the beam's origin.
@@ -159,6 +167,10 @@ pub(crate) struct Beam<'s> {
     /// Lanes that have a ray.
     live: Vec<u32>,
     hits: Vec<PacketHits>,
+    /// What was asked to be told by the lanes alone, the directions of the rays, and what brings t back to that of the rays as they came.
+    pub(crate) surfaces: Vec<PacketSurfaces>,
+    pub(crate) surface_directions: Vec<PacketVectors>,
+    surface_t_scale: f64,
     /// By packets the largest t of the beam that still counts for some ray; negative where none asks.
     ends: NumberOfPackets,
     /// Lanes, by packet, whose ray has to go the exact way.
@@ -215,6 +227,9 @@ impl<'s> Beam<'s> {
             directions: Vec::new(),
             live: Vec::new(),
             hits: Vec::new(),
+            surfaces: Vec::new(),
+            surface_directions: Vec::new(),
+            surface_t_scale: 1.0,
             ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
             batch: SettleBatch::default(),
@@ -250,9 +265,23 @@ impl<'s> Beam<'s> {
         path
     }
 
-    /// The closest crossing of each ray. The rays, at most [`MOST_RAYS`], share their origin.
+    /// The closest crossing of each ray, settled in f64. The rays, at most [`MOST_RAYS`], share their origin.
     pub(crate) fn closest(&mut self, rays: &[Ray], footprint: Footprint, found: &mut Vec<Option<BeamHit>>) {
+        self.closest_but(rays, footprint, found, |_, _| None);
+    }
+
+    /// The same but for candidates of which `told_by_lanes` gives the columns of the map from gradients to normals: where the lanes are right to a
+    /// small part of the ray's width, `surfaces` has what they know.
+    pub(crate) fn closest_but(
+        &mut self,
+        rays: &[Ray],
+        footprint: Footprint,
+        found: &mut Vec<Option<BeamHit>>,
+        mut told_by_lanes: impl FnMut(&Self, u32) -> Option<[[f32; 3]; 3]>,
+    ) {
         found.clear();
+        self.surfaces.clear();
+        self.surfaces.resize(rays.len().div_ceil(PACKET), PacketSurfaces::NONE);
         let Some(scale) = self.find_candidates(rays, footprint) else {
             for ray in rays {
                 let hit = self.exact_hit(ray, footprint);
@@ -268,13 +297,31 @@ impl<'s> Beam<'s> {
         for packet in 0..self.hits.len() {
             let hits = self.hits[packet];
             let first = packet * PACKET;
-            for lane in 0..PACKET.min(rays.len() - first) {
-                let (ray, candidate) = (first + lane, hits.id.0[lane]);
-                if self.exact[packet] >> lane & 1 == 1 || hits.doubt.0[lane] > 0.0 {
-                    found[ray] = self.exact_hit(&rays[ray], footprint);
-                } else if candidate != u32::MAX {
-                    let Candidate { unit_from_world, lens, .. } = &self.candidates[candidate as usize];
-                    let Some(Lens { origin, powers }) = *lens else {
+            let asked = u32::MAX >> (32 - PACKET.min(rays.len() - first));
+            let mark =
+                |is: &dyn Fn(usize) -> bool| (0..PACKET).fold(0, |bits, i| bits | u32::from(is(i)) << i);
+            let doubtful = asked & (self.exact[packet] | mark(&|i| hits.doubt.0[i] > 0.0));
+            for lane in lanes(doubtful) {
+                found[first + lane] = self.exact_hit(&rays[first + lane], footprint);
+            }
+            let mut left = asked & !doubtful & mark(&|i| hits.id.0[i] != u32::MAX);
+            while left != 0 {
+                let candidate = hits.id.0[left.trailing_zeros() as usize];
+                let mut same = left & mark(&|i| hits.id.0[i] == candidate);
+                left &= !same;
+                let seen = self.candidates[candidate as usize].seen;
+                if let Some((shape, map)) =
+                    seen.and_then(|seen| Some((seen, told_by_lanes(self, candidate)?)))
+                {
+                    let near = same & mark(&|i| self.is_near(hits.t.0[i], hits.error.0[i]));
+                    let surfaces = &mut self.surfaces[packet];
+                    self.kernels.surfaces(&shape, &map, &self.directions[packet], &hits, near, surfaces);
+                    same &= !surfaces.lanes;
+                }
+                let Candidate { unit_from_world, lens, .. } = self.candidates[candidate as usize];
+                for lane in lanes(same) {
+                    let ray = first + lane;
+                    let Some(Lens { origin, powers }) = lens else {
                         let settled = self.settle(&rays[ray], candidate);
                         found[ray] = settled.or_else(|| self.exact_hit(&rays[ray], footprint));
                         continue;
@@ -299,6 +346,22 @@ impl<'s> Beam<'s> {
             };
         }
         (self.batch, self.unsettled) = (batch, unsettled);
+        std::mem::swap(&mut self.directions, &mut self.surface_directions);
+        self.surface_t_scale = scale;
+    }
+
+    /// Whether a place is off by so small a part of the ray's width that it is as good as the right one.
+    fn is_near(&self, t: f32, error: f32) -> bool {
+        // Scaled directions are at most twice as long as 1.
+        RANGE.contains(&t) && 2.0 * f64::from(error) <= NEAR * self.footprint.at(f64::from(t))
+    }
+
+    /// A crossing that the lanes tell of: the candidate, its t for the ray as it came, and by how much it may be off in the world.
+    pub(crate) fn told(&self, ray: usize) -> (u32, f64, f64) {
+        let (surfaces, lane) = (&self.surfaces[ray / PACKET], ray % PACKET);
+        let t = f64::from(surfaces.t.0[lane]) * self.surface_t_scale;
+        // Scaled directions are at most twice as long as 1.
+        (surfaces.id.0[lane], t, 2.0 * f64::from(surfaces.error.0[lane]))
     }
 
     /// How many rays meet something, as far as the lanes can tell.
@@ -737,21 +800,20 @@ impl<'s> Beam<'s> {
         Some(BeamShape::new(&around, columns, origin, tolerance as f32, map_scale as f32))
     }
 
-    fn push_candidate(&mut self, frame: &Frame, target: &LeafTarget) -> u32 {
+    fn push_candidate(&mut self, frame: &Frame, target: &LeafTarget, seen: Option<BeamShape>) {
         let path = self.push_path(frame.path, target.place);
         let LeafTarget { unit_from_world, shape, kind, .. } = *target;
         let origin = unit_from_world.transform_point3(self.origin);
         let distance = origin.abs().max_element();
         let is_settled_with_others = shape.is_convex() && distance > 1.0 && distance <= MOST_DISTANCE;
         let lens = is_settled_with_others.then(|| Lens { origin, powers: settle_powers(&shape) });
-        self.candidates.push(Candidate { unit_from_world, path, kind, lens });
-        self.candidates.len() as u32 - 1
+        self.candidates.push(Candidate { unit_from_world, path, kind, lens, seen });
     }
 
     fn meet(&mut self, frame: &Frame, target: &LeafTarget, shape: &BeamShape, mask: u32) {
         let id = self.candidates.len() as u32;
         if self.kernels.meet(shape, &self.directions, &mut self.hits, &mut self.ends, mask, id) != 0 {
-            self.push_candidate(frame, target);
+            self.push_candidate(frame, target, Some(*shape));
         }
     }
 
@@ -789,7 +851,7 @@ impl<'s> Beam<'s> {
             self.ends.0[packet] = self.hits[packet].end();
         }
         if is_best {
-            self.push_candidate(frame, target);
+            self.push_candidate(frame, target, None);
         }
     }
 
@@ -874,7 +936,7 @@ impl<'s> Beam<'s> {
             Kind::StandIn => StandIn::unit_shape(),
         };
         let path = hit.path.places().iter().fold(NO_NODE, |above, &place| self.push_path(above, place));
-        self.candidates.push(Candidate { unit_from_world, path, kind, lens: None });
+        self.candidates.push(Candidate { unit_from_world, path, kind, lens: None, seen: None });
         BeamHit {
             t: hit.t,
             candidate: self.candidates.len() as u32 - 1,
@@ -903,7 +965,7 @@ struct LeafTarget {
 }
 
 /// A linear map in f32, scaled by the power of two that is returned with it; `None` beyond the range of f32.
-fn f32_columns(linear: &DMat3) -> Option<([[f32; 3]; 3], f64)> {
+pub(crate) fn f32_columns(linear: &DMat3) -> Option<([[f32; 3]; 3], f64)> {
     let largest = linear.x_axis.abs().max(linear.y_axis.abs()).max(linear.z_axis.abs());
     let (_, scale) = scale_to_unit(largest)?;
     let exponent = (scale.to_bits() >> 52) as i32 - 1023;
@@ -930,7 +992,7 @@ fn packets(mask: u32) -> impl Iterator<Item = usize> {
 }
 
 /// The bits that are set.
-fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+pub(crate) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (mask != 0).then(|| {
             let bit = mask.trailing_zeros() as usize;

@@ -63,7 +63,8 @@ impl Development {
     /// Linear values after exposure and tone, not yet cut to [0, 1].
     fn toned(&self, linear: [f32; 3]) -> [f32; 3] {
         let gain = self.gain();
-        let exposed = linear.map(|value| value * gain);
+        let [r, g, b] = linear;
+        let exposed = [r * gain, g * gain, b * gain];
         match self.tone {
             Tone::None => exposed,
             Tone::Reinhard => reinhard(exposed),
@@ -89,7 +90,8 @@ impl Development {
         let steps = Steps::new(self.encoding);
         let mut bytes = Vec::with_capacity(3 * film.pixels().len());
         for pixel in film.pixels() {
-            bytes.extend(self.toned(pixel.color).map(|value| steps.byte(value)));
+            let [r, g, b] = self.toned(pixel.color);
+            bytes.extend_from_slice(&[steps.byte(r), steps.byte(g), steps.byte(b)]);
         }
         bytes
     }

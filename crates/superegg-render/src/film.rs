@@ -1,5 +1,7 @@
 //! The picture as it is made: linear values.
 
+use std::ops::Range;
+
 use crate::tiling::Tile;
 
 /// What a picture knows of one pixel.
@@ -109,12 +111,21 @@ impl Film {
 
     /// The pixels of a tile of this picture, row by row.
     pub fn tile(&self, tile: &Tile) -> Vec<Pixel> {
-        tile.pixels().map(|(x, y)| *self.pixel(x, y)).collect()
+        tile.y.clone().flat_map(|y| &self.pixels[self.row(tile, y)]).copied().collect()
     }
 
     /// Puts the pixels of a tile in their places, row by row.
     pub fn set_tile(&mut self, tile: &Tile, pixels: &[Pixel]) {
-        tile.pixels().zip(pixels).for_each(|((x, y), pixel)| self.set(x, y, *pixel));
+        for (y, row) in tile.y.clone().zip(pixels.chunks_exact(tile.x.len())) {
+            let places = self.row(tile, y);
+            self.pixels[places].copy_from_slice(row);
+        }
+    }
+
+    /// The places of a tile's pixels in one row.
+    fn row(&self, tile: &Tile, y: u32) -> Range<usize> {
+        let first = self.place(tile.x.start, y);
+        first..first + tile.x.len()
     }
 
     fn place(&self, x: u32, y: u32) -> usize {

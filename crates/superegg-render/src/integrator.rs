@@ -48,12 +48,13 @@ impl AddAssign for RayCounts {
     }
 }
 
-/// What tracing took so far.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Taken {
-    pub(crate) rays: RayCounts,
-    /// How many rays ended at a group that stands in as a whole.
-    pub(crate) stand_ins: u64,
+/// What tracing took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Taken {
+    /// The rays.
+    pub rays: RayCounts,
+    /// How many of them ended at a group that was too small to be opened, and saw its average ([`crate::LEAST_FOOTPRINT`]).
+    pub stand_ins: u64,
 }
 
 impl AddAssign for Taken {

@@ -95,13 +95,14 @@ pub struct Rendered {
     pub stand_ins: u64,
 }
 
-/// Which tiles are made, and who is given them.
+/// Which tiles are made, where they go, and who is told of them.
 #[derive(Clone, Copy)]
 pub struct TileWork<'a> {
-    /// Whether a tile is to be made, by its index in [`tiles`]. Those that are not stay [`Pixel::EMPTY`]; no ray is traced for them.
+    /// Of the picture's size. Tiles are put in their places as they are finished.
+    pub film: &'a Mutex<Film>,
+    /// Whether a tile is to be made, by its index in [`tiles`]. Those that are not stay as they are; no ray is traced for them.
     pub wanted: &'a (dyn Fn(usize) -> bool + Sync),
-    /// Is given each tile as it is finished: its index and its pixels, row by row. Called from the threads that trace, one call at a time,
-    /// in any order.
+    /// Is given each tile after it was put in its place: its index and its pixels, row by row. Called from the threads that trace, in any order.
     pub finished: &'a (dyn Fn(usize, &[Pixel]) + Sync),
 }
 
@@ -114,7 +115,10 @@ pub fn render(
     settings: &RenderSettings,
     budget: &RenderBudget<'_>,
 ) -> Result<Rendered, rayon::ThreadPoolBuildError> {
-    render_tiles(scene, settings, budget, &TileWork { wanted: &|_| true, finished: &|_, _| () })
+    let film = Mutex::new(Film::new(settings.picture.width, settings.picture.height));
+    let work = TileWork { film: &film, wanted: &|_| true, finished: &|_, _| () };
+    let Taken { rays, stand_ins } = render_tiles(scene, settings, budget, &work)?;
+    Ok(Rendered { film: film.into_inner().unwrap_or_else(PoisonError::into_inner), rays, stand_ins })
 }
 
 /// Renders those tiles of a picture that are wanted. A tile's pixels depend on the scene and the settings alone, not on what other tiles are made,
@@ -127,14 +131,13 @@ pub fn render_tiles(
     settings: &RenderSettings,
     budget: &RenderBudget<'_>,
     work: &TileWork<'_>,
-) -> Result<Rendered, rayon::ThreadPoolBuildError> {
+) -> Result<Taken, rayon::ThreadPoolBuildError> {
     let Picture { width, height, .. } = settings.picture;
     let threads = rayon::ThreadPoolBuilder::new().num_threads(budget.threads).build()?;
     let settings = &settings.shows.stripped(settings);
     let job = Job::new(scene, settings, budget.cancel);
     let done = AtomicU64::new(0);
-    let rendered = Rendered { film: Film::new(width, height), rays: RayCounts::default(), stand_ins: 0 };
-    let rendered = Mutex::new(rendered);
+    let taken = Mutex::new(Taken::default());
     let wanted: Vec<(usize, Tile)> =
         tiles(width, height).into_iter().enumerate().filter(|(index, _)| (work.wanted)(*index)).collect();
     threads.install(|| {
@@ -144,20 +147,16 @@ pub fn render_tiles(
                 if budget.cancel.load(Ordering::Relaxed) {
                     return;
                 }
-                let Some((pixels, taken)) = worker.render_tile(&tile) else { return };
+                let Some((pixels, tile_taken)) = worker.render_tile(&tile) else { return };
                 let count = pixels.len() as u64;
-                {
-                    let mut rendered = rendered.lock().unwrap_or_else(PoisonError::into_inner);
-                    rendered.film.set_tile(&tile, &pixels);
-                    rendered.rays += taken.rays;
-                    rendered.stand_ins += taken.stand_ins;
-                    (work.finished)(index, &pixels);
-                }
+                work.film.lock().unwrap_or_else(PoisonError::into_inner).set_tile(&tile, &pixels);
+                *taken.lock().unwrap_or_else(PoisonError::into_inner) += tile_taken;
+                (work.finished)(index, &pixels);
                 (budget.progress)(done.fetch_add(count, Ordering::Relaxed) + count);
             },
         );
     });
-    Ok(rendered.into_inner().unwrap_or_else(PoisonError::into_inner))
+    Ok(taken.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
 /// One picture in the making.
@@ -196,37 +195,53 @@ struct Worker<'j, 'a> {
     batch: Batch,
     seen: Vec<Sighting>,
     gathered: Vec<Gathered>,
+    /// The pixels of a tile of the last one's size that begins at the top left corner, by blocks of neighbours.
+    by_block: Vec<(u32, u32)>,
+    size: (usize, usize),
 }
 
 impl<'j, 'a> Worker<'j, 'a> {
     fn new(job: &'j Job<'a>) -> Self {
         let tracer = TileTracer::new(job.setting, &job.view, job.settings.picture.samples);
-        Self { job, tracer, batch: Batch::default(), seen: Vec::new(), gathered: Vec::new() }
+        Self {
+            job,
+            tracer,
+            batch: Batch::default(),
+            seen: Vec::new(),
+            gathered: Vec::new(),
+            by_block: Vec::new(),
+            size: (0, 0),
+        }
     }
 
     /// The pixels of a tile, row by row; `None` when it was cancelled.
     fn render_tile(&mut self, tile: &Tile) -> Option<(Vec<Pixel>, Taken)> {
         let job = self.job;
         let columns = tile.x.len();
-        let row_place =
-            |(x, y): (u32, u32)| (y - tile.y.start) as usize * columns + (x - tile.x.start) as usize;
-        let by_block: Vec<(usize, (u32, u32))> =
-            tile.pixels_by_block().into_iter().map(|pixel| (row_place(pixel), pixel)).collect();
+        if self.size != (columns, tile.y.len()) {
+            self.size = (columns, tile.y.len());
+            self.by_block = Tile { x: 0..columns as u32, y: 0..tile.y.len() as u32 }.pixels_by_block();
+        }
         self.gathered.clear();
-        self.gathered.resize(by_block.len(), Gathered::default());
+        self.gathered.resize(tile.pixel_count(), Gathered::default());
         self.batch.clear();
         self.tracer.taken = Taken::default();
-        let mut round = vec![job.stopping.first; by_block.len()];
+        let mut round = vec![job.stopping.first; tile.pixel_count()];
         while let Some(&longest) = round.iter().max().filter(|longest| **longest > 0) {
             let begun: Vec<u32> = self.gathered.iter().map(Gathered::count).collect();
             // One sample of each pixel that goes on, then the next of each.
             for step in 0..longest {
-                for &(place, pixel) in by_block.iter().filter(|(place, _)| step < round[*place]) {
-                    let index = begun[place] + step;
+                for i in 0..self.by_block.len() {
+                    let (x, y) = self.by_block[i];
+                    let place = y as usize * columns + x as usize;
+                    if step >= round[place] {
+                        continue;
+                    }
+                    let (pixel, index) = ((tile.x.start + x, tile.y.start + y), begun[place] + step);
                     let Place { film_px, is_negative } = job.placement.place(pixel, index);
                     self.batch.samples.push(FilmSample { pixel, index, film_px });
                     self.batch.of.push((place, is_negative));
-                    if self.batch.of.len() == by_block.len() {
+                    if self.batch.of.len() == tile.pixel_count() {
                         self.take();
                     }
                 }

@@ -3,16 +3,19 @@
 
 use std::rc::Rc;
 
+use pulp::Arch;
 use superegg_geom::glam::{DAffine3, DMat3, DVec2, DVec3};
-use superegg_geom::{Ray, error_through, unit_vector};
+use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::{AmbientOcclusion, Light, Pattern};
 
-use crate::beam::{Beam, BeamHit, Kind, NO_CANDIDATE, ShadowRay};
+use crate::beam::{Beam, BeamHit, Kind, LANES, NO_CANDIDATE, ShadowRay, f32_columns, lanes};
+use crate::compiled::CompiledScene;
 use crate::flight::FlightRay;
 use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken, Wave, at_surface};
 use crate::lighting::{self, LightWay, ShadowRays};
 use crate::medium::Media;
+use crate::packet_light::{Finish, PacketFinish, PacketLight, Shine};
 use crate::path::InstancePath;
 use crate::point::{Arrival, MaterialRef, Place, Seen, SurfacePoint, albedo_of_shape};
 use crate::sequence::{SampleKey, disc};
@@ -62,17 +65,36 @@ pub(crate) struct TileTracer<'a> {
     beam: Beam<'a>,
     rays: Vec<Ray>,
     hits: Vec<Option<BeamHit>>,
-    /// What shading needs of a candidate, made when it is first shaded.
-    looks: Vec<Option<Look<'a>>>,
+    looks: Looks<'a>,
+    /// The lights, where opaque surfaces are lit in lanes, and what they are lit by.
+    packet_lights: Option<Vec<PacketLight>>,
+    finishes: Vec<PacketFinish>,
     /// The points that the last samples see first, as many at most, and what light and sky bring to each sample.
     points: Vec<SurfacePoint<'a>>,
     colors: Vec<DVec3>,
     /// The candidate of each point, or [`NO_CANDIDATE`].
     candidates: Vec<u32>,
+    arch: Arch,
     shadow_rays: Vec<ShadowRay>,
-    /// The point of each shadow ray, and what light comes that way if nothing stops it.
-    lit: Vec<(usize, DVec3)>,
+    /// What each shadow ray brings if nothing stops it.
+    lit: Vec<Lit>,
     stopped: Vec<bool>,
+}
+
+/// The light of a shadow ray.
+#[derive(Clone, Copy, Debug)]
+struct Lit {
+    /// The place of the sample.
+    pixel: usize,
+    /// The number of its point; `None` where lanes have lit it.
+    point: Option<usize>,
+    color: DVec3,
+}
+
+/// What shading needs of candidates, each made when it is first shaded.
+struct Looks<'a> {
+    scene: &'a CompiledScene,
+    by_candidate: Vec<Option<Look<'a>>>,
 }
 
 /// A candidate, ready to be shaded.
@@ -86,6 +108,8 @@ struct Look<'a> {
     primitive: Option<u32>,
     path: Rc<InstancePath>,
     id: u32,
+    /// How lanes shade it, with the columns of the map of gradients; `None` where they do not.
+    plain: Option<(Finish, [[f32; 3]; 3])>,
 }
 
 /// The choice of a [`SampleKey`] for the place on the lens.
@@ -103,10 +127,13 @@ impl<'a> TileTracer<'a> {
             beam: Beam::new(setting.scene),
             rays: Vec::new(),
             hits: Vec::new(),
-            looks: Vec::new(),
+            looks: Looks { scene: setting.scene, by_candidate: Vec::new() },
+            packet_lights: PacketLight::all(&setting, view),
+            finishes: Vec::new(),
             points: Vec::new(),
             colors: Vec::new(),
             candidates: Vec::new(),
+            arch: Arch::new(),
             shadow_rays: Vec::new(),
             lit: Vec::new(),
             stopped: Vec::new(),
@@ -115,7 +142,7 @@ impl<'a> TileTracer<'a> {
 
     /// What each of some samples sees: at most [`crate::beam::MOST_RAYS`] of them, neighbours by the sixteen.
     pub(crate) fn trace(&mut self, samples: &[FilmSample], seen: &mut Vec<Sighting>) {
-        self.meet_surfaces(samples);
+        self.meet_surfaces(samples, true);
         self.add_light();
         let mut wave = Wave::new(self.setting, 1);
         self.points.iter().for_each(|point| wave.leave(point, &mut self.colors, &mut self.taken));
@@ -130,7 +157,7 @@ impl<'a> TileTracer<'a> {
         occlusion: AmbientOcclusion,
         seen: &mut Vec<Sighting>,
     ) {
-        self.meet_surfaces(samples);
+        self.meet_surfaces(samples, false);
         self.colors.fill(DVec3::ZERO);
         let open = lighting::open_shares(self.setting, occlusion, &self.points, &mut self.taken);
         for (point, share) in self.points.iter().zip(open) {
@@ -139,8 +166,8 @@ impl<'a> TileTracer<'a> {
         self.report(seen);
     }
 
-    /// Finds the points that samples see first. What is seen where no surface is goes to the colours.
-    fn meet_surfaces(&mut self, samples: &[FilmSample]) {
+    /// Finds the points that samples see first, but for those that lanes may tell of. What is seen where no surface is goes to the colours.
+    fn meet_surfaces(&mut self, samples: &[FilmSample], lanes_may_tell: bool) {
         self.taken.rays.camera += samples.len() as u64;
         self.colors.clear();
         self.colors.resize(samples.len(), DVec3::ZERO);
@@ -150,7 +177,7 @@ impl<'a> TileTracer<'a> {
         rays.clear();
         rays.extend(samples.iter().map(|sample| self.ray(sample)));
         if self.view.is_pinhole() {
-            self.meet_by_beam(samples, &rays);
+            self.meet_by_beam(samples, &rays, lanes_may_tell && self.packet_lights.is_some());
         } else {
             self.meet_apart(samples, &rays);
         }
@@ -172,7 +199,7 @@ impl<'a> TileTracer<'a> {
         seen.clear();
         seen.extend(self.colors.iter().map(|&color| Sighting { color, first: None }));
         for (point, &candidate) in self.points.iter().zip(&self.candidates) {
-            let look = self.looks.get(candidate as usize).and_then(Option::as_ref);
+            let look = self.looks.made(candidate);
             let id = match &point.place {
                 Place::Instance(path) => {
                     look.map_or_else(|| self.setting.scene.instance_id(path), |look| look.id)
@@ -185,6 +212,21 @@ impl<'a> TileTracer<'a> {
                 albedo: point.albedo,
                 id,
             });
+        }
+        for (packet, surfaces) in self.beam.surfaces.iter().enumerate() {
+            for lane in lanes(surfaces.lanes) {
+                let pixel = packet * LANES + lane;
+                let (candidate, t, _) = self.beam.told(pixel);
+                let Some(look) = self.looks.made(candidate) else { continue };
+                let normal = surfaces.normal.each_ref().map(|column| f64::from(column.0[lane]));
+                seen[pixel].first = Some(FirstSurface {
+                    // The part of a camera ray's direction along the line of sight is 1.
+                    depth: t,
+                    normal: DVec3::from_array(normal),
+                    albedo: look.material.color,
+                    id: look.id,
+                });
+            }
         }
     }
 
@@ -209,31 +251,42 @@ impl<'a> TileTracer<'a> {
     }
 
     /// Rays from one place.
-    fn meet_by_beam(&mut self, samples: &[FilmSample], rays: &[Ray]) {
+    fn meet_by_beam(&mut self, samples: &[FilmSample], rays: &[Ray], lanes_may_tell: bool) {
         self.beam.start_tile();
-        self.looks.clear();
+        self.looks.by_candidate.clear();
         let mut hits = std::mem::take(&mut self.hits);
-        self.beam.closest(rays, self.footprint, &mut hits);
-        self.looks.resize(self.beam.candidates.len(), None);
+        let looks = &mut self.looks;
+        self.beam.closest_but(rays, self.footprint, &mut hits, |beam, candidate| {
+            if lanes_may_tell { Some(looks.look(beam, candidate).plain?.1) } else { None }
+        });
+        self.finishes.clear();
+        self.finishes.resize(self.beam.surfaces.len(), PacketFinish::NONE);
         for (pixel, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
+            let (packet, lane) = (pixel / LANES, pixel % LANES);
+            let told = self.beam.surfaces[packet].lanes >> lane & 1 == 1;
+            let told = told.then(|| self.beam.told(pixel));
+            let nearest = told.map(|(_, t, _)| t).or_else(|| Some(hit.as_ref()?.t));
             let ground = self.setting.ground.and_then(|ground| Some((ground, ground.meet(ray)?)));
-            match (ground, hit) {
-                (Some((ground, t)), hit) if hit.is_none_or(|hit| t < hit.t) => {
-                    let arrival = self.arrival(pixel, &samples[pixel], ray);
-                    let point = self.setting.point_of_floor(&ground, ray, t, self.footprint, arrival);
-                    self.points.push(point);
-                    self.candidates.push(NO_CANDIDATE);
+            if let Some((ground, t)) = ground.filter(|(_, t)| nearest.is_none_or(|nearest| *t < nearest)) {
+                self.beam.surfaces[packet].lanes &= !(1 << lane);
+                let arrival = self.arrival(pixel, &samples[pixel], ray);
+                self.points.push(self.setting.point_of_floor(&ground, ray, t, self.footprint, arrival));
+                self.candidates.push(NO_CANDIDATE);
+            } else if let Some((candidate, ..)) = told {
+                let look = self.looks.look(&self.beam, candidate);
+                self.taken.stand_ins += u64::from(look.primitive.is_none());
+                if let Some((finish, _)) = &look.plain {
+                    self.finishes[packet].set(lane, finish);
+                    self.colors[pixel] += finish.ambient;
                 }
-                (_, Some(hit)) => {
-                    let arrival = self.arrival(pixel, &samples[pixel], ray);
-                    let point = self.point_of_hit(ray, hit, arrival);
-                    self.points.push(point);
-                    self.candidates.push(hit.candidate);
-                }
-                (_, None) => {
-                    let arrival = self.arrival(pixel, &samples[pixel], ray);
-                    self.colors[pixel] += arrival.weight * self.setting.sky(ray.direction);
-                }
+            } else if let Some(hit) = hit {
+                let arrival = self.arrival(pixel, &samples[pixel], ray);
+                let point = self.point_of_hit(ray, hit, arrival);
+                self.points.push(point);
+                self.candidates.push(hit.candidate);
+            } else {
+                let arrival = self.arrival(pixel, &samples[pixel], ray);
+                self.colors[pixel] += arrival.weight * self.setting.sky(ray.direction);
             }
         }
         self.hits = hits;
@@ -247,41 +300,18 @@ impl<'a> TileTracer<'a> {
             lighting::add_light(setting, points, &lights, true, &mut self.colors, &mut self.taken);
             return;
         }
-        for light in setting.surroundings.lights.iter().filter(|light| is_point(light)) {
-            self.add_point_light(light);
+        for (number, light) in setting.lights().filter(|(_, light)| is_point(light)) {
+            self.add_point_light(number as usize, light);
         }
         let others = setting.lights().filter(|(_, light)| !is_point(light));
         lighting::add_light(setting, &self.points, &others, true, &mut self.colors, &mut self.taken);
-    }
-
-    fn look(&mut self, candidate: u32) -> &Look<'a> {
-        let (scene, beam) = (self.setting.scene, &self.beam);
-        self.looks[candidate as usize].get_or_insert_with(|| {
-            let path = Rc::new(beam.path(candidate));
-            let candidate = &beam.candidates[candidate as usize];
-            let (primitive, material) = match candidate.kind {
-                Kind::Primitive(primitive) => {
-                    let material = scene.primitives[primitive as usize].material;
-                    (Some(primitive), MaterialRef::Scene(&scene.materials[material as usize]))
-                }
-                Kind::StandIn => (None, MaterialRef::Mean(Rc::new(scene.stand_in_material(&path)))),
-            };
-            Look {
-                world_from_unit: candidate.world_from_unit(),
-                normal_map: candidate.unit_from_world.matrix3.transpose(),
-                material,
-                primitive,
-                id: scene.instance_id(&path),
-                path,
-            }
-        })
     }
 
     /// The surface at a hit.
     fn point_of_hit(&mut self, ray: &Ray, hit: &BeamHit, arrival: Arrival) -> SurfacePoint<'a> {
         let footprint = at_surface(self.footprint, ray, hit.t);
         let scene = self.setting.scene;
-        let look = self.look(hit.candidate);
+        let look = self.looks.look(&self.beam, hit.candidate);
         let own_error = 4.0 * f64::EPSILON * hit.unit_point.abs().max_element();
         let normal = unit_vector(look.normal_map * hit.gradient).unwrap_or(DVec3::Z);
         let position = look.world_from_unit.transform_point3(hit.unit_point);
@@ -312,12 +342,11 @@ impl<'a> TileTracer<'a> {
         point
     }
 
-    /// Adds the light of one lamp to all points that it reaches.
-    fn add_point_light(&mut self, light: &Light) {
+    /// Adds the light of one lamp, by its number, to all that it reaches.
+    fn add_point_light(&mut self, number: usize, light: &Light) {
         let Some(place) = light.position() else { return };
         self.shadow_rays.clear();
         self.lit.clear();
-        let mut least_width = f64::INFINITY;
         for (number, (point, &own)) in self.points.iter().zip(&self.candidates).enumerate() {
             let Some(way) = LightWay::to_middle(light, point.position) else { continue };
             let Some(color) = lighting::lit(point, &way) else { continue };
@@ -327,28 +356,94 @@ impl<'a> TileTracer<'a> {
             if past_ground == 0.0 {
                 continue;
             }
-            let width = point.footprint.width;
-            least_width = least_width.min(width);
-            self.shadow_rays.push(ShadowRay { ray, own, start: point.start(way.direction), width });
-            self.lit.push((number, past_ground * point.arrival.weight * color));
+            let (start, width) = (point.start(way.direction), point.footprint.width);
+            self.shadow_rays.push(ShadowRay { ray, own, start, width });
+            let (pixel, color) = (point.arrival.pixel, past_ground * point.arrival.weight * color);
+            self.lit.push(Lit { pixel, point: Some(number), color });
         }
+        self.shine_on_packets(number, place);
         if self.lit.is_empty() {
             return;
         }
         self.taken.rays.shadow += self.lit.len() as u64;
-        let footprint = Footprint { width: least_width, spread: 0.0 };
+        let width = self.shadow_rays.iter().map(|ray| ray.width).fold(f64::INFINITY, f64::min);
+        let footprint = Footprint { width, spread: 0.0 };
         self.beam.occluded(place, &self.shadow_rays, footprint, &mut self.stopped);
         let mut dimmed = ShadowRays::default();
-        for (&(number, color), &stopped) in self.lit.iter().zip(&self.stopped) {
-            let point = &self.points[number];
-            if !stopped {
-                let Arrival { pixel, media, .. } = &point.arrival;
-                self.colors[*pixel] += color * media.transmittance_between(point.position, place);
-            } else if self.setting.lets_light_through {
-                dimmed.push(point, lighting::toward(point, place - point.position), color);
+        for (&Lit { pixel, point, color }, &stopped) in self.lit.iter().zip(&self.stopped) {
+            match point.map(|number| &self.points[number]) {
+                None if !stopped => self.colors[pixel] += color,
+                Some(point) if !stopped => {
+                    let media = &point.arrival.media;
+                    self.colors[pixel] += color * media.transmittance_between(point.position, place);
+                }
+                Some(point) if self.setting.lets_light_through => {
+                    dimmed.push(point, lighting::toward(point, place - point.position), color);
+                }
+                _ => {}
             }
         }
         lighting::add_dimmed(self.setting, dimmed, 1.0, &mut self.colors, &mut self.taken);
+    }
+
+    /// Takes shadow rays from what lanes tell of to a light at `place`.
+    fn shine_on_packets(&mut self, number: usize, place: DVec3) {
+        let Some(light) = self.packet_lights.as_ref().and_then(|lights| lights.get(number)) else { return };
+        for (packet, (surfaces, finish)) in self.beam.surfaces.iter().zip(&self.finishes).enumerate() {
+            if surfaces.lanes == 0 {
+                continue;
+            }
+            let directions = &self.beam.surface_directions[packet];
+            let shine = self.arch.dispatch(Shine { light, directions, surfaces, finish });
+            for lane in lanes(shine.lanes) {
+                let pixel = packet * LANES + lane;
+                let (own, t, error) = self.beam.told(pixel);
+                let origin = self.rays[pixel].point_at(t);
+                let ray = Ray { origin, direction: place - origin, origin_error: error };
+                if self.setting.share_past_ground(&ray, false, 1.0) == 0.0 {
+                    continue;
+                }
+                let width = self.footprint.at(t);
+                self.shadow_rays.push(ShadowRay { ray, own, start: RayStart::SurfaceOutward, width });
+                let color = shine.color.each_ref().map(|column| f64::from(column.0[lane]));
+                self.lit.push(Lit { pixel, point: None, color: DVec3::from_array(color) });
+            }
+        }
+    }
+}
+
+impl<'a> Looks<'a> {
+    fn made(&self, candidate: u32) -> Option<&Look<'a>> {
+        self.by_candidate.get(candidate as usize).and_then(Option::as_ref)
+    }
+
+    fn look(&mut self, beam: &Beam<'_>, candidate: u32) -> &Look<'a> {
+        let scene = self.scene;
+        if self.by_candidate.len() <= candidate as usize {
+            self.by_candidate.resize(beam.candidates.len(), None);
+        }
+        self.by_candidate[candidate as usize].get_or_insert_with(|| {
+            let path = Rc::new(beam.path(candidate));
+            let candidate = &beam.candidates[candidate as usize];
+            let (primitive, material) = match candidate.kind {
+                Kind::Primitive(primitive) => {
+                    let material = scene.primitives[primitive as usize].material;
+                    (Some(primitive), MaterialRef::Scene(&scene.materials[material as usize]))
+                }
+                Kind::StandIn => (None, MaterialRef::Mean(Rc::new(scene.stand_in_material(&path)))),
+            };
+            let normal_map = candidate.unit_from_world.matrix3.transpose();
+            let columns = f32_columns(&normal_map).map(|(columns, _)| columns);
+            Look {
+                world_from_unit: candidate.world_from_unit(),
+                normal_map,
+                plain: Finish::of(&material).zip(columns),
+                material,
+                primitive,
+                id: scene.instance_id(&path),
+                path,
+            }
+        })
     }
 }
 

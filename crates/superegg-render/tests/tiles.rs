@@ -23,14 +23,16 @@ fn made(wanted: impl Fn(usize) -> bool + Sync, threads: usize) -> (Vec<(usize, V
     };
     let budget = RenderBudget { threads, cancel: &AtomicBool::new(false), progress: &|_| {} };
     let handed = Mutex::new(Vec::new());
+    let film = Mutex::new(Film::new(SIZE.0, SIZE.1));
     let work = TileWork {
+        film: &film,
         wanted: &wanted,
         finished: &|index, pixels: &[Pixel]| handed.lock().unwrap().push((index, pixels.to_vec())),
     };
-    let rendered = render_tiles(&compiled, &settings, &budget, &work).unwrap();
+    let taken = render_tiles(&compiled, &settings, &budget, &work).unwrap();
     let mut handed = handed.into_inner().unwrap();
     handed.sort_by_key(|(index, _)| *index);
-    (handed, rendered.film, rendered.rays.camera)
+    (handed, film.into_inner().unwrap(), taken.rays.camera)
 }
 
 #[test]

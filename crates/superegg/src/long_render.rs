@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use superegg_render::{
-    CompiledScene, PartHeader, RenderBudget, RenderSettings, Rendered, Share, Tile, TileWork, render_tiles,
-    tiles,
+    CompiledScene, Film, PartHeader, RenderBudget, RenderSettings, Rendered, Share, Taken, Tile, TileWork,
+    render_tiles, tiles,
 };
 use superegg_scene::Picture;
 
@@ -128,28 +128,33 @@ impl<'a> LongRender<'a> {
                 tell_not_kept(&error);
             }
         };
-        let work = TileWork { wanted: &|index| self.wants(index), finished: &finished };
-        let rendered = std::thread::scope(|threads| {
+        let film = Mutex::new(Film::new(settings.picture.width, settings.picture.height));
+        let work = TileWork { film: &film, wanted: &|index| self.wants(index), finished: &finished };
+        let pixels_of =
+            |index: usize| film.lock().unwrap_or_else(PoisonError::into_inner).tile(&self.tiles[index]);
+        let taken = std::thread::scope(|threads| {
             let (end, ended) = channel::<()>();
             // Beside the work, for telling what picture it is may take a while in a large scene.
+            let pixels_of = &pixels_of;
             threads.spawn(move || {
                 let is_long = ended.recv_timeout(SHORT) == Err(RecvTimeoutError::Timeout);
-                if let Some(Err(error)) = part.filter(|_| is_long).map(PartFile::begin_late) {
+                if let Some(Err(error)) = part.filter(|_| is_long).map(|part| part.begin_late(pixels_of)) {
                     tell_not_kept(&error);
                 }
             });
-            let rendered = render_tiles(scene, settings, budget, &work).context("cannot start the threads");
+            let taken = render_tiles(scene, settings, budget, &work).context("cannot start the threads");
             drop(end);
-            rendered
+            taken
         });
         if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
             return Err(error);
         }
-        let mut rendered = rendered?;
+        let Taken { rays, stand_ins } = taken?;
+        let mut film = film.into_inner().unwrap_or_else(PoisonError::into_inner);
         for (index, pixels) in self.had.drain(..) {
-            rendered.film.set_tile(&self.tiles[index], &pixels);
+            film.set_tile(&self.tiles[index], &pixels);
         }
-        Ok(rendered)
+        Ok(Rendered { film, rays, stand_ins })
     }
 
     /// How many tiles are done, of all that it is to do.
@@ -167,6 +172,7 @@ impl<'a> LongRender<'a> {
     pub(crate) fn conclude(
         self,
         output: &Path,
+        film: &Film,
         write: impl FnOnce() -> Result<()>,
     ) -> Result<Option<String>> {
         let (done, total) = self.done();
@@ -195,7 +201,7 @@ impl<'a> LongRender<'a> {
             part.remove()?;
             return Ok(None);
         }
-        let kept = part.keep().and_then(|()| part.sync());
+        let kept = part.keep(&|index| film.tile(&self.tiles[index])).and_then(|()| part.sync());
         write()?;
         let next = match kept {
             Ok(()) if part.is_kept() => format!("--resume goes on from '{name}'"),

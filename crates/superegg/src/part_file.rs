@@ -98,8 +98,8 @@ pub(crate) struct PartFile<'a> {
 }
 
 enum State {
-    /// There is no file yet.
-    Waiting(Tiles),
+    /// There is no file yet. The tiles that were added.
+    Waiting(Vec<usize>),
     /// The file, locked, at its end.
     Open(File),
     /// It could not be written.
@@ -113,7 +113,7 @@ impl<'a> PartFile<'a> {
         is_spare: bool,
         header: impl FnOnce() -> PartHeader + Send + 'a,
     ) -> Self {
-        let state = State::Waiting(Tiles::new());
+        let state = State::Waiting(Vec::new());
         let has_older = files::begins_with(&path, PartHeader::FAMILY);
         Self { path, is_spare, has_older, header: LazyLock::new(Box::new(header)), state: Mutex::new(state) }
     }
@@ -123,7 +123,7 @@ impl<'a> PartFile<'a> {
     /// # Errors
     /// It cannot be written.
     pub(crate) fn begin_now(&self) -> Result<()> {
-        *self.state() = State::Open(self.begin(&[])?);
+        *self.state() = State::Open(self.begin(&[], &|_| Vec::new())?);
         Ok(())
     }
 
@@ -177,7 +177,7 @@ impl<'a> PartFile<'a> {
     }
 
     /// Makes the file with these tiles. One that the user did not name takes the place of a partial file only.
-    fn begin(&self, tiles: &[(usize, Vec<Pixel>)]) -> Result<File> {
+    fn begin(&self, tiles: &[usize], pixels_of: &dyn Fn(usize) -> Vec<Pixel>) -> Result<File> {
         let begin = || {
             files::check_no_pipe(&self.path)?;
             let mut file =
@@ -192,7 +192,8 @@ impl<'a> PartFile<'a> {
             file.set_len(0)?;
             file.seek(SeekFrom::Start(0))?;
             file.write_all(&self.header.to_bytes())?;
-            tiles.iter().try_for_each(|(tile, pixels)| file.write_all(&self.header.record(*tile, pixels)))?;
+            let record = |&tile: &usize| self.header.record(tile, &pixels_of(tile));
+            tiles.iter().try_for_each(|tile| file.write_all(&record(tile)))?;
             Ok(file)
         };
         begin().with_context(|| format!("cannot write '{}'", self.path.display()))
@@ -206,7 +207,7 @@ impl<'a> PartFile<'a> {
         let mut state = self.state();
         match &mut *state {
             State::Waiting(tiles) => {
-                tiles.push((tile, pixels.to_vec()));
+                tiles.push(tile);
                 Ok(())
             }
             State::Open(file) => {
@@ -223,16 +224,16 @@ impl<'a> PartFile<'a> {
         }
     }
 
-    /// Begins it with the tiles that there are, unless it is begun.
+    /// Begins it with the tiles that there are, unless it is begun; `pixels_of` knows those that were added.
     ///
     /// # Errors
     /// It cannot be written; then no tile is kept.
-    pub(crate) fn begin_late(&self) -> Result<()> {
+    pub(crate) fn begin_late(&self, pixels_of: &dyn Fn(usize) -> Vec<Pixel>) -> Result<()> {
         // Before the lock: those who have tiles would wait for it.
         LazyLock::force(&self.header);
         let mut state = self.state();
         let State::Waiting(tiles) = &*state else { return Ok(()) };
-        let begun = self.begin(tiles);
+        let begun = self.begin(tiles, pixels_of);
         let (next, result) = match begun {
             Ok(file) => (State::Open(file), Ok(())),
             Err(error) => (State::Failed, Err(error)),
@@ -245,8 +246,8 @@ impl<'a> PartFile<'a> {
     ///
     /// # Errors
     /// It cannot be written.
-    pub(crate) fn keep(&self) -> Result<()> {
-        if self.has_older { Ok(()) } else { self.begin_late() }
+    pub(crate) fn keep(&self, pixels_of: &dyn Fn(usize) -> Vec<Pixel>) -> Result<()> {
+        if self.has_older { Ok(()) } else { self.begin_late(pixels_of) }
     }
 
     /// Whether it is on disk with all tiles that were added.
@@ -310,7 +311,7 @@ mod tests {
         let part = PartFile::later(path.clone(), true, || header(1));
         part.add(1, &pixels()).unwrap();
         assert!(!path.exists() && !part.is_kept());
-        part.keep().unwrap();
+        part.keep(&|_| pixels()).unwrap();
         part.add(1, &pixels()).unwrap();
         assert!(part.is_kept());
         let found = read(&path).unwrap();
@@ -328,7 +329,7 @@ mod tests {
         std::fs::write(&path, header(2).to_bytes()).unwrap();
         let part = PartFile::later(path.clone(), true, || header(1));
         part.add(1, &pixels()).unwrap();
-        part.keep().unwrap();
+        part.keep(&|_| pixels()).unwrap();
         assert!(part.has_older() && !part.is_kept());
         part.remove().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), header(2).to_bytes());
@@ -342,7 +343,7 @@ mod tests {
         let part = PartFile::later(path.clone(), true, || header(1));
         assert!(part.begin_now().is_err() && part.resume().is_err());
         part.add(1, &pixels()).unwrap();
-        assert!(format!("{:#}", part.keep().unwrap_err()).contains("another file of that name"));
+        assert!(format!("{:#}", part.keep(&|_| pixels()).unwrap_err()).contains("another file of that name"));
         assert_eq!(std::fs::read(&path).unwrap(), b"notes");
         // What the user named is written, as any output is.
         PartFile::later(path.clone(), false, || header(1)).begin_now().unwrap();

@@ -8,7 +8,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::descent::{Crossing, Entry, Passage, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
-use super::kernel::{BOX, Evaluate, TINY, Triple};
+use super::kernel::{BOX, Evaluate, General, Norm2, Square, TINY, Triple};
 use super::vector::{Lanes, Mask};
 use super::{PowerKind, lane_power};
 use crate::superquadric::Superquadric;
@@ -134,6 +134,32 @@ impl PacketHits {
     }
 }
 
+/// Surfaces of convex shapes where the rays of a packet meet them, to f32's precision.
+#[derive(Clone, Copy, Debug)]
+pub struct PacketSurfaces {
+    /// The lanes of which this speaks, a bit for each.
+    pub lanes: u32,
+    /// The t of the crossing, in the beam's own lengths.
+    pub t: PacketOf<f32>,
+    /// By how much it may be off.
+    pub error: PacketOf<f32>,
+    /// The candidate.
+    pub id: PacketOf<u32>,
+    /// The unit normal in the beam's space, outwards.
+    pub normal: PacketVectors,
+}
+
+impl PacketSurfaces {
+    /// Of no ray.
+    pub const NONE: Self = Self {
+        lanes: 0,
+        t: PacketOf([0.0; PACKET]),
+        error: PacketOf([0.0; PACKET]),
+        id: PacketOf([0; PACKET]),
+        normal: [PacketOf([0.0; PACKET]); 3],
+    };
+}
+
 /// The answers of [`Kernels::occlude`]: by packets a bit for each ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Occlusion {
@@ -229,6 +255,20 @@ impl Kernels {
         mask: u32,
     ) -> Occlusion {
         self.0.dispatch(OccludeKernel { shape, directions, hits, mask })
+    }
+
+    /// The surface of one shape near the places in `hits`, for the rays of a packet whose bits are set in `lanes`; `normal_map` has the columns of the
+    /// linear map from gradients in the shape's space to normals of any length in the beam's. Lanes of which f32 can tell are added to `surfaces`.
+    pub fn surfaces(
+        self,
+        shape: &BeamShape,
+        normal_map: &[[f32; 3]; 3],
+        directions: &PacketVectors,
+        hits: &PacketHits,
+        lanes: u32,
+        surfaces: &mut PacketSurfaces,
+    ) {
+        self.0.dispatch(SurfaceKernel { shape, normal_map, directions, hits, lanes, surfaces });
     }
 
     /// The largest coordinates of directions, by their size; what is no number does not count.
@@ -696,6 +736,97 @@ impl<S: Simd> Meet<'_, S> {
         ends.0[packet] = end.largest();
         true
     }
+}
+
+struct SurfaceKernel<'a> {
+    shape: &'a BeamShape,
+    normal_map: &'a [[f32; 3]; 3],
+    directions: &'a PacketVectors,
+    hits: &'a PacketHits,
+    lanes: u32,
+    surfaces: &'a mut PacketSurfaces,
+}
+
+/// Squares of normals' lengths that leave their roots and reciprocals in the range of f32.
+const SQUARES: [f32; 2] = [1e-20, 1e20];
+
+impl WithSimd for SurfaceKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let general = |kind: PowerKind| General::splat(simd, kind.power());
+        let (xy, rz) = (self.shape.xy, self.shape.rz);
+        match (xy, rz) {
+            (PowerKind::Two, PowerKind::Two) => self.run(simd, Square, Square),
+            (PowerKind::Two, _) => self.run(simd, Square, general(rz)),
+            (_, PowerKind::Two) => self.run(simd, general(xy), Square),
+            _ => self.run(simd, general(xy), general(rz)),
+        }
+    }
+}
+
+impl SurfaceKernel<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S, xy: impl Norm2<S>, rz: impl Norm2<S>) {
+        let setting = Setting::new(simd, self.shape);
+        let to_normal = Linear::<S>::splat(simd, self.normal_map);
+        let found = self.surfaces;
+        for i in 0..PACKET / S::F32_LANES {
+            let first = i * S::F32_LANES;
+            let wanted = lanes_of_mask::<S>(self.lanes, i);
+            if wanted == 0 {
+                continue;
+            }
+            let lane = |column: &PacketOf<f32>| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
+            let d = setting.map.image(Triple::of_packet(simd, self.directions, i));
+            let t = lane(&self.hits.t) * setting.inverse_t_scale;
+            // The place was found at the level 1 + tolerance: one step of Newton's goes on to 1. What another would be tells how good that is.
+            let (step, _) = newton_step(xy, rz, &setting, t, d);
+            let (rest, gradient) = newton_step(xy, rz, &setting, t + step, d);
+            let most = lane(&self.hits.error) * setting.inverse_t_scale;
+            let normal = to_normal.image(gradient);
+            let square = normal.dot(normal);
+            let is_near = (step.abs() + rest.abs()).le(most) & gradient.dot(d).lt(t.all(0.0));
+            let is_told = is_near & t.all(SQUARES[0]).lt(square) & square.lt(t.all(SQUARES[1]));
+            let told = is_told.bits() & wanted;
+            let inverse = t.all(1.0) / square.sqrt();
+            let mut columns = [[0f32; PACKET]; 4];
+            let [x, y, z] = [normal.x, normal.y, normal.z].map(|x| x * inverse);
+            for (column, lanes) in columns.iter_mut().zip([(t + step + rest) * setting.t_scale, x, y, z]) {
+                S::as_mut_simd_f32s(column).0[0] = lanes.register();
+            }
+            for lane in bits(told) {
+                found.t.0[first + lane] = columns[0][lane];
+                found.error.0[first + lane] = self.hits.error.0[first + lane];
+                found.id.0[first + lane] = self.hits.id.0[first + lane];
+                for axis in 0..3 {
+                    found.normal[axis].0[first + lane] = columns[axis + 1][lane];
+                }
+            }
+            found.lanes |= told << first;
+        }
+    }
+}
+
+/// How far along a ray of a shape's space the level 1 is, by the slope of N at t; and the gradient of N there.
+#[inline(always)]
+fn newton_step<S: Simd>(
+    xy: impl Norm2<S>,
+    rz: impl Norm2<S>,
+    setting: &Setting<S>,
+    t: Lanes<S>,
+    d: Triple<S>,
+) -> (Lanes<S>, Triple<S>) {
+    let place = setting.origin.along(t, d);
+    let (r, by_x, by_y) = xy.value_and_gradient(place.x.abs(), place.y.abs());
+    let (norm, by_r, by_z) = rz.value_and_gradient(r, place.z.abs());
+    let gradient = Triple {
+        x: (by_r * by_x).times_sign_of(place.x),
+        y: (by_r * by_y).times_sign_of(place.y),
+        z: by_z.times_sign_of(place.z),
+    };
+    ((t.all(1.0) - norm) / gradient.dot(d), gradient)
 }
 
 struct OccludeKernel<'a> {

@@ -14,39 +14,42 @@ use pulp::Simd;
 
 /// Registers of f32 lanes, one unless said otherwise. The operations on several are independent of each other, which fills the time that each takes.
 #[derive(Clone, Copy)]
-pub(crate) struct Lanes<S: Simd, const K: usize = 1> {
+pub struct Lanes<S: Simd, const K: usize = 1> {
     simd: S,
     registers: [S::f32s; K],
 }
 
 /// A truth value for each lane.
 #[derive(Clone, Copy)]
-pub(crate) struct Mask<S: Simd, const K: usize = 1> {
+pub struct Mask<S: Simd, const K: usize = 1> {
     simd: S,
     registers: [S::m32s; K],
 }
 
 impl<S: Simd> Lanes<S> {
+    /// One register.
     #[inline(always)]
-    pub(crate) fn new(simd: S, register: S::f32s) -> Self {
+    pub fn new(simd: S, register: S::f32s) -> Self {
         Self { simd, registers: [register] }
     }
 
+    /// The register itself.
     #[inline(always)]
-    pub(crate) fn register(self) -> S::f32s {
+    pub fn register(self) -> S::f32s {
         self.registers[0]
     }
 }
 
 impl<S: Simd, const K: usize> Lanes<S, K> {
+    /// The same number in every lane.
     #[inline(always)]
-    pub(crate) fn splat(simd: S, x: f32) -> Self {
+    pub fn splat(simd: S, x: f32) -> Self {
         Self { simd, registers: [simd.splat_f32s(x); K] }
     }
 
     /// Registers side by side.
     #[inline(always)]
-    pub(crate) fn join(parts: [Lanes<S>; K]) -> Self {
+    pub fn join(parts: [Lanes<S>; K]) -> Self {
         let mut registers = [parts[0].registers[0]; K];
         for k in 1..K {
             registers[k] = parts[k].registers[0];
@@ -54,14 +57,15 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         Self { simd: parts[0].simd, registers }
     }
 
+    /// One of the registers.
     #[inline(always)]
-    pub(crate) fn part(self, k: usize) -> Lanes<S> {
+    pub fn part(self, k: usize) -> Lanes<S> {
         Lanes { simd: self.simd, registers: [self.registers[k]] }
     }
 
     /// The same number in every lane, of the same width as `self`.
     #[inline(always)]
-    pub(crate) fn all(self, x: f32) -> Self {
+    pub fn all(self, x: f32) -> Self {
         Self::splat(self.simd, x)
     }
 
@@ -92,46 +96,52 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 
     /// `self * a + b`, fused where the machine can.
     #[inline(always)]
-    pub(crate) fn mul_add(mut self, a: Self, b: Self) -> Self {
+    pub fn mul_add(mut self, a: Self, b: Self) -> Self {
         for k in 0..K {
             self.registers[k] = self.simd.mul_add_e_f32s(self.registers[k], a.registers[k], b.registers[k]);
         }
         self
     }
 
+    /// Without its sign.
     #[inline(always)]
-    pub(crate) fn abs(self) -> Self {
+    pub fn abs(self) -> Self {
         self.each(|simd, x| simd.abs_f32s(x))
     }
 
+    /// The root, of numbers >= 0.
     #[inline(always)]
-    pub(crate) fn sqrt(self) -> Self {
+    pub fn sqrt(self) -> Self {
         self.each(|simd, x| simd.sqrt_f32s(x))
     }
 
+    /// The lesser of two.
     #[inline(always)]
-    pub(crate) fn min(self, other: Self) -> Self {
+    pub fn min(self, other: Self) -> Self {
         self.zip(other, |simd, a, b| simd.min_f32s(a, b))
     }
 
+    /// The larger of two.
     #[inline(always)]
-    pub(crate) fn max(self, other: Self) -> Self {
+    pub fn max(self, other: Self) -> Self {
         self.zip(other, |simd, a, b| simd.max_f32s(a, b))
     }
 
+    /// Where it is less.
     #[inline(always)]
-    pub(crate) fn lt(self, other: Self) -> Mask<S, K> {
+    pub fn lt(self, other: Self) -> Mask<S, K> {
         self.compare(other, |simd, a, b| simd.less_than_f32s(a, b))
     }
 
+    /// Where it is less or equal.
     #[inline(always)]
-    pub(crate) fn le(self, other: Self) -> Mask<S, K> {
+    pub fn le(self, other: Self) -> Mask<S, K> {
         self.compare(other, |simd, a, b| simd.less_than_or_equal_f32s(a, b))
     }
 
     /// The least of the lanes.
     #[inline(always)]
-    pub(crate) fn least(self) -> f32 {
+    pub fn least(self) -> f32 {
         let mut least = f32::INFINITY;
         for register in self.registers {
             least = least.min(self.simd.reduce_min_f32s(register));
@@ -141,13 +151,13 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 
     /// The largest of the lanes.
     #[inline(always)]
-    pub(crate) fn largest(self) -> f32 {
+    pub fn largest(self) -> f32 {
         -(-self).least()
     }
 
     /// 1 / x to 1e-4 of its size or better, by a quick instruction where the machine has one; for |x| from 1e-30 to 1e30.
     #[inline(always)]
-    pub(crate) fn recip_rough(self) -> Self {
+    pub fn recip_rough(self) -> Self {
         #[cfg(target_arch = "x86_64")]
         if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
             return self
@@ -158,14 +168,14 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 
     /// 1 / x to two units of the last place, for |x| from 1e-30 to 1e30.
     #[inline(always)]
-    pub(crate) fn recip(self) -> Self {
+    pub fn recip(self) -> Self {
         let rough = self.recip_rough();
         (-self).mul_add(rough, self.all(1.0)).mul_add(rough, rough)
     }
 
     /// `self` with the sign of `other`, for `self` >= 0.
     #[inline(always)]
-    pub(crate) fn with_sign_of(self, other: Self) -> Self {
+    pub fn with_sign_of(self, other: Self) -> Self {
         self.zip(other, |simd, x, other| {
             let sign = simd.and_u32s(simd.transmute_u32s_f32s(other), simd.splat_u32s(0x8000_0000));
             simd.transmute_f32s_u32s(simd.or_u32s(simd.transmute_u32s_f32s(x), sign))
@@ -174,13 +184,13 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 
     /// 1 with the sign of this.
     #[inline(always)]
-    pub(crate) fn with_unit_sign(self) -> Self {
+    pub fn with_unit_sign(self) -> Self {
         self.all(1.0).with_sign_of(self)
     }
 
     /// `self` with its sign turned where `other` is negative.
     #[inline(always)]
-    pub(crate) fn times_sign_of(self, other: Self) -> Self {
+    pub fn times_sign_of(self, other: Self) -> Self {
         self.zip(other, |simd, x, other| {
             let sign = simd.and_u32s(simd.transmute_u32s_f32s(other), simd.splat_u32s(0x8000_0000));
             simd.transmute_f32s_u32s(simd.xor_u32s(simd.transmute_u32s_f32s(x), sign))
@@ -212,7 +222,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 
     /// The base-2 logarithm of a normal x > 0, to 3e-7 of its own size, near 1 too; without a division.
     #[inline(always)]
-    pub(crate) fn log2_quick(self) -> Self {
+    pub fn log2_quick(self) -> Self {
         let (exponent, m) = self.exponent_and_mantissa();
         let u = m - self.all(1.0);
         // log2(1 + u) / u; coefficients fitted to 3e-8.
@@ -243,7 +253,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 
     /// `log2(1 + x)` for x in [0, 1], to 3e-7 of its own size.
     #[inline(always)]
-    pub(crate) fn log2_of_one_plus(self) -> Self {
+    pub fn log2_of_one_plus(self) -> Self {
         let series = self.polynomial([
             LOG2_E,
             -0.721_340_24,
@@ -260,7 +270,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 
     /// The base-2 logarithm of x >= 0, to 4e-7 of its own size, near 1 too; at least -127, which stands for that of 0 and of subnormals.
     #[inline(always)]
-    pub(crate) fn log2(self) -> Self {
+    pub fn log2(self) -> Self {
         let (exponent, m) = self.exponent_and_mantissa();
         // log2 m = (2 / ln 2) artanh s, s = (m - 1) / (m + 1), |s| < 0.172; coefficients fitted to 7e-10.
         let s = (m - self.all(1.0)) / (m + self.all(1.0));
@@ -272,7 +282,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 
     /// 2^x for x <= 127, to 2e-7 of its own size; from -126 down that of -126.
     #[inline(always)]
-    pub(crate) fn exp2(self) -> Self {
+    pub fn exp2(self) -> Self {
         let x = self.max(self.all(-126.0));
         // Adding 1.5 * 2^23 leaves the nearest whole number in the low bits.
         let magic = self.all(12_582_912.0);
@@ -295,13 +305,13 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 impl<S: Simd> Mask<S> {
     /// `a` where true, `b` elsewhere, for whole numbers.
     #[inline(always)]
-    pub(crate) fn select_u32(self, a: S::u32s, b: S::u32s) -> S::u32s {
+    pub fn select_u32(self, a: S::u32s, b: S::u32s) -> S::u32s {
         self.simd.select_u32s(self.registers[0], a, b)
     }
 
     /// A bit for each lane.
     #[inline(always)]
-    pub(crate) fn bits(self) -> u32 {
+    pub fn bits(self) -> u32 {
         #[cfg(target_arch = "x86_64")]
         if let Some(v3) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V3>() {
             return v3.avx._mm256_movemask_ps(pulp::bytemuck::cast(self.registers[0])) as u32;
@@ -321,7 +331,7 @@ impl<S: Simd> Mask<S> {
 impl<S: Simd, const K: usize> Mask<S, K> {
     /// Registers side by side.
     #[inline(always)]
-    pub(crate) fn join(parts: [Mask<S>; K]) -> Self {
+    pub fn join(parts: [Mask<S>; K]) -> Self {
         let mut registers = [parts[0].registers[0]; K];
         for k in 1..K {
             registers[k] = parts[k].registers[0];
@@ -329,14 +339,15 @@ impl<S: Simd, const K: usize> Mask<S, K> {
         Self { simd: parts[0].simd, registers }
     }
 
+    /// One of the registers.
     #[inline(always)]
-    pub(crate) fn part(self, k: usize) -> Mask<S> {
+    pub fn part(self, k: usize) -> Mask<S> {
         Mask { simd: self.simd, registers: [self.registers[k]] }
     }
 
     /// `a` where true, `b` elsewhere.
     #[inline(always)]
-    pub(crate) fn select(self, a: Lanes<S, K>, mut b: Lanes<S, K>) -> Lanes<S, K> {
+    pub fn select(self, a: Lanes<S, K>, mut b: Lanes<S, K>) -> Lanes<S, K> {
         for k in 0..K {
             b.registers[k] = self.simd.select_f32s(self.registers[k], a.registers[k], b.registers[k]);
         }
@@ -353,12 +364,13 @@ impl<S: Simd, const K: usize> Mask<S, K> {
 
     /// True in these lanes and not in `other`'s.
     #[inline(always)]
-    pub(crate) fn and_not(self, other: Self) -> Self {
+    pub fn and_not(self, other: Self) -> Self {
         self.zip(other, |simd, a, b| simd.and_m32s(a, simd.not_m32s(b)))
     }
 
+    /// Whether any lane is true.
     #[inline(always)]
-    pub(crate) fn any(self) -> bool {
+    pub fn any(self) -> bool {
         let mut all = self.registers[0];
         for &register in &self.registers[1..] {
             all = self.simd.or_m32s(all, register);

@@ -83,7 +83,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     interrupt.has_stopped();
     let rendered = rendered?;
     let render = clock.lap();
-    let stopped = work.conclude(&output, || match format {
+    let stopped = work.conclude(&output, &rendered.film, || match format {
         Some(format) => files::write(&output, &format.encode(&rendered.film, &settings)?),
         None => Ok(()),
     })?;

@@ -1,0 +1,169 @@
+//! Light on opaque surfaces that a packet of camera rays sees, in lanes of f32: the plain part of [`crate::shading`], whose formulas it shares.
+
+use pulp::{Simd, WithSimd};
+use superegg_geom::glam::DVec3;
+use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketSurfaces, PacketVectors};
+use superegg_geom::lanes::vector::Lanes;
+use superegg_scene::{Light, LightKind, Material, Pattern};
+
+use crate::integrator::Setting;
+use crate::shading::{self, Shares};
+use crate::view::View;
+
+/// Numbers beyond this are f64's.
+const MOST: f64 = 1e12;
+/// Sharper highlights need the digits of f64.
+const MOST_EXPONENT: f64 = 2000.0;
+
+/// A light that shines from one point to all sides, as a camera at one place sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PacketLight {
+    /// From the camera to the light.
+    place: [f32; 3],
+    color: [f32; 3],
+    falloff: f32,
+}
+
+impl PacketLight {
+    /// The lights of a picture all of whose opaque surfaces may be lit in lanes; `None` where something asks for more.
+    pub(crate) fn all(setting: &Setting<'_>, view: &View) -> Option<Vec<Self>> {
+        let surroundings = setting.surroundings;
+        if !view.is_pinhole() || setting.lets_light_through || surroundings.ambient_occlusion.is_some() {
+            return None;
+        }
+        surroundings.lights.iter().map(|light| Self::of(light, view.position())).collect()
+    }
+
+    fn of(light: &Light, camera: DVec3) -> Option<Self> {
+        let LightKind::Point { position } = light.kind else { return None };
+        let place = position - camera;
+        let is_held = place.abs().max(light.color.abs()).max_element() < MOST && light.falloff.abs() < MOST;
+        (is_held && light.radius == 0.0).then(|| Self {
+            place: place.as_vec3().to_array(),
+            color: light.color.as_vec3().to_array(),
+            falloff: light.falloff as f32,
+        })
+    }
+}
+
+/// An opaque surface of one colour, as lanes see it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Finish {
+    /// What of a light's colour it scatters, and its highlight.
+    diffuse: [f32; 3],
+    specular: f32,
+    exponent: f32,
+    /// Its part of the ambient light.
+    pub(crate) ambient: DVec3,
+}
+
+impl Finish {
+    /// That of a material which neither mirrors nor lets light through and has no pattern.
+    pub(crate) fn of(material: &Material) -> Option<Self> {
+        let shares = Shares::of(material, 1.0);
+        let diffuse = shares.local * material.diffuse * material.color;
+        let exponent = material.highlight_exponent();
+        let is_plain = material.reflected.is_none_or(|share| share == 0.0)
+            && shares.is_local()
+            && material.pattern == Pattern::None;
+        let is_held = diffuse.abs().max_element() < MOST
+            && material.specular.abs() < MOST
+            && (0.0..MOST_EXPONENT).contains(&exponent);
+        (is_plain && is_held).then(|| Self {
+            diffuse: diffuse.as_vec3().to_array(),
+            specular: material.specular as f32,
+            exponent: exponent as f32,
+            ambient: shading::ambient(material, &shares, material.color),
+        })
+    }
+}
+
+/// The finishes of a packet's surfaces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PacketFinish {
+    diffuse: PacketVectors,
+    specular: PacketOf<f32>,
+    exponent: PacketOf<f32>,
+}
+
+impl PacketFinish {
+    /// Of nothing yet.
+    pub(crate) const NONE: Self = Self {
+        diffuse: [PacketOf([0.0; PACKET]); 3],
+        specular: PacketOf([0.0; PACKET]),
+        exponent: PacketOf([0.0; PACKET]),
+    };
+
+    pub(crate) fn set(&mut self, lane: usize, finish: &Finish) {
+        for (column, value) in self.diffuse.iter_mut().zip(finish.diffuse) {
+            column.0[lane] = value;
+        }
+        self.specular.0[lane] = finish.specular;
+        self.exponent.0[lane] = finish.exponent;
+    }
+}
+
+/// What a light brings to the surfaces of a packet if nothing is between.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PacketShine {
+    /// The lanes that it shines on, a bit for each.
+    pub(crate) lanes: u32,
+    pub(crate) color: PacketVectors,
+}
+
+/// One light on the surfaces that a packet sees, as [`shading::direct`] has it.
+pub(crate) struct Shine<'a> {
+    pub(crate) light: &'a PacketLight,
+    /// The beam's directions.
+    pub(crate) directions: &'a PacketVectors,
+    pub(crate) surfaces: &'a PacketSurfaces,
+    pub(crate) finish: &'a PacketFinish,
+}
+
+impl WithSimd for Shine<'_> {
+    type Output = PacketShine;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> PacketShine {
+        let Self { light, directions, surfaces, finish } = self;
+        let mut shine = PacketShine { lanes: 0, color: [PacketOf::splat(0.0); 3] };
+        let splat = |x: f32| Lanes::<S>::splat(simd, x);
+        let (zero, one) = (splat(0.0), splat(1.0));
+        for i in 0..PACKET / S::F32_LANES {
+            let lane = |column: &PacketOf<f32>| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
+            let triple = |columns: &PacketVectors| columns.each_ref().map(lane);
+            let dot =
+                |a: [Lanes<S>; 3], b: [Lanes<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
+            // 1 over the length, large where there is none.
+            let inverse_length = |v: [Lanes<S>; 3]| one / dot(v, v).max(splat(f32::MIN_POSITIVE)).sqrt();
+            let (t, ray, normal) = (lane(&surfaces.t), triple(directions), triple(&surfaces.normal));
+            let mut way = light.place.map(splat);
+            for (way, ray) in way.iter_mut().zip(ray) {
+                *way = *way - t * ray;
+            }
+            let to_light = inverse_length(way);
+            let to_light = way.map(|x| x * to_light);
+            let cos = dot(normal, to_light);
+            let lit = zero.lt(cos);
+            shine.lanes |= (lit.bits() << (i * S::F32_LANES)) & surfaces.lanes;
+            if !lit.any() {
+                continue;
+            }
+            let to_eye = inverse_length(ray);
+            let mut half = to_light;
+            for (half, ray) in half.iter_mut().zip(ray) {
+                *half = *half - ray * to_eye;
+            }
+            let cos_half = (dot(normal, half) * inverse_length(half)).max(zero);
+            let exponent = lane(&finish.exponent);
+            // 0 to the power of 0 is 1; a logarithm of 0 is large enough for other powers to be nothing.
+            let highlight = lane(&finish.specular) * (exponent * cos_half.log2()).exp2();
+            let falloff = one / splat(light.falloff).mul_add(dot(way, way), one);
+            for (axis, diffuse) in finish.diffuse.iter().enumerate() {
+                let color = splat(light.color[axis]) * falloff * lane(diffuse).mul_add(cos, highlight);
+                S::as_mut_simd_f32s(&mut shine.color[axis].0).0[i] = color.register();
+            }
+        }
+        shine
+    }
+}
