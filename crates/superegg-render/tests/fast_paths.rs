@@ -12,7 +12,7 @@ use superegg_render::flatten;
 use superegg_render::{
     CompiledScene, Film, FlightRay, Footprint, Pixel, RenderBudget, RenderSettings, render,
 };
-use superegg_scene::{Camera, Entity, Picture, Scene};
+use superegg_scene::{Camera, Entity, Light, LightKind, Picture, Scene};
 
 fn load(text: &str) -> Scene {
     let (session, diagnostics) = load_text("fast.scn", text);
@@ -469,4 +469,65 @@ fn what_is_smaller_than_half_a_pixel_stands_in_and_what_is_not_is_opened() {
     let surface = compiled.interaction(&seen);
     assert!((surface.position.z - 0.001).abs() < 1e-3 && surface.material.color == DVec3::X);
     assert_eq!(compiled.path_name(&seen.path), "all/far");
+}
+
+/// Opaque surfaces under point lights are lit in f32; a black sun asks for f64 throughout, and changes nothing else.
+#[test]
+fn lanes_light_surfaces_as_f64_does() {
+    let exponents = [0.0001, 0.01, 0.1, 0.5, 1.0, 1.6, 2.0];
+    let mut text = String::new();
+    for (i, e) in exponents.into_iter().enumerate() {
+        for (j, n) in exponents.into_iter().enumerate() {
+            text += &format!("prm p{i}{j}\nexp {e} {n}\ncoeff .4 .{} .45\nsetShininess {}\n", 3 + j, 4 * i * j);
+            text +=
+                &format!("color .{i} .8 .{j}\nobj o{i}{j}\nap p{i}{j}\nrs 1 {i} {j} {}\n", 20 * i + 7 * j);
+        }
+    }
+    text += "obj all\n";
+    for i in 0..exponents.len() {
+        for j in 0..exponents.len() {
+            text +=
+                &format!("ao o{i}{j} c{i}{j}\nxs {} {} 0\n", 1.1 * (i as f64 - 3.0), 1.1 * (j as f64 - 3.0));
+        }
+    }
+    let scene = load(&text);
+    let compiled = CompiledScene::compile(&scene, Some("all"), 5);
+    let picture = Picture { width: 160, height: 160, ..scene.picture };
+    for distance in [6.0, 60.0] {
+        let camera = Camera {
+            position: distance * DVec3::new(0.3, -0.4, 1.2),
+            target: DVec3::ZERO,
+            fov_deg: 2.0 * f64::atan2(4.5, 1.3 * distance).to_degrees(),
+            ..scene.camera
+        };
+        let mut settings = RenderSettings { picture, camera, ..RenderSettings::of(&scene) };
+        let point = |x, y, z| Light {
+            kind: LightKind::Point { position: DVec3::new(x, y, z) },
+            falloff: 0.01,
+            ..Light::DEFAULT
+        };
+        settings.surroundings.lights = vec![point(3.0, 2.0, 7.0), point(-5.0, 1.0, 2.0)];
+        let budget = RenderBudget { threads: 1, cancel: &AtomicBool::new(false), progress: &|_| {} };
+        let lanes = render(&compiled, &settings, &budget).unwrap();
+        let sun =
+            Light { kind: LightKind::Sun { direction: DVec3::Z }, color: DVec3::ZERO, ..Light::DEFAULT };
+        settings.surroundings.lights.push(sun);
+        let exact = render(&compiled, &settings, &budget).unwrap();
+        assert!(lanes.film != exact.film && lanes.rays.shadow.abs_diff(exact.rays.shadow) < 4);
+        let pixels = || lanes.film.pixels().iter().zip(exact.film.pixels());
+        assert!(pixels().filter(|(a, _)| a.id != 0).count() > 10_000);
+        let mut apart = 0;
+        for (i, (a, b)) in pixels().enumerate() {
+            assert_eq!((a.id, a.albedo), (b.id, b.albedo), "pixel {i}");
+            assert!(
+                a.depth == b.depth || (a.depth - b.depth).abs() < 1e-5 * b.depth,
+                "pixel {i}: {a:?} {b:?}"
+            );
+            let numbers = |pixel: &Pixel| pixel.color.into_iter().chain(pixel.normal);
+            let off = numbers(a).zip(numbers(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            // Edges and shadows' rims are where they are to a 64th of a pixel.
+            apart += usize::from(off > 1e-3);
+        }
+        assert!(apart < 40, "{apart} pixels at {distance}");
+    }
 }
