@@ -10,7 +10,7 @@ use std::sync::Arc;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
     BeamBoxes, BeamShape, Bundles, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits, PacketOf,
-    PacketSurfaces, PacketVectors, WideVectors,
+    PacketSurfaces, PacketVectors,
 };
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
@@ -126,8 +126,8 @@ struct Frame {
     /// A direction in the middle, in the tree's space.
     middle: DVec3,
     bundles: Bundles,
-    /// The map from the beam's directions into the tree's space, scaled by a power of two.
-    columns: [[f32; 3]; 3],
+    /// Where the reciprocals of the directions in the tree's space begin.
+    first_inverse: usize,
 }
 
 /// A shadow ray of a tile.
@@ -161,8 +161,7 @@ pub(crate) struct Beam<'s> {
     kernels: Kernels,
     pub(crate) candidates: Vec<Candidate>,
     paths: Vec<PathNode>,
-    /// The rays' directions, and the same scaled, in f32.
-    wide: Vec<WideVectors>,
+    /// The rays' directions, scaled.
     directions: Vec<PacketVectors>,
     /// Lanes that have a ray.
     live: Vec<u32>,
@@ -181,6 +180,10 @@ pub(crate) struct Beam<'s> {
     order: Vec<u32>,
     /// The nodes of open groups that are still to be visited.
     pending: Vec<Pending>,
+    /// The reciprocals of directions in the spaces of open groups.
+    inverses: Vec<PacketVectors>,
+    /// How many of them are those of groups that are open.
+    open_inverses: usize,
     /// The beam's origin, in the world.
     origin: DVec3,
     /// The largest coordinates of directions.
@@ -223,7 +226,6 @@ impl<'s> Beam<'s> {
             kernels: Kernels::default(),
             candidates: Vec::new(),
             paths: Vec::new(),
-            wide: Vec::new(),
             directions: Vec::new(),
             live: Vec::new(),
             hits: Vec::new(),
@@ -236,6 +238,8 @@ impl<'s> Beam<'s> {
             unsettled: Vec::new(),
             order: Vec::new(),
             pending: Vec::new(),
+            inverses: Vec::new(),
+            open_inverses: 0,
             origin: DVec3::ZERO,
             largest: DVec3::ZERO,
             middle: DVec3::ZERO,
@@ -474,24 +478,28 @@ impl<'s> Beam<'s> {
     /// Takes directions into packets, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them.
     fn take_directions(
         &mut self,
-        directions: impl ExactSizeIterator<Item = DVec3>,
+        directions: impl ExactSizeIterator<Item = DVec3> + Clone,
         t_max: f32,
     ) -> Option<f64> {
         let packets = directions.len().div_ceil(PACKET);
-        self.wide.clear();
-        self.wide.resize(packets, [PacketOf::splat(0.0); 3]);
-        for (i, direction) in directions.enumerate() {
-            let columns = &mut self.wide[i / PACKET];
-            columns[0].0[i % PACKET] = direction.x;
-            columns[1].0[i % PACKET] = direction.y;
-            columns[2].0[i % PACKET] = direction.z;
-        }
-        let largest = DVec3::from_array(self.kernels.largest(&self.wide));
+        // What is no number does not count.
+        let largest = directions.clone().fold(DVec3::ZERO, |largest, direction| {
+            let (direction, kept) = (direction.abs().to_array(), largest.to_array());
+            DVec3::from_array(std::array::from_fn(|i| {
+                if direction[i] > kept[i] { direction[i] } else { kept[i] }
+            }))
+        });
         let (_, scale) = scale_to_unit(largest)?;
         self.largest = largest * scale;
+        self.directions.clear();
         self.directions.resize(packets, [PacketOf::splat(0.0); 3]);
+        for (i, direction) in directions.enumerate() {
+            let columns = &mut self.directions[i / PACKET];
+            let [x, y, z] = (direction * scale).as_vec3().to_array();
+            (columns[0].0[i % PACKET], columns[1].0[i % PACKET], columns[2].0[i % PACKET]) = (x, y, z);
+        }
         self.live.resize(packets, 0);
-        self.kernels.narrow(&self.wide, scale, &mut self.directions, &mut self.live);
+        self.kernels.live(&mut self.directions, &mut self.live);
         self.hits.clear();
         self.exact.clear();
         self.exact.resize(packets, 0);
@@ -540,7 +548,14 @@ impl<'s> Beam<'s> {
         if !tree_origin.is_finite() || tree_origin.abs().max_element() > 1e15 {
             return None;
         }
-        let bundles = self.kernels.bundles(&columns, &self.directions, mask);
+        let first_inverse = self.open_inverses;
+        let end = first_inverse + self.directions.len();
+        if self.inverses.len() < end {
+            self.inverses.resize(end, [PacketOf::splat(0.0); 3]);
+        }
+        let inverses = &mut self.inverses[first_inverse..];
+        let bundles = self.kernels.bundles(&columns, &self.directions, mask, inverses);
+        self.open_inverses = end;
         let [shortest, longest] = bundles.squares;
         let distance = tree_origin.length() + 2.0;
         let passed = distance / f64::from(shortest.sqrt()) * map_scale;
@@ -561,7 +576,7 @@ impl<'s> Beam<'s> {
             longest: f64::from(longest.sqrt()) / map_scale,
             middle: tree_from_world.matrix3 * self.middle,
             bundles,
-            columns,
+            first_inverse,
             path,
             group_from_world,
             group,
@@ -603,9 +618,9 @@ impl<'s> Beam<'s> {
                         origin: tree_origin,
                         pad: frame.pad,
                         t_scale: frame.t_scale,
-                        columns: frame.columns,
+                        inverses: &self.inverses[frame.first_inverse..],
                     };
-                    let met = self.kernels.boxes(&boxes, &frame.bundles, &self.directions, &self.ends, mask);
+                    let met = self.kernels.boxes(&boxes, &frame.bundles, &self.ends, mask);
                     let first = self.pending.len();
                     let is_ordered = matches!(question, Question::Closest { .. });
                     for (place, slot) in node.slots().enumerate().filter(|(place, _)| met[*place] != 0) {
@@ -644,6 +659,7 @@ impl<'s> Beam<'s> {
                 }
             }
         }
+        self.open_inverses = frame.first_inverse;
     }
 
     /// The packets in which some ray still asks.

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-/// The edge of a tile in pixels.
-const TILE_PX: u32 = 16;
+/// The size of a tile in pixels: as many as a beam has rays.
+const TILE_PX: (u32, u32) = (32, 16);
 /// The edge of a block of pixels whose rays share a register.
 const BLOCK_PX: usize = 4;
 
@@ -42,9 +42,11 @@ impl Tile {
 /// The tiles of a picture of so many pixels, row by row from the top left. The place in this list is a tile's index. It depends on nothing but
 /// the size of the picture; tiles at the right and at the bottom may be smaller.
 pub fn tiles(width: u32, height: u32) -> Vec<Tile> {
-    let ranges =
-        |length: u32| (0..length.div_ceil(TILE_PX)).map(move |i| i * TILE_PX..length.min((i + 1) * TILE_PX));
-    ranges(height).flat_map(|y| ranges(width).map(move |x| Tile { x, y: y.clone() })).collect()
+    let ranges = |length: u32, edge: u32| {
+        (0..length.div_ceil(edge)).map(move |i| i * edge..length.min((i + 1) * edge))
+    };
+    let (across, down) = TILE_PX;
+    ranges(height, down).flat_map(|y| ranges(width, across).map(move |x| Tile { x, y: y.clone() })).collect()
 }
 
 #[cfg(test)]

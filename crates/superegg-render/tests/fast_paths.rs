@@ -478,7 +478,8 @@ fn lanes_light_surfaces_as_f64_does() {
     let mut text = String::new();
     for (i, e) in exponents.into_iter().enumerate() {
         for (j, n) in exponents.into_iter().enumerate() {
-            text += &format!("prm p{i}{j}\nexp {e} {n}\ncoeff .4 .{} .45\nsetShininess {}\n", 3 + j, 4 * i * j);
+            text +=
+                &format!("prm p{i}{j}\nexp {e} {n}\ncoeff .4 .{} .45\nsetShininess {}\n", 3 + j, 4 * i * j);
             text +=
                 &format!("color .{i} .8 .{j}\nobj o{i}{j}\nap p{i}{j}\nrs 1 {i} {j} {}\n", 20 * i + 7 * j);
         }

@@ -33,9 +33,6 @@ impl<T: Copy> PacketOf<T> {
 /// A vector for each ray of a packet.
 pub type PacketVectors = [PacketOf<f32>; 3];
 
-/// The same in f64.
-pub type WideVectors = [PacketOf<f64>; 3];
-
 /// A convex shape, as the rays of a beam see it.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamShape {
@@ -205,8 +202,8 @@ pub struct BeamBoxes<'a> {
     pub pad: [f32; 3],
     /// What a t of the beam has to be multiplied by to be one of this space.
     pub t_scale: f32,
-    /// The linear map from the beam's directions to this space, by columns: what a bundle meets is asked ray by ray, for bundles can be wide.
-    pub columns: [[f32; 3]; 3],
+    /// Of the directions in this space, by [`Kernels::bundles`]: what a bundle meets is asked ray by ray, for bundles can be wide.
+    pub inverses: &'a [PacketVectors],
 }
 
 /// The lanes of this machine.
@@ -225,11 +222,10 @@ impl Kernels {
         self,
         boxes: &BeamBoxes<'_>,
         bundles: &Bundles,
-        directions: &[PacketVectors],
         ends: &NumberOfPackets,
         mask: u32,
     ) -> [u32; 8] {
-        self.0.dispatch(BoxKernel { boxes, bundles, directions, ends, mask })
+        self.0.dispatch(BoxKernel { boxes, bundles, ends, mask })
     }
 
     /// The closest crossings of one shape, taken as candidate `id`. Returns the packets in which one became the best. `ends` are kept at the largest t
@@ -271,25 +267,21 @@ impl Kernels {
         self.0.dispatch(SurfaceKernel { shape, normal_map, directions, hits, lanes, surfaces });
     }
 
-    /// The largest coordinates of directions, by their size; what is no number does not count.
-    pub fn largest(self, directions: &[WideVectors]) -> [f64; 3] {
-        self.0.dispatch(LargestKernel(directions))
+    /// A bit for each lane of a packet whose direction is neither zero nor too large for f32. The others are made to go along with one of those.
+    pub fn live(self, directions: &mut [PacketVectors], live: &mut [u32]) {
+        self.0.dispatch(LiveKernel { directions, live });
     }
 
-    /// Directions times `scale` in f32, with a bit for each lane of a packet that has one: not zero, and finite. The others go along with one that has.
-    pub fn narrow(
+    /// What a tree's boxes know of packets, by the linear map into its space. Of each packet in `mask` every lane counts; the reciprocals of their
+    /// directions in that space go to `inverses`.
+    pub fn bundles(
         self,
-        directions: &[WideVectors],
-        scale: f64,
-        narrow: &mut [PacketVectors],
-        live: &mut [u32],
-    ) {
-        self.0.dispatch(NarrowKernel { directions, scale, narrow, live });
-    }
-
-    /// What a tree's boxes know of packets, by the linear map into its space. Of each packet in `mask` every lane counts.
-    pub fn bundles(self, columns: &[[f32; 3]; 3], directions: &[PacketVectors], mask: u32) -> Bundles {
-        self.0.dispatch(BundleKernel { columns, directions, mask })
+        columns: &[[f32; 3]; 3],
+        directions: &[PacketVectors],
+        mask: u32,
+        inverses: &mut [PacketVectors],
+    ) -> Bundles {
+        self.0.dispatch(BundleKernel { columns, directions, mask, inverses })
     }
 }
 
@@ -308,7 +300,6 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
 struct BoxKernel<'a> {
     boxes: &'a BeamBoxes<'a>,
     bundles: &'a Bundles,
-    directions: &'a [PacketVectors],
     ends: &'a NumberOfPackets,
     mask: u32,
 }
@@ -319,7 +310,7 @@ impl WithSimd for BoxKernel<'_> {
     /// All packets against one box at a time, a bundle as an interval of reciprocals.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [u32; 8] {
-        let Self { boxes, bundles, directions, ends, mask } = self;
+        let Self { boxes, bundles, ends, mask } = self;
         let mut met = [0; 8];
         let mut faces = [[0f32; 8]; 6];
         for axis in 0..3 {
@@ -354,13 +345,12 @@ impl WithSimd for BoxKernel<'_> {
                 *met |= (near.le(far).bits() & asked) << (i * S::F32_LANES);
             }
         }
-        let map = Linear::<S>::splat(simd, &boxes.columns);
         for (child, met) in met.iter_mut().enumerate().take(boxes.count) {
             for packet in bits(*met) {
                 let end = splat(ends.0[packet] * boxes.t_scale);
                 let mut is_met = false;
                 for i in 0..PACKET / S::F32_LANES {
-                    let inverse = map.image(Triple::of_packet(simd, &directions[packet], i)).recip();
+                    let inverse = Triple::of_packet(simd, &boxes.inverses[packet], i);
                     let (mut near, mut far) = (zero, end);
                     for (axis, inverse) in [inverse.x, inverse.y, inverse.z].into_iter().enumerate() {
                         let low = splat(faces[axis][child]) * inverse;
@@ -384,57 +374,26 @@ fn lanes_of_mask<S: Simd>(mask: u32, i: usize) -> u32 {
     if S::F32_LANES < 32 { below & ((1 << S::F32_LANES) - 1) } else { below }
 }
 
-struct LargestKernel<'a>(&'a [WideVectors]);
-
-impl WithSimd for LargestKernel<'_> {
-    type Output = [f64; 3];
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> [f64; 3] {
-        let mut largest = [[0f64; PACKET]; 3];
-        for packet in self.0 {
-            for axis in 0..3 {
-                for lane in 0..PACKET {
-                    let x = packet[axis].0[lane].abs();
-                    let most = &mut largest[axis][lane];
-                    *most = if x > *most { x } else { *most };
-                }
-            }
-        }
-        largest.map(|lanes| lanes.into_iter().fold(0.0, f64::max))
-    }
-}
-
-struct NarrowKernel<'a> {
-    directions: &'a [WideVectors],
-    scale: f64,
-    narrow: &'a mut [PacketVectors],
+struct LiveKernel<'a> {
+    directions: &'a mut [PacketVectors],
     live: &'a mut [u32],
 }
 
-impl WithSimd for NarrowKernel<'_> {
+impl WithSimd for LiveKernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { directions, scale, narrow, live } = self;
-        for ((wide, narrow), live) in directions.iter().zip(narrow).zip(live) {
-            let mut size = PacketOf::splat(0f32);
-            for axis in 0..3 {
-                for lane in 0..PACKET {
-                    let x = (wide[axis].0[lane] * scale) as f32;
-                    narrow[axis].0[lane] = x;
-                    size.0[lane] += x.abs();
-                }
-            }
+        for (packet, live) in self.directions.iter_mut().zip(self.live) {
             *live = 0;
             for i in 0..PACKET / S::F32_LANES {
-                let size = Lanes::<S>::new(simd, S::as_simd_f32s(&size.0).0[i]);
+                let Triple { x, y, z } = Triple::<S>::of_packet(simd, packet, i);
+                let size = x.abs() + y.abs() + z.abs();
                 let is_live = size.all(0.0).lt(size) & size.lt(size.all(f32::INFINITY));
                 *live |= is_live.bits() << (i * S::F32_LANES);
             }
             if *live != (1 << PACKET) - 1 && *live != 0 {
-                for column in narrow {
+                for column in packet {
                     let along = column.0[live.trailing_zeros() as usize];
                     for lane in 0..PACKET {
                         column.0[lane] = if *live >> lane & 1 == 1 { column.0[lane] } else { along };
@@ -449,6 +408,7 @@ struct BundleKernel<'a> {
     columns: &'a [[f32; 3]; 3],
     directions: &'a [PacketVectors],
     mask: u32,
+    inverses: &'a mut [PacketVectors],
 }
 
 /// Stands for a reciprocal of any size.
@@ -459,7 +419,7 @@ impl WithSimd for BundleKernel<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Bundles {
-        let Self { columns, directions, mask } = self;
+        let Self { columns, directions, mask, inverses } = self;
         let map = Linear::splat(simd, columns);
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
         let mut bundles = Bundles {
@@ -478,6 +438,7 @@ impl WithSimd for BundleKernel<'_> {
                 for (axis, v) in [v.x, v.y, v.z].into_iter().enumerate() {
                     least[axis] = least[axis].min(v);
                     largest[axis] = largest[axis].max(v);
+                    S::as_mut_simd_f32s(&mut inverses[packet][axis].0).0[i] = recip(v).register();
                 }
             }
             for axis in 0..3 {
