@@ -100,6 +100,9 @@ impl Transform {
     /// # Errors
     /// The composition is not finite, or has collapsed to a singular matrix by underflow.
     pub fn after(&self, first: &Self) -> Result<Self, TransformError> {
+        if *self == Self::IDENTITY {
+            return Ok(*first);
+        }
         let composed = Self { forward: self.forward * first.forward, inverse: first.inverse * self.inverse };
         let usable = |map: &DAffine3| {
             let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];

@@ -145,29 +145,8 @@ struct FoldedLeaf {
 
 impl<'a> Compiler<'a> {
     fn new(scene: &'a Scene, before: Option<&'a CompiledScene>) -> Self {
-        let count = scene.entities().len();
-        let mut places = HashMap::with_capacity(count);
-        let mut objects = Vec::new();
-        let mut object_names = Vec::new();
-        let mut primitives = Vec::with_capacity(scene.primitives().count());
-        let mut materials = Materials::default();
-        for (name, entity) in scene.entities() {
-            match entity {
-                Entity::Primitive(primitive) => {
-                    places.insert(name, PackedPlace::new(Place::Primitive(primitives.len() as u32)));
-                    primitives.push(CompiledPrimitive {
-                        radii: primitive.shape.radii(),
-                        exponents: primitive.shape.exponents(),
-                        material: materials.place_of(&primitive.material),
-                    });
-                }
-                Entity::Object(object) => {
-                    places.insert(name, PackedPlace::new(Place::Object(objects.len() as u32)));
-                    objects.push(object);
-                    object_names.push(name);
-                }
-            }
-        }
+        let ((places, objects, object_names), (primitives, materials)) =
+            rayon::join(|| named(scene), || described(scene));
         let child_places: Vec<Arc<Vec<PackedPlace>>> = objects
             .iter()
             .map(|object: &&Object| {
@@ -510,6 +489,41 @@ impl<'a> Compiler<'a> {
             stand_in: OnceLock::new(),
         })
     }
+}
+
+/// What each name of a scene stands for, and the objects with their names.
+fn named(scene: &Scene) -> (HashMap<&str, PackedPlace>, Vec<&Object>, Vec<&str>) {
+    let mut places = HashMap::with_capacity(scene.entities().len());
+    let (mut objects, mut object_names) = (Vec::new(), Vec::new());
+    let mut primitives = 0;
+    for (name, entity) in scene.entities() {
+        match entity {
+            Entity::Primitive(_) => {
+                places.insert(name, PackedPlace::new(Place::Primitive(primitives)));
+                primitives += 1;
+            }
+            Entity::Object(object) => {
+                places.insert(name, PackedPlace::new(Place::Object(objects.len() as u32)));
+                objects.push(object);
+                object_names.push(name);
+            }
+        }
+    }
+    (places, objects, object_names)
+}
+
+/// The primitives of a scene, and their materials.
+fn described(scene: &Scene) -> (Vec<CompiledPrimitive>, Materials) {
+    let mut materials = Materials::default();
+    // Room that is not used is not resident.
+    let mut primitives = Vec::with_capacity(scene.entities().len());
+    primitives.extend(scene.primitives().map(|(_, primitive)| CompiledPrimitive {
+        radii: primitive.shape.radii(),
+        exponents: primitive.shape.exponents(),
+        material: materials.place_of(&primitive.material),
+    }));
+    primitives.shrink_to_fit();
+    (primitives, materials)
 }
 
 /// From this many items on the threads share the work.

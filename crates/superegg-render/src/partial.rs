@@ -414,7 +414,7 @@ mod tests {
 
     fn settings() -> RenderSettings {
         let picture =
-            Picture { width: 18, height: 10, exposure: 0.1, tone: Tone::Filmic, ..Picture::default() };
+            Picture { width: 34, height: 10, exposure: 0.1, tone: Tone::Filmic, ..Picture::default() };
         RenderSettings { picture, ..RenderSettings::of(&Scene::default()) }
     }
 
@@ -589,12 +589,12 @@ mod tests {
             ("share 1/1", "share 0/1"),
             ("share 1/1", "shares"),
             ("share 1/1", "share"),
-            ("width 18", "width 0"),
-            ("width 18", "width 4294967295"),
-            ("width 18", "width -1"),
+            ("width 34", "width 0"),
+            ("width 34", "width 4294967295"),
+            ("width 34", "width -1"),
             ("height 10", "height 32769"),
             ("height 10", "height"),
-            ("width 18\nheight 10", "width 32768\nheight 32768"),
+            ("width 34\nheight 10", "width 32768\nheight 32768"),
             ("samples 4", "samples 0"),
             ("exposure 0.1", "exposure NaN"),
             ("exposure 0.1", "exposure inf"),

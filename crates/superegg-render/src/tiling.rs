@@ -65,6 +65,6 @@ mod tests {
             assert_eq!(by_row.len(), tiles.iter().map(Tile::pixel_count).sum::<usize>());
             assert_eq!(by_block, by_row.into_iter().collect());
         }
-        assert_eq!(tiles(17, 5)[1], Tile { x: 16..17, y: 0..5 });
+        assert_eq!(tiles(33, 5)[1], Tile { x: 32..33, y: 0..5 });
     }
 }

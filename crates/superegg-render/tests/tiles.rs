@@ -58,7 +58,7 @@ fn what_is_not_wanted_costs_no_ray() {
     let (none, film, rays) = made(|_| false, 2);
     assert!(none.is_empty() && rays == 0 && film == Film::new(SIZE.0, SIZE.1));
     let (one, film, rays) = made(|index| index == 3, 2);
-    assert_eq!((one.len(), one[0].0, rays), (1, 3, 2 * 16 * 3));
+    assert_eq!((one.len(), one[0].0, rays), (1, 3, 18 * 16 * 3));
     let made = film.pixels().iter().filter(|pixel| pixel.samples > 0).count();
     assert_eq!(made, one[0].1.len());
 }

@@ -294,7 +294,7 @@ mod tests {
     use super::*;
 
     fn header(samples: u32) -> PartHeader {
-        let picture = Picture { width: 20, height: 5, samples, ..Picture::default() };
+        let picture = Picture { width: 36, height: 5, samples, ..Picture::default() };
         let settings = RenderSettings { picture, ..RenderSettings::of(&Scene::default()) };
         PartHeader::new("1", "prm egg", None, 1, &settings, Share::WHOLE)
     }

@@ -67,7 +67,7 @@ fn wait_for(child: &mut Child, path: &Path, bytes: u64) {
 #[test]
 fn shares_come_to_the_whole_picture_to_the_bit() {
     // Twenty-one tiles, of which some are narrow.
-    let (place, words, whole) = rendered("--size 100x40 --samples 3");
+    let (place, words, whole) = rendered("--size 200x40 --samples 3");
     place.run(&format!("{words} -o whole.exr")).fine();
     for count in [1, 2, 3, 7, 30] {
         let mut parts: Vec<String> = (1..=count).map(|number| format!("{number}.part")).collect();
@@ -75,7 +75,7 @@ fn shares_come_to_the_whole_picture_to_the_bit() {
             let threads = 1 + number % 3;
             let said =
                 place.run(&format!("{words} --tiles {number}/{count} -o {part} --threads {threads}")).fine();
-            assert!(said.contains(&format!("{part}: 100x40, share {number}/{count}")), "{said}");
+            assert!(said.contains(&format!("{part}: 200x40, share {number}/{count}")), "{said}");
         }
         // In any order.
         parts.rotate_left(count / 2);
@@ -134,7 +134,7 @@ fn a_share_says_what_it_is_by_default() {
 
 #[test]
 fn merge_says_what_is_missing_and_what_does_not_belong() {
-    let (place, words, whole) = rendered("--size 100x40 --samples 2");
+    let (place, words, whole) = rendered("--size 200x40 --samples 2");
     for number in 1..=4 {
         place.run(&format!("{words} --tiles {number}/4 -o {number}.part")).fine();
     }
@@ -152,7 +152,7 @@ fn merge_says_what_is_missing_and_what_does_not_belong() {
     let (some, all) = [place.path("m.png"), place.path("whole.png")]
         .map(|path| image::open(path).unwrap().to_rgb8())
         .into();
-    let is_there = |x: u32, y: u32| [0, 3].contains(&((y / 16 * 7 + x / 16) % 4));
+    let is_there = |x: u32, y: u32| [0, 3].contains(&((y / 16 * 7 + x / 32) % 4));
     for (x, y, pixel) in some.enumerate_pixels() {
         assert_eq!(*pixel, if is_there(x, y) { *all.get_pixel(x, y) } else { image::Rgb([0; 3]) }, "{x} {y}");
     }
@@ -165,11 +165,11 @@ fn merge_says_what_is_missing_and_what_does_not_belong() {
     assert!(said.contains("16 of 21 tiles") && !said.contains("shares"), "{said}");
 
     for (options, told) in [
-        ("--size 100x40 --samples 3", "samples is 2 in '1.part', 3 in 'other.part'"),
-        ("--size 100x41 --samples 2", "height is 40 in '1.part', 41 in"),
-        ("--size 100x40 --samples 2 --depth 7", "depth is 8 in '1.part', 7 in"),
-        ("--size 100x40 --samples 2 --object twig", "root is all in '1.part', twig in"),
-        ("--size 100x40 --samples 2 --encoding linear", "encoding is Srgb in '1.part', Linear in"),
+        ("--size 200x40 --samples 3", "samples is 2 in '1.part', 3 in 'other.part'"),
+        ("--size 200x41 --samples 2", "height is 40 in '1.part', 41 in"),
+        ("--size 200x40 --samples 2 --depth 7", "depth is 8 in '1.part', 7 in"),
+        ("--size 200x40 --samples 2 --object twig", "root is all in '1.part', twig in"),
+        ("--size 200x40 --samples 2 --encoding linear", "encoding is Srgb in '1.part', Linear in"),
     ] {
         place.run(&format!("render s.scn {options} --tiles 2/4 -o other.part")).fine();
         let said = place.run("merge 1.part other.part 3.part 4.part -o m.png").failed(2);
@@ -181,7 +181,7 @@ fn merge_says_what_is_missing_and_what_does_not_belong() {
         ("camera 1 2 8 0 .5 0", "the camera differ"),
     ] {
         place.write("other.scn", format!("{SCENE}prm box\n{line}\nobj all\n"));
-        place.run("render other.scn --size 100x40 --samples 2 --tiles 2/4 -o other.part").fine();
+        place.run("render other.scn --size 200x40 --samples 2 --tiles 2/4 -o other.part").fine();
         let said = place.run("merge 1.part other.part 3.part 4.part -o m.png").failed(2);
         assert!(said.contains(told), "{said}");
     }
@@ -267,7 +267,7 @@ fn some_part(place: &Place, words: &str) -> (Vec<u8>, usize) {
 
 #[test]
 fn a_part_cut_off_anywhere_goes_on_to_the_same_picture() {
-    let (place, words, whole) = rendered("--size 60x30 --samples 2");
+    let (place, words, whole) = rendered("--size 120x30 --samples 2");
     let (part, start) = some_part(&place, &words);
     let mut random = Random(7);
     let mut cuts =
@@ -286,7 +286,7 @@ fn a_part_cut_off_anywhere_goes_on_to_the_same_picture() {
 
 #[test]
 fn damage_is_told_and_made_good() {
-    let (place, words, whole) = rendered("--size 60x30 --samples 2");
+    let (place, words, whole) = rendered("--size 120x30 --samples 2");
     let (part, start) = some_part(&place, &words);
     let mut random = Random(11);
     for round in 0..20 {
@@ -323,19 +323,19 @@ fn damage_is_told_and_made_good() {
 
 #[test]
 fn resume_takes_only_what_it_would_have_made() {
-    let (place, words, whole) = rendered("--size 60x30 --samples 2");
+    let (place, words, whole) = rendered("--size 120x30 --samples 2");
     let (part, _) = some_part(&place, &words);
     place.write("x.png.part", &part[..part.len() - 5]);
-    let other = "render s.scn --size 60x30 --samples 3 -o x.png --resume";
+    let other = "render s.scn --size 120x30 --samples 3 -o x.png --resume";
     let said = place.run(other).failed(2);
     assert!(said.contains("samples is 2 there, 3 here") && said.contains("without --resume"), "{said}");
     place.write("changed.scn", format!("{SCENE}prm box\nsetColor 0 1 0\nobj all\n"));
-    let said = place.run("render changed.scn --size 60x30 --samples 2 -o x.png --resume").failed(2);
+    let said = place.run("render changed.scn --size 120x30 --samples 2 -o x.png --resume").failed(2);
     assert!(said.contains("the scene has changed"), "{said}");
     assert!(bytes(&place, "x.png.part") == part[..part.len() - 5], "what is refused stays as it was");
     // A scene that says the same in other words is the same.
     place.write("same.scn", format!("# the same\n\n{SCENE}"));
-    place.run("render same.scn --size 60x30 --samples 2 -o x.png --resume --threads 1");
+    place.run("render same.scn --size 120x30 --samples 2 -o x.png --resume --threads 1");
     assert!(bytes(&place, "x.png") == whole);
 
     place.write("s.part", &part);
@@ -374,14 +374,14 @@ mod signals {
         for samples in [16, 64, 256, 1024] {
             let place = Place::new();
             place.write("s.scn", SCENE);
-            let words = format!("render s.scn --size 100x80 --samples {samples} {options}");
+            let words = format!("render s.scn --size 200x80 --samples {samples} {options}");
             let mut child = start(&place, &format!("{words} --resume --threads 1"));
             // It has a tile, so it listens.
             wait_for(&mut child, &place.path(part), 10_000);
             let id = Pid::from_raw(child.id() as i32);
             kill(id, Signal::SIGSTOP).unwrap();
-            // Thirty-five tiles of some 13 kB.
-            let is_midway = child.try_wait().unwrap().is_none() && length(&place.path(part)) < 350_000;
+            // Thirty-five tiles of some 26 kB.
+            let is_midway = child.try_wait().unwrap().is_none() && length(&place.path(part)) < 700_000;
             kill(id, signal).unwrap();
             kill(id, Signal::SIGCONT).unwrap();
             let output = child.wait_with_output().unwrap();
@@ -425,7 +425,7 @@ mod signals {
     fn two_renders_do_not_write_into_one_part() {
         let place = Place::new();
         place.write("s.scn", SCENE);
-        let words = "render s.scn --size 100x80 --samples 65536 --threads 1 -o x.png --resume";
+        let words = "render s.scn --size 200x80 --samples 65536 --threads 1 -o x.png --resume";
         let mut first = start(&place, words);
         wait_for(&mut first, &place.path("x.png.part"), 100);
         let said = ended(&start(&place, words).wait_with_output().unwrap(), 2);
@@ -438,7 +438,7 @@ mod signals {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_costs_the_part_and_not_the_picture() {
-    let (place, words, whole) = rendered("--size 100x80 --samples 2");
+    let (place, words, whole) = rendered("--size 200x80 --samples 2");
     std::fs::create_dir(place.path("small")).unwrap();
     let session = format!(
         "mount -t tmpfs -o size=200k tmpfs small || exit 77\n\
@@ -469,7 +469,7 @@ fn a_full_disk_costs_the_part_and_not_the_picture() {
 
 #[test]
 fn hostile_parts_are_refused_and_never_panic() {
-    let (place, words, _) = rendered("--size 60x30 --samples 1");
+    let (place, words, _) = rendered("--size 120x30 --samples 1");
     let (part, start) = some_part(&place, &words);
     let mut random = Random(5);
     // Little memory, so that a length that is believed ends the program.
@@ -509,7 +509,7 @@ fn hostile_parts_are_refused_and_never_panic() {
         run("merge h.part -o m.png");
         run("merge h.part h.part -o m.png --partial");
         if round % 4 == 0 {
-            run("render s.scn --size 60x30 --samples 1 -o x.png --resume --threads 1");
+            run("render s.scn --size 120x30 --samples 1 -o x.png --resume --threads 1");
         }
     }
     // A header that is right, of the largest picture there is, and no tile.
@@ -521,7 +521,7 @@ fn hostile_parts_are_refused_and_never_panic() {
 
 #[test]
 fn a_share_is_found_in_the_environment() {
-    let (place, words, whole) = rendered("--size 100x40 --samples 1");
+    let (place, words, whole) = rendered("--size 200x40 --samples 1");
     let with = |options: &str, environment: &[(&str, &str)]| {
         let output =
             command(&place, &format!("{words} {options}")).envs(environment.to_vec()).output().unwrap();
@@ -554,7 +554,7 @@ fn the_kubernetes_manifests_make_a_picture() {
     place.write("scene.scn", SCENE);
     // Smaller, so that it is made soon.
     let small = |word: &String| match word.as_str() {
-        "3840x2160" => "100x40".to_owned(),
+        "3840x2160" => "200x40".to_owned(),
         "256" => "2".to_owned(),
         _ => word.clone(),
     };
@@ -568,7 +568,7 @@ fn the_kubernetes_manifests_make_a_picture() {
     let output =
         with_path(Command::new("sh").args(["-c", &merge]).current_dir(place.path(""))).output().unwrap();
     ended(&output, 0);
-    place.run("render scene.scn --size 100x40 --samples 2 -o whole.png").fine();
+    place.run("render scene.scn --size 200x40 --samples 2 -o whole.png").fine();
     assert!(bytes(&place, "scene.png") == bytes(&place, "whole.png"));
 }
 
@@ -603,14 +603,14 @@ fn a_slurm_cluster_makes_a_picture() {
         eprintln!("skipped: a Slurm cluster is started by root");
         return;
     }
-    let (place, words, whole) = rendered("--size 100x40 --samples 2");
+    let (place, words, whole) = rendered("--size 200x40 --samples 2");
     place.write(
         "session.sh",
         format!(
             "set -e\nsubmit={}/submit.sh\nwait() {{ while [ -n \"$(squeue --noheader)\" ]; do sleep 0.2; done; }}\n\
              $submit s.scn 3 {options}; wait; mv s.png first.png\n\
              rm s.parts/2.part; truncate --size -100 s.parts/3.part; $submit s.scn 3 {options}; wait; mv s.png second.png\n\
-             $submit s.scn 3 --size 100x40 --samples 1; wait; test ! -e s.png; grep 'samples is 2 there, 1 here' s.parts/1.log\n",
+             $submit s.scn 3 --size 200x40 --samples 1; wait; test ! -e s.png; grep 'samples is 2 there, 1 here' s.parts/1.log\n",
             project("examples/slurm").canonicalize().unwrap().display(),
             options = words.trim_start_matches("render s.scn"),
         ),
