@@ -157,8 +157,8 @@ fn filmic(value: f32) -> f32 {
 
 /// The linear values at which the byte goes up by one: as fast as a look into a table, and the same to the byte as [`encoded`].
 struct Steps {
-    /// The least value of each byte.
-    least: [f32; 256],
+    /// The least value of each byte, and infinity for the one that there is not.
+    least: [f32; 257],
     /// The byte of the least value of each of many equal parts of [0, 1].
     first: Vec<u8>,
 }
@@ -169,6 +169,9 @@ const PARTS: usize = 4096;
 impl Steps {
     fn new(encoding: Encoding) -> Self {
         let least = std::array::from_fn(|byte| {
+            if byte > 255 {
+                return f32::INFINITY;
+            }
             // Bits of floats >= 0 are in the order of the floats.
             let (mut low, mut high) = (0u32, 1f32.to_bits());
             while low < high {
@@ -188,11 +191,9 @@ impl Steps {
     fn byte(&self, value: f32) -> u8 {
         // NaN becomes 0, like what is below.
         let value = value.clamp(0.0, 1.0);
-        let mut byte = self.first[(value * PARTS as f32) as usize];
-        while byte < 255 && self.least[usize::from(byte) + 1] <= value {
-            byte += 1;
-        }
-        byte
+        let byte = self.first[(value * PARTS as f32) as usize];
+        // No part has two steps.
+        byte + u8::from(self.least[usize::from(byte) + 1] <= value)
     }
 }
 
