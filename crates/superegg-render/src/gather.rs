@@ -69,9 +69,9 @@ impl Gathered {
         }
         if let Some(FirstSurface { depth, normal, albedo, .. }) = seen.first {
             self.surfaces.count += 1;
-            self.surfaces.depth += depth;
-            self.surfaces.normal += normal;
-            self.surfaces.albedo += albedo;
+            self.surfaces.depth += f64::from(depth);
+            self.surfaces.normal += normal.as_dvec3();
+            self.surfaces.albedo += albedo.as_dvec3();
         }
         self.most_seen.add(seen.first.map_or(0, |first| first.id));
     }
@@ -153,6 +153,7 @@ impl Vote {
 
 #[cfg(test)]
 mod tests {
+    use superegg_geom::glam::Vec3;
     use superegg_scene::{Filter, Picture};
 
     use super::*;
@@ -175,7 +176,7 @@ mod tests {
 
     #[test]
     fn surfaces_count_alone_where_some_samples_meet_nothing() {
-        let first = FirstSurface { depth: 3.0, normal: DVec3::Z, albedo: DVec3::X, id: 9 };
+        let first = FirstSurface { depth: 3.0, normal: Vec3::Z, albedo: Vec3::X, id: 9 };
         let mut gathered = Gathered::default();
         gathered.add(&Sighting { color: DVec3::ONE, first: None }, false);
         assert_eq!(gathered.pixel(BOX, false).depth, f32::INFINITY);

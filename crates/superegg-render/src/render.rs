@@ -280,7 +280,7 @@ impl<'j, 'a> Worker<'j, 'a> {
                 |color: &dyn Fn(&FirstSurface) -> DVec3| seen.first.as_ref().map_or(DVec3::ZERO, color);
             seen.color = match job.settings.shows {
                 Shows::Light | Shows::Depth | Shows::Occlusion => seen.color,
-                Shows::Normal => of_surface(&|first| 0.5 + 0.5 * first.normal),
+                Shows::Normal => of_surface(&|first| (0.5 + 0.5 * first.normal).as_dvec3()),
                 Shows::Id => of_surface(&|first| color_of_id(first.id)),
                 Shows::Steps => DVec3::splat(job.setting.scene.steps(&tracer.ray(sample), footprint) as f64),
             };

@@ -4,7 +4,7 @@
 use std::rc::Rc;
 
 use pulp::Arch;
-use superegg_geom::glam::{DAffine3, DMat3, DVec2, DVec3};
+use superegg_geom::glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::{AmbientOcclusion, Light, Pattern};
 
@@ -45,11 +45,11 @@ pub(crate) struct Sighting {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstSurface {
     /// Its distance from the plane of the camera, along the line of sight, in world units.
-    pub(crate) depth: f64,
+    pub(crate) depth: f32,
     /// The unit normal on the camera's side, in world space.
-    pub(crate) normal: DVec3,
+    pub(crate) normal: Vec3,
     /// The colour of the surface itself, linear.
-    pub(crate) albedo: DVec3,
+    pub(crate) albedo: Vec3,
     /// A number that differs from instance to instance, never 0.
     pub(crate) id: u32,
 }
@@ -207,9 +207,9 @@ impl<'a> TileTracer<'a> {
                 Place::Floor => InstancePath::FLOOR_ID,
             };
             seen[point.arrival.pixel].first = Some(FirstSurface {
-                depth: self.view.depth(point.position),
-                normal: point.facing_normal(),
-                albedo: point.albedo,
+                depth: self.view.depth(point.position) as f32,
+                normal: point.facing_normal().as_vec3(),
+                albedo: point.albedo.as_vec3(),
                 id,
             });
         }
@@ -218,12 +218,12 @@ impl<'a> TileTracer<'a> {
                 let pixel = packet * LANES + lane;
                 let (candidate, t, _) = self.beam.told(pixel);
                 let Some(look) = self.looks.made(candidate) else { continue };
-                let normal = surfaces.normal.each_ref().map(|column| f64::from(column.0[lane]));
+                let normal = surfaces.normal.each_ref().map(|column| column.0[lane]);
                 seen[pixel].first = Some(FirstSurface {
                     // The part of a camera ray's direction along the line of sight is 1.
-                    depth: t,
-                    normal: DVec3::from_array(normal),
-                    albedo: look.material.color,
+                    depth: t as f32,
+                    normal: Vec3::from_array(normal),
+                    albedo: look.material.color.as_vec3(),
                     id: look.id,
                 });
             }

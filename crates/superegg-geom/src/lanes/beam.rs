@@ -8,7 +8,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::descent::{Crossing, Entry, Passage, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
-use super::kernel::{BOX, Evaluate, General, Norm2, Square, TINY, Triple};
+use super::kernel::{BOX, Evaluate, Rise, TINY, Triple};
 use super::vector::{Lanes, Mask};
 use super::{PowerKind, lane_power};
 use crate::superquadric::Superquadric;
@@ -709,43 +709,54 @@ struct SurfaceKernel<'a> {
 }
 
 /// Squares of normals' lengths that leave their roots and reciprocals in the range of f32.
-const SQUARES: [f32; 2] = [1e-20, 1e20];
+const SQUARES: [f32; 2] = [1e-30, 1e30];
+
+/// How far along a ray of a shape's space the level 1 is, by the slope of N at t; and the gradient of N there, times a positive number.
+#[inline(always)]
+fn newton_step<S: Simd>(
+    norm: impl Evaluate<S>,
+    setting: &Setting<S>,
+    t: Lanes<S>,
+    d: Triple<S>,
+) -> (Lanes<S>, Triple<S>) {
+    let Rise { norm, gradient, scale } = norm.rise(setting.origin.along(t, d));
+    ((t.all(1.0) - norm) * scale * recip(gradient.dot(d)), gradient)
+}
+
+/// [`SurfaceKernel`] with the lanes.
+struct Surface<'a, S: Simd>(S, SurfaceKernel<'a>);
 
 impl WithSimd for SurfaceKernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let general = |kind: PowerKind| General::splat(simd, kind.power());
-        let (xy, rz) = (self.shape.xy, self.shape.rz);
-        match (xy, rz) {
-            (PowerKind::Two, PowerKind::Two) => self.run(simd, Square, Square),
-            (PowerKind::Two, _) => self.run(simd, Square, general(rz)),
-            (_, PowerKind::Two) => self.run(simd, general(xy), Square),
-            _ => self.run(simd, general(xy), general(rz)),
-        }
+        with_norm(simd, self.shape.xy, self.shape.rz, Surface(simd, self));
     }
 }
 
-impl SurfaceKernel<'_> {
+impl<S: Simd> WithNorm<S> for Surface<'_, S> {
+    type Output = ();
+
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S, xy: impl Norm2<S>, rz: impl Norm2<S>) {
-        let setting = Setting::new(simd, self.shape);
-        let to_normal = Linear::<S>::splat(simd, self.normal_map);
-        let found = self.surfaces;
+    fn run(self, one: impl Evaluate<S>, _: impl Evaluate<S, SIDE_BY_SIDE>) {
+        let Self(simd, SurfaceKernel { shape, normal_map, directions, hits, lanes, surfaces }) = self;
+        let setting = Setting::new(simd, shape);
+        let to_normal = Linear::<S>::splat(simd, normal_map);
         for i in 0..PACKET / S::F32_LANES {
             let first = i * S::F32_LANES;
-            let wanted = lanes_of_mask::<S>(self.lanes, i);
+            let wanted = lanes_of_mask::<S>(lanes, i);
             if wanted == 0 {
                 continue;
             }
             let lane = |column: &PacketOf<f32>| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
-            let d = setting.map.image(Triple::of_packet(simd, self.directions, i));
-            let t = lane(&self.hits.t) * setting.inverse_t_scale;
-            // The place was found at the level 1 + tolerance: one step of Newton's goes on to 1. What another would be tells how good that is.
-            let (step, _) = newton_step(xy, rz, &setting, t, d);
-            let (rest, gradient) = newton_step(xy, rz, &setting, t + step, d);
-            let most = lane(&self.hits.error) * setting.inverse_t_scale;
+            let d = setting.map.image(Triple::of_packet(simd, directions, i));
+            let t = lane(&hits.t) * setting.inverse_t_scale;
+            // The place was found at the level 1 + tolerance. One step of Newton's goes on to 1; what another would be tells how good that is, for
+            // there may be an edge between.
+            let (step, _) = newton_step(one, &setting, t, d);
+            let (rest, gradient) = newton_step(one, &setting, t + step, d);
+            let most = lane(&hits.error) * setting.inverse_t_scale;
             let normal = to_normal.image(gradient);
             let square = normal.dot(normal);
             let is_near = (step.abs() + rest.abs()).le(most) & gradient.dot(d).lt(t.all(0.0));
@@ -758,36 +769,16 @@ impl SurfaceKernel<'_> {
                 S::as_mut_simd_f32s(column).0[0] = lanes.register();
             }
             for lane in bits(told) {
-                found.t.0[first + lane] = columns[0][lane];
-                found.error.0[first + lane] = self.hits.error.0[first + lane];
-                found.id.0[first + lane] = self.hits.id.0[first + lane];
+                surfaces.t.0[first + lane] = columns[0][lane];
+                surfaces.error.0[first + lane] = hits.error.0[first + lane];
+                surfaces.id.0[first + lane] = hits.id.0[first + lane];
                 for axis in 0..3 {
-                    found.normal[axis].0[first + lane] = columns[axis + 1][lane];
+                    surfaces.normal[axis].0[first + lane] = columns[axis + 1][lane];
                 }
             }
-            found.lanes |= told << first;
+            surfaces.lanes |= told << first;
         }
     }
-}
-
-/// How far along a ray of a shape's space the level 1 is, by the slope of N at t; and the gradient of N there.
-#[inline(always)]
-fn newton_step<S: Simd>(
-    xy: impl Norm2<S>,
-    rz: impl Norm2<S>,
-    setting: &Setting<S>,
-    t: Lanes<S>,
-    d: Triple<S>,
-) -> (Lanes<S>, Triple<S>) {
-    let place = setting.origin.along(t, d);
-    let (r, by_x, by_y) = xy.value_and_gradient(place.x.abs(), place.y.abs());
-    let (norm, by_r, by_z) = rz.value_and_gradient(r, place.z.abs());
-    let gradient = Triple {
-        x: (by_r * by_x).times_sign_of(place.x),
-        y: (by_r * by_y).times_sign_of(place.y),
-        z: by_z.times_sign_of(place.z),
-    };
-    ((t.all(1.0) - norm) / gradient.dot(d), gradient)
 }
 
 struct OccludeKernel<'a> {

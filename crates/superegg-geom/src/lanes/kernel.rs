@@ -182,10 +182,22 @@ pub(super) struct Descent<S: Simd, const K: usize = 1> {
     pub(super) way: Lanes<S, K>,
 }
 
+/// N and the way it rises at a place.
+#[derive(Clone, Copy)]
+pub(super) struct Rise<S: Simd, const K: usize = 1> {
+    pub(super) norm: Lanes<S, K>,
+    /// The gradient of N times `scale`, which is positive.
+    pub(super) gradient: Triple<S, K>,
+    pub(super) scale: Lanes<S, K>,
+}
+
 /// A way to evaluate N.
 pub(super) trait Evaluate<S: Simd, const K: usize = 1>: Copy {
     /// How N goes on from a point in a direction.
     fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K>;
+
+    /// N and its gradient at a point.
+    fn rise(self, point: Triple<S, K>) -> Rise<S, K>;
 }
 
 /// N as one norm of another.
@@ -197,6 +209,18 @@ impl<S: Simd, X: Norm2<S, K>, Z: Norm2<S, K>, const K: usize> Evaluate<S, K> for
     fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K> {
         let (value, slope) = evaluate(self.0, self.1, point, direction);
         Descent { excess: value - level, way: level.all(1.0) / slope }
+    }
+
+    #[inline(always)]
+    fn rise(self, point: Triple<S, K>) -> Rise<S, K> {
+        let (r, by_x, by_y) = self.0.value_and_gradient(point.x.abs(), point.y.abs());
+        let (norm, by_r, by_z) = self.1.value_and_gradient(r, point.z.abs());
+        let gradient = Triple {
+            x: (by_r * by_x).times_sign_of(point.x),
+            y: (by_r * by_y).times_sign_of(point.y),
+            z: by_z.times_sign_of(point.z),
+        };
+        Rise { norm, gradient, scale: norm.all(1.0) }
     }
 }
 

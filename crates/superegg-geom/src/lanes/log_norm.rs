@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::kernel::{Descent, Evaluate, TINY, Triple};
+use super::kernel::{Descent, Evaluate, Rise, TINY, Triple};
 use super::vector::Lanes;
 
 /// A coordinate is at least this: its derivative is divided by it.
@@ -95,5 +95,21 @@ impl<S: Simd, X: LogRadius<S, K>, const K: usize> Evaluate<S, K> for LogNorm<S, 
         // A little too short, so that no step goes too far.
         let short = below.abs().max(tiny).with_sign_of(below).recip_rough() * level.all(SHORT);
         Descent { excess, way: above * short }
+    }
+
+    #[inline(always)]
+    fn rise(self, point: Triple<S, K>) -> Rise<S, K> {
+        let least = point.x.all(LEAST);
+        let (x, y, z) = (point.x.abs().max(least), point.y.abs().max(least), point.z.abs().max(least));
+        let (log_r, [of_x, of_y, of_xy]) = self.xy.evaluate(x, y);
+        let (log_n, [of_r, of_z, sum]) = self.rz.log_sum(log_r, z.log2_quick());
+        let (norm, of_r) = (log_n.exp2(), of_r * z);
+        let gradient = Triple {
+            x: (of_r * of_x).times_sign_of(point.x),
+            y: (of_r * of_y).times_sign_of(point.y),
+            z: (of_z * of_xy).times_sign_of(point.z),
+        };
+        // The gradient of log N is this by that product, and N times it the one of N, which is about 1.
+        Rise { norm, gradient, scale: sum * z * of_xy }
     }
 }
