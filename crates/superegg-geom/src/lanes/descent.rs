@@ -13,7 +13,7 @@ pub(super) const SIDE_BY_SIDE: usize = 2;
 /// Steps before what is left goes to f64: grazing rays.
 const MOST_STEPS: usize = 10;
 /// From where N is above the level by no more than this the last step is taken unseen.
-const NEAR: f32 = 3e-5;
+const NEAR: f32 = 1e-4;
 /// The last step is off by less than this part of itself, or f64 will find that it is not.
 const LAST_STEP: f32 = 1.0 / 16.0;
 
