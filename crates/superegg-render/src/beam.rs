@@ -170,6 +170,8 @@ pub(crate) struct Beam<'s> {
     pub(crate) surfaces: Vec<PacketSurfaces>,
     pub(crate) surface_directions: Vec<PacketVectors>,
     surface_t_scale: f64,
+    /// None of those directions is longer.
+    surface_reach: f64,
     /// By packets the largest t of the beam that still counts for some ray; negative where none asks.
     ends: NumberOfPackets,
     /// Lanes, by packet, whose ray has to go the exact way.
@@ -232,6 +234,7 @@ impl<'s> Beam<'s> {
             surfaces: Vec::new(),
             surface_directions: Vec::new(),
             surface_t_scale: 1.0,
+            surface_reach: 0.0,
             ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
             batch: SettleBatch::default(),
@@ -293,6 +296,7 @@ impl<'s> Beam<'s> {
             }
             return;
         };
+        self.surface_reach = self.largest.length();
         found.resize(rays.len(), None);
         let mut batch = std::mem::take(&mut self.batch);
         let mut unsettled = std::mem::take(&mut self.unsettled);
@@ -356,16 +360,14 @@ impl<'s> Beam<'s> {
 
     /// Whether a place is off by so small a part of the ray's width that it is as good as the right one.
     fn is_near(&self, t: f32, error: f32) -> bool {
-        // Scaled directions are at most twice as long as 1.
-        RANGE.contains(&t) && 2.0 * f64::from(error) <= NEAR * self.footprint.at(f64::from(t))
+        RANGE.contains(&t) && self.surface_reach * f64::from(error) <= NEAR * self.footprint.at(f64::from(t))
     }
 
     /// A crossing that the lanes tell of: the candidate, its t for the ray as it came, and by how much it may be off in the world.
     pub(crate) fn told(&self, ray: usize) -> (u32, f64, f64) {
         let (surfaces, lane) = (&self.surfaces[ray / PACKET], ray % PACKET);
         let t = f64::from(surfaces.t.0[lane]) * self.surface_t_scale;
-        // Scaled directions are at most twice as long as 1.
-        (surfaces.id.0[lane], t, 2.0 * f64::from(surfaces.error.0[lane]))
+        (surfaces.id.0[lane], t, self.surface_reach * f64::from(surfaces.error.0[lane]))
     }
 
     /// How many rays meet something, as far as the lanes can tell.
