@@ -131,18 +131,14 @@ impl WithSimd for Shine<'_> {
         let (zero, one) = (splat(0.0), splat(1.0));
         for i in 0..PACKET / S::F32_LANES {
             let lane = |column: &PacketOf<f32>| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
-            let triple = |columns: &PacketVectors| columns.each_ref().map(lane);
-            let dot =
-                |a: [Lanes<S>; 3], b: [Lanes<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
-            // 1 over the length, large where there is none.
-            let inverse_length = |v: [Lanes<S>; 3]| one / dot(v, v).max(splat(f32::MIN_POSITIVE)).sqrt();
+            let triple = |[x, y, z]: &PacketVectors| [lane(x), lane(y), lane(z)];
             let (t, ray, normal) = (lane(&surfaces.t), triple(directions), triple(&surfaces.normal));
-            let mut way = light.place.map(splat);
-            for (way, ray) in way.iter_mut().zip(ray) {
-                *way = *way - t * ray;
+            let mut way = ray;
+            for axis in 0..3 {
+                way[axis] = splat(light.place[axis]) - t * ray[axis];
             }
-            let to_light = inverse_length(way);
-            let to_light = way.map(|x| x * to_light);
+            let scale = inverse_length(way);
+            let to_light = [way[0] * scale, way[1] * scale, way[2] * scale];
             let cos = dot(normal, to_light);
             let lit = zero.lt(cos);
             shine.lanes |= (lit.bits() << (i * S::F32_LANES)) & surfaces.lanes;
@@ -151,8 +147,8 @@ impl WithSimd for Shine<'_> {
             }
             let to_eye = inverse_length(ray);
             let mut half = to_light;
-            for (half, ray) in half.iter_mut().zip(ray) {
-                *half = *half - ray * to_eye;
+            for axis in 0..3 {
+                half[axis] = half[axis] - ray[axis] * to_eye;
             }
             let cos_half = (dot(normal, half) * inverse_length(half)).max(zero);
             let exponent = lane(&finish.exponent);
@@ -166,4 +162,16 @@ impl WithSimd for Shine<'_> {
         }
         shine
     }
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+/// 1 over the length, large where there is none.
+#[inline(always)]
+fn inverse_length<S: Simd>(v: [Lanes<S>; 3]) -> Lanes<S> {
+    let square = dot(v, v);
+    square.all(1.0) / square.max(square.all(f32::MIN_POSITIVE)).sqrt()
 }

@@ -1,6 +1,7 @@
 //! A tile of the picture: camera rays as one beam where they begin at one place, and for each light that shines from one point the shadow rays as
 //! another, seen from the light.
 
+use std::cell::OnceCell;
 use std::rc::Rc;
 
 use pulp::Arch;
@@ -100,7 +101,8 @@ struct Looks<'a> {
 /// A candidate, ready to be shaded.
 #[derive(Clone)]
 struct Look<'a> {
-    world_from_unit: DAffine3,
+    /// Made for the first hit that lanes do not tell of: most have none.
+    world_from_unit: OnceCell<DAffine3>,
     /// Brings gradients into the world.
     normal_map: DMat3,
     material: MaterialRef<'a>,
@@ -312,15 +314,17 @@ impl<'a> TileTracer<'a> {
         let footprint = at_surface(self.footprint, ray, hit.t);
         let scene = self.setting.scene;
         let look = self.looks.look(&self.beam, hit.candidate);
+        let candidate = &self.beam.candidates[hit.candidate as usize];
+        let world_from_unit = look.world_from_unit.get_or_init(|| candidate.world_from_unit());
         let own_error = 4.0 * f64::EPSILON * hit.unit_point.abs().max_element();
         let normal = unit_vector(look.normal_map * hit.gradient).unwrap_or(DVec3::Z);
-        let position = look.world_from_unit.transform_point3(hit.unit_point);
+        let position = world_from_unit.transform_point3(hit.unit_point);
         let direction = ray.direction.normalize();
         let albedo = match look.primitive {
             Some(primitive) if look.material.pattern != Pattern::None => {
                 let seen = Seen { normal, direction, width: footprint.width };
                 let primitive = &scene.primitives[primitive as usize];
-                albedo_of_shape(&look.material, primitive, hit.unit_point, &look.world_from_unit, &seen)
+                albedo_of_shape(&look.material, primitive, hit.unit_point, world_from_unit, &seen)
             }
             _ => look.material.color,
         };
@@ -329,7 +333,7 @@ impl<'a> TileTracer<'a> {
             place: Place::Instance(Rc::clone(&look.path)),
             position,
             // Twice, for the rounding that the map itself carries.
-            position_error: 2.0 * error_through(&look.world_from_unit, hit.unit_point, own_error),
+            position_error: 2.0 * error_through(world_from_unit, hit.unit_point, own_error),
             normal,
             leaving: hit.leaving,
             to_eye: -direction,
@@ -400,13 +404,14 @@ impl<'a> TileTracer<'a> {
                 let (own, t, error) = self.beam.told(pixel);
                 let origin = self.rays[pixel].point_at(t);
                 let ray = Ray { origin, direction: place - origin, origin_error: error };
-                if self.setting.share_past_ground(&ray, false, 1.0) == 0.0 {
+                let past_ground = self.setting.share_past_ground(&ray, false, 1.0);
+                if past_ground == 0.0 {
                     continue;
                 }
                 let width = self.footprint.at(t);
                 self.shadow_rays.push(ShadowRay { ray, own, start: RayStart::SurfaceOutward, width });
                 let color = shine.color.each_ref().map(|column| f64::from(column.0[lane]));
-                self.lit.push(Lit { pixel, point: None, color: DVec3::from_array(color) });
+                self.lit.push(Lit { pixel, point: None, color: past_ground * DVec3::from_array(color) });
             }
         }
     }
@@ -433,11 +438,10 @@ impl<'a> Looks<'a> {
                 Kind::StandIn => (None, MaterialRef::Mean(Rc::new(scene.stand_in_material(&path)))),
             };
             let normal_map = candidate.unit_from_world.matrix3.transpose();
-            let columns = f32_columns(&normal_map).map(|(columns, _)| columns);
             Look {
-                world_from_unit: candidate.world_from_unit(),
+                world_from_unit: OnceCell::new(),
                 normal_map,
-                plain: Finish::of(&material).zip(columns),
+                plain: Finish::of(&material).and_then(|finish| Some((finish, f32_columns(&normal_map)?.0))),
                 material,
                 primitive,
                 id: scene.instance_id(&path),

@@ -764,8 +764,13 @@ impl<S: Simd> WithNorm<S> for Surface<'_, S> {
             let told = is_told.bits() & wanted;
             let inverse = t.all(1.0) / square.sqrt();
             let mut columns = [[0f32; PACKET]; 4];
-            let [x, y, z] = [normal.x, normal.y, normal.z].map(|x| x * inverse);
-            for (column, lanes) in columns.iter_mut().zip([(t + step + rest) * setting.t_scale, x, y, z]) {
+            let told_values = [
+                (t + step + rest) * setting.t_scale,
+                normal.x * inverse,
+                normal.y * inverse,
+                normal.z * inverse,
+            ];
+            for (column, lanes) in columns.iter_mut().zip(told_values) {
                 S::as_mut_simd_f32s(column).0[0] = lanes.register();
             }
             for lane in bits(told) {
