@@ -12,6 +12,7 @@ pub(crate) fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
 
 /// A vector times the power of two that brings its largest component into [1, 2), as far as the range of f64 lets it, and that power:
 /// the scaling is exact. `None` for zero and for what is not finite.
+#[inline]
 pub fn scale_to_unit(v: DVec3) -> Option<(DVec3, f64)> {
     let largest = v.abs().max_element();
     if !v.is_finite() || largest == 0.0 {

@@ -13,6 +13,7 @@ use crate::bvh::{PackedSlot, Slot, Tree, TreeSpace, UnitBox};
 use crate::compiled::{
     Chain, CompiledPrimitive, CompiledScene, Group, Instance, Leaf, NameRef, Names, Swelling,
 };
+use crate::stream::Spare;
 use crate::support;
 
 mod patch;
@@ -70,6 +71,7 @@ impl CompiledScene {
             reused_groups: compiler.reused,
             patched_groups: compiler.patched_groups,
             reaches_depth: compiler.reaches_depth,
+            spare: Spare::default(),
         }
     }
 }

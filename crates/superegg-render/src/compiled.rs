@@ -12,6 +12,7 @@ use crate::beam::Kind;
 use crate::bvh::{Node, TreeSpace};
 use crate::path::InstancePath;
 use crate::stand_in::StandIn;
+use crate::stream::Spare;
 
 /// A primitive as a child of a group.
 #[derive(Clone, Copy, Debug)]
@@ -197,6 +198,8 @@ pub struct CompiledScene {
     pub(crate) reused_groups: usize,
     pub(crate) patched_groups: usize,
     pub(crate) reaches_depth: bool,
+    /// Memory for streams of rays.
+    pub(crate) spare: Spare,
 }
 
 impl CompiledScene {

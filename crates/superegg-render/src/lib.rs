@@ -38,6 +38,7 @@ mod shading;
 mod share;
 mod shows;
 mod stand_in;
+mod stream;
 mod support;
 mod tile;
 mod tiling;

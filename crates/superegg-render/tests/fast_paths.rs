@@ -382,6 +382,80 @@ fn forty_levels(scale: &str) -> String {
     text + "obj o0\n"
 }
 
+/// Shapes of all kinds, alone and in turned groups of groups.
+fn crowd() -> Scene {
+    let mut text = String::from(
+        "obj part\nobj clump\nao part one\nrs 1 1 0 50\nss .6 .7 -.7\nao part two\nxs .8 .3 -.5\nss .5 .5 .5\nobj all\nao clump one\nao clump two\nrs 1 0 1 30\nxs -1.3 .4 1\n",
+    );
+    let exponents = ["0.0001", "0.1", "0.6", "1", "1.5", "2", "4"];
+    for i in 0..150 {
+        let a = f64::from(i);
+        let [x, y, z] = [a.sin(), (1.7 * a).cos(), (0.6 * a).sin()].map(|x| 2.0 * x);
+        let (e, n) = (exponents[i as usize % 7], exponents[i as usize * 3 % 7]);
+        let object = if i % 4 == 0 { "part" } else { "all" };
+        text += &format!(
+            "prm p{i}\nexp {e} {n}\ncoeff .4 .2 .3\nobj {object}\nap p{i}\nrs {x} {y} 1 77\nxs {x} {y} {z}\n"
+        );
+    }
+    load(&(text + "obj all\n"))
+}
+
+#[test]
+fn more_rays_than_go_together_and_hostile_ones_answer_as_single_rays_do() {
+    let scene = CompiledScene::compile(&crowd(), Some("all"), 5);
+    let hostile = [0.0, -0.0, f64::INFINITY, f64::NAN, 1e300, -1e300, 1e-300, 5e-324, 1.0];
+    let mut rays: Vec<FlightRay> = (0..20_000)
+        .map(|i| {
+            let a = f64::from(i);
+            let mut origin = DVec3::new((1.3 * a).sin(), (0.7 * a).cos(), (2.9 * a).sin()) * 3.0;
+            let mut direction = DVec3::new((2.1 * a).cos(), (1.1 * a).sin(), (0.37 * a).cos());
+            match i % 50 {
+                // Along an axis, or in a plane of two.
+                0 => direction = DVec3::AXES[i as usize / 50 % 3] * direction,
+                1 => direction.z = 0.0,
+                2 => origin[i as usize / 50 % 3] = hostile[i as usize / 150 % hostile.len()],
+                3 => direction[i as usize / 50 % 3] = hostile[i as usize / 150 % hostile.len()],
+                4 => direction *= [1e-200, 1e200, 1e-20, 1e20][i as usize / 50 % 4],
+                5 => (origin, direction) = (-1e9 * direction, direction),
+                _ => {}
+            }
+            let footprint = Footprint { width: if i % 11 == 0 { 0.5 } else { 0.0 }, spread: 0.0 };
+            FlightRay { footprint, ..Ray::new(origin, direction).into() }
+        })
+        .collect();
+    let first = scene.intersect_many(&rays);
+    // On from where they come to, into the shapes as well.
+    let further: Vec<FlightRay> = rays
+        .iter()
+        .zip(&first)
+        .filter_map(|(asked, hit)| {
+            let surface = scene.interaction(hit.as_ref()?);
+            let (ray, departure) = surface.spawn_ray(asked.ray.direction.zxy());
+            Some(FlightRay { ray, departure: Some(departure), footprint: asked.footprint })
+        })
+        .collect();
+    assert!(further.len() > 4_000, "{}", further.len());
+    rays.extend(further);
+    let mut leaving = 0;
+    for (asked, hit) in rays.iter().zip(scene.intersect_many(&rays)) {
+        let expected = scene.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint);
+        let told = |hit: &superegg_render::Hit| (hit.path.clone(), hit.leaving, hit.primitive);
+        assert_eq!(hit.as_ref().map(told), expected.as_ref().map(told), "{asked:?}");
+        if let (Some(hit), Some(expected)) = (hit, expected) {
+            leaving += usize::from(hit.leaving);
+            assert!((hit.t - expected.t).abs() <= 1e-9 * (1.0 + expected.t), "{hit:?} {expected:?}");
+        }
+    }
+    assert!(leaving > 1_000, "{leaving}");
+    for t_max in [1.5, f64::INFINITY, f64::MAX, 1e-300, 0.0, -1.0, f64::NAN] {
+        for (asked, stopped) in rays.iter().zip(scene.occluded_many(&rays, t_max)) {
+            let FlightRay { ray, departure, footprint } = asked;
+            let expected = scene.occluded_footprint(ray, departure.as_ref(), t_max, *footprint);
+            assert_eq!(stopped, expected, "{t_max} {asked:?}");
+        }
+    }
+}
+
 #[test]
 fn a_ray_through_forty_levels_meets_the_surface_within_a_twentieth_of_a_pixel() {
     for scale in [".7 .7 .7", ".8 .6 .75", "1.1 .9 1"] {

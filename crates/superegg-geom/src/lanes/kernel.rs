@@ -168,6 +168,11 @@ impl<S: Simd, const K: usize> Triple<S, K> {
     }
 
     #[inline(always)]
+    pub(super) fn scaled(self, by: Lanes<S, K>) -> Self {
+        Self { x: self.x * by, y: self.y * by, z: self.z * by }
+    }
+
+    #[inline(always)]
     pub(super) fn select(mask: Mask<S, K>, a: Self, b: Self) -> Self {
         Self { x: mask.select(a.x, b.x), y: mask.select(a.y, b.y), z: mask.select(a.z, b.z) }
     }

@@ -1,0 +1,811 @@
+//! Lists of rays through the graph of groups.
+//!
+//! A node asks all rays that come to it for its boxes, eight boxes at once; each box that any of them meets has its own list, and lists are followed depth first,
+//! those of the nearest boxes first. The rays of a list go the same way along each axis, so that one order of boxes is good for all of them.
+//! Where a list comes to a shape its rays wait: first for [`Approaches`] to be full, then, those that meet the shape's own box, for
+//! [`FlightLanes`].
+
+use std::sync::{Mutex, PoisonError};
+
+use pulp::Simd;
+use superegg_geom::glam::DVec3;
+use superegg_geom::lanes::flight::{
+    APPROACH, Approach, Approaches, BoxRay, END, FLIGHT, FlightAnswers, FlightLanes, Listed, Verdict,
+    meet_boxes,
+};
+use superegg_geom::{Ray, RayStart, Superquadric, scale_to_unit};
+
+use crate::bvh::{Node, PackedSlot, Slot, WIDTH};
+use crate::compiled::{CompiledScene, Group, Leaf};
+use crate::flight::FlightRay;
+use crate::footprint::{Footprint, chance};
+use crate::path::InstancePath;
+use crate::stand_in::StandIn;
+use crate::traverse::{Departure, Hit};
+
+/// What is told of a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Told {
+    /// It meets nothing.
+    Nothing,
+    /// Something stops it.
+    Occluded,
+    /// This is the first that it meets.
+    Found(Best),
+    /// The lanes cannot tell.
+    Doubtful,
+}
+
+/// The closest crossing of a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Best {
+    pub(crate) t: f64,
+    error: f32,
+    /// The group, as a place among the trails, and the place in it.
+    trail: u32,
+    place: u32,
+    pub(crate) found: Found,
+}
+
+/// How a crossing was found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Found {
+    /// By f64: a place among [`Stream::exact`].
+    Exactly(u32),
+    /// By lanes.
+    Nearly { leaving: bool },
+}
+
+/// A group that rays are in: the one above it and the place of the instance there.
+#[derive(Clone, Copy, Debug)]
+struct Trail {
+    above: u32,
+    place: u32,
+}
+
+/// The trail of the root.
+const ROOT: u32 = u32::MAX;
+
+/// What a ray is asked where it comes to a shape.
+#[derive(Clone, Copy, Debug)]
+struct Patience {
+    /// The last place of the path that it starts on.
+    departs_from: u32,
+    /// How many shapes it waits for.
+    waiting: u32,
+}
+
+/// The last place of no path.
+const NOWHERE: u32 = u32::MAX;
+/// A ray that waits for so many shapes waits no longer.
+const PATIENCE: u32 = 4;
+/// The end, in f32, of a ray that asks no more.
+const DONE: f32 = -1.0;
+
+/// A group that is open.
+struct Frame<'s> {
+    group: &'s Group,
+    stretch: f64,
+    trail: u32,
+    /// From here on the rays are in its space.
+    first_ray: u32,
+}
+
+/// What is still to be done.
+#[derive(Clone, Copy, Debug)]
+enum Task {
+    /// A box of a node, for those of a list that meet it.
+    Child { slot: PackedSlot, child: u8, octant: u8, list: List },
+    /// The tree of the group that was entered last.
+    Tree { octant: u8, list: List },
+    /// A shape that rays wait for.
+    Wait { place: u32, list: List },
+    /// The way back to the group above.
+    Leave,
+}
+
+/// Some rays, with where they enter the boxes of the node that they were asked for.
+#[derive(Clone, Copy, Debug)]
+struct List {
+    first: u32,
+    count: u32,
+    first_near: u32,
+}
+
+/// A ray and an instance of a shape that it may meet.
+#[derive(Clone, Copy)]
+struct Meeting<'s> {
+    course: u32,
+    /// The path to the instance.
+    trail: u32,
+    place: u32,
+    leaf: &'s Leaf,
+}
+
+/// A ray at the box of a shape.
+#[derive(Clone, Copy)]
+struct Waiting<'s> {
+    meeting: Meeting<'s>,
+    /// The t there.
+    entry: f64,
+    t_per_way: f64,
+    /// For a ray that starts within the box: the t where it leaves it.
+    leaves: Option<f64>,
+}
+
+/// Rays that wait in lanes.
+struct Flying<'s> {
+    lanes: FlightLanes,
+    waiting: Vec<Waiting<'s>>,
+}
+
+/// What a stream keeps of its rays: for each of them, and for each list of them. It can be used again, which spares asking the system for it.
+#[derive(Debug, Default)]
+pub(crate) struct StreamMemory {
+    told: Vec<Told>,
+    /// No crossing beyond these counts.
+    ends: Vec<f32>,
+    footprints: Vec<Footprint>,
+    patience: Vec<Patience>,
+    /// The origins and directions of rays in the spaces of the groups that are open, and what their trees see of them.
+    lines: Vec<[DVec3; 2]>,
+    boxes: Vec<BoxRay>,
+    trails: Vec<Trail>,
+    tasks: Vec<Task>,
+    /// Lists and entries, one after the other as they are needed.
+    lists: Vec<Listed>,
+    near: Vec<[f32; WIDTH]>,
+    /// Rays that come to a group, with their octants.
+    arrivals: Vec<(u8, Listed)>,
+    exact: Vec<Hit>,
+}
+
+/// Rays that go through a scene together.
+pub(crate) struct Stream<'s> {
+    scene: &'s CompiledScene,
+    root: &'s Group,
+    /// The end of the rays where only occlusion is asked.
+    any_before: Option<f64>,
+    asked: &'s [FlightRay],
+    memory: StreamMemory,
+    frames: Vec<Frame<'s>>,
+    path: InstancePath,
+    approaches: Approaches,
+    approaching: Vec<(Meeting<'s>, RayStart)>,
+    /// From outside of their boxes, and from within.
+    outside: Flying<'s>,
+    within: Flying<'s>,
+    answers: FlightAnswers,
+    /// Set where a ray waits no longer.
+    is_impatient: bool,
+}
+
+/// Scales beyond this are f64's.
+const FARTHEST: f64 = 1e25;
+
+/// In the place of one that boxes do not see.
+const NO_BOX_RAY: BoxRay = BoxRay { first_origin: [0.0; 3], last_origin: [0.0; 3], inverse: [0.0; 3] };
+
+/// A ray as the boxes of a group's tree see it; `None` where f32 cannot hold it.
+#[inline(always)]
+fn tree_ray(group: &Group, ray: &Ray) -> Option<BoxRay> {
+    let origin = (ray.origin - group.space.center) * group.space.scale;
+    let direction = ray.direction * group.space.scale;
+    let (size, pace) = (origin.abs().max_element(), direction.abs().max_element());
+    if !(size < FARTHEST && pace < FARTHEST && pace > 1.0 / FARTHEST) {
+        return None;
+    }
+    let pad = 5e-7 * (size + 2.0);
+    let mut tree = NO_BOX_RAY;
+    for axis in 0..3 {
+        let inverse = (1.0 / direction[axis] as f32).clamp(-1e30, 1e30);
+        // The face that is met first is moved towards the ray, the other one away.
+        let pad = if inverse >= 0.0 { pad } else { -pad };
+        tree.first_origin[axis] = (origin[axis] + pad) as f32;
+        tree.last_origin[axis] = (origin[axis] - pad) as f32;
+        tree.inverse[axis] = inverse;
+    }
+    Some(tree)
+}
+
+/// Memory that streams have used, for others: as much as there ever were at a time.
+#[derive(Debug, Default)]
+pub(crate) struct Spare(Mutex<Vec<StreamMemory>>);
+
+impl Spare {
+    fn take(&self) -> StreamMemory {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
+    }
+
+    fn give(&self, memory: StreamMemory) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(memory);
+    }
+}
+
+/// What is spare stays with the scene that it was made for.
+impl Clone for Spare {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl<'s> Stream<'s> {
+    /// For rays that are asked for their first crossings, or whether anything stops them before a t.
+    pub(crate) fn new(scene: &'s CompiledScene, root: &'s Group, any_before: Option<f64>) -> Self {
+        let flying = || Flying { lanes: FlightLanes::default(), waiting: Vec::with_capacity(FLIGHT) };
+        Self {
+            scene,
+            root,
+            any_before,
+            asked: &[],
+            memory: scene.spare.take(),
+            frames: Vec::new(),
+            path: InstancePath::default(),
+            approaches: Approaches::default(),
+            approaching: Vec::with_capacity(APPROACH),
+            outside: flying(),
+            within: flying(),
+            answers: FlightAnswers::default(),
+            is_impatient: false,
+        }
+    }
+
+    /// Gives its memory back to the scene, for the next one.
+    pub(crate) fn end_here(self) {
+        self.scene.spare.give(self.memory);
+    }
+
+    /// What is told of each ray of the last run.
+    pub(crate) fn told(&self) -> impl Iterator<Item = Told> {
+        self.memory.told.iter().copied()
+    }
+
+    /// The path to a crossing.
+    pub(crate) fn path(&self, best: &Best) -> InstancePath {
+        let mut path = InstancePath::default();
+        self.extend_path(best.trail, &mut path);
+        path.push(best.place);
+        path
+    }
+
+    fn extend_path(&self, trail: u32, path: &mut InstancePath) {
+        let mut places = smallvec::SmallVec::<[u32; 8]>::new();
+        let mut at = trail;
+        while at != ROOT {
+            let Trail { above, place } = self.memory.trails[at as usize];
+            places.push(place);
+            at = above;
+        }
+        places.iter().rev().for_each(|&place| path.push(place));
+    }
+
+    /// A crossing that f64 has found, without its path.
+    pub(crate) fn exact(&self, place: u32) -> &Hit {
+        &self.memory.exact[place as usize]
+    }
+
+    /// Sends rays through the scene.
+    #[inline(always)]
+    pub(crate) fn run<S: Simd>(&mut self, simd: S, asked: &'s [FlightRay]) {
+        self.start(asked);
+        loop {
+            let mut visit = None;
+            match self.memory.tasks.pop() {
+                None if self.is_anything_waiting() => self.is_impatient = true,
+                None => return,
+                Some(Task::Child { slot, child, octant, list }) => match slot.unpack() {
+                    Slot::Node(node) => visit = self.list_child(child, list).map(|list| (node, octant, list)),
+                    Slot::Leaf(place) => {
+                        if let Some(list) = self.list_child(child, list) {
+                            self.wait(place, list);
+                        }
+                    }
+                    Slot::Instance(place) => self.enter(place, child, list),
+                },
+                Some(Task::Wait { place, list }) => self.wait(place, list),
+                Some(Task::Tree { octant, list }) => visit = Some((0, octant, list)),
+                Some(Task::Leave) => self.leave(),
+            }
+            if let Some((node, octant, list)) = visit {
+                self.visit(simd, node, octant, list);
+            }
+            self.meet(simd);
+        }
+    }
+
+    fn is_anything_waiting(&self) -> bool {
+        !(self.approaching.is_empty() && self.outside.waiting.is_empty() && self.within.waiting.is_empty())
+    }
+
+    /// Meets what waits where there is enough of it, or all where rays have waited long enough.
+    #[inline(always)]
+    fn meet<S: Simd>(&mut self, simd: S) {
+        if !(self.is_impatient || self.approaching.len() == APPROACH) {
+            return;
+        }
+        self.come_to_boxes();
+        if self.is_impatient || self.outside.is_full() {
+            self.meet_outside(simd);
+        }
+        if self.is_impatient || self.within.is_full() {
+            self.meet_within(simd);
+        }
+        self.is_impatient = false;
+    }
+
+    #[inline(always)]
+    fn start(&mut self, asked: &'s [FlightRay]) {
+        self.asked = asked;
+        let StreamMemory { told, ends, footprints, patience, lines, boxes, trails, exact, .. } =
+            &mut self.memory;
+        told.clear();
+        ends.clear();
+        footprints.clear();
+        patience.clear();
+        lines.clear();
+        boxes.clear();
+        trails.clear();
+        exact.clear();
+        self.path.clear();
+        self.frames.clear();
+        self.frames.push(Frame { group: self.root, stretch: 1.0, trail: ROOT, first_ray: 0 });
+        let end = self.any_before.map_or(f32::MAX, |t_max| (t_max as f32).next_up().min(f32::MAX));
+        for (place, asked) in asked.iter().enumerate() {
+            let departs_from = match &asked.departure {
+                Some(departure) => departure.path.places().last().copied().unwrap_or(NOWHERE),
+                None => NOWHERE,
+            };
+            self.memory.patience.push(Patience { departs_from, waiting: 0 });
+            let (mut ray, mut footprint, mut tree) = (asked.ray, asked.footprint, None);
+            let mut told = Told::Nothing;
+            if let Some((direction, scale)) = scale_to_unit(ray.direction) {
+                // Occlusion counts t in the ray's own lengths.
+                if self.any_before.is_none() {
+                    ray.direction = direction;
+                    footprint.spread *= scale;
+                }
+                tree = tree_ray(self.root, &ray);
+                if tree.is_none() {
+                    told = Told::Doubtful;
+                }
+            }
+            self.memory.told.push(told);
+            self.memory.footprints.push(footprint);
+            self.memory.ends.push(if tree.is_some() { end } else { DONE });
+            // The place of a ray in the root's space is that of all else.
+            self.memory.lines.push([ray.origin, ray.direction]);
+            let tree = tree.unwrap_or(NO_BOX_RAY);
+            self.memory.boxes.push(tree);
+            self.memory.arrivals.push((tree.octant(), Listed::new(place as u32, place as u32)));
+        }
+        self.list_arrivals(0, 0);
+    }
+
+    /// Makes lists of the rays that come to a group, and tasks of these.
+    #[inline(always)]
+    fn list_arrivals(&mut self, top: u32, near_top: u32) {
+        self.reserve(top as usize + self.memory.arrivals.len(), 0);
+        let mut counts = [0; 8];
+        for (octant, _) in &self.memory.arrivals {
+            counts[*octant as usize % 8] += 1;
+        }
+        let mut first = top;
+        let mut ends = [0; 8];
+        for octant in 0..8 {
+            let count = counts[octant];
+            ends[octant] = first;
+            if count > 0 {
+                let list = List { first, count, first_near: near_top };
+                self.memory.tasks.push(Task::Tree { octant: octant as u8, list });
+            }
+            first += count;
+        }
+        for (octant, listed) in &self.memory.arrivals {
+            let end = &mut ends[*octant as usize % 8];
+            self.memory.lists[*end as usize] = *listed;
+            *end += 1;
+        }
+        self.memory.arrivals.clear();
+    }
+
+    #[inline(always)]
+    fn reserve(&mut self, lists: usize, near: usize) {
+        if self.memory.lists.len() < lists {
+            self.memory.lists.resize(2 * lists, Listed::default());
+        }
+        if self.memory.near.len() < near {
+            self.memory.near.resize(2 * near, [0.0; WIDTH]);
+        }
+    }
+
+    /// The group that rays are in.
+    #[inline(always)]
+    fn frame(&self) -> (&'s Group, f64, u32) {
+        self.frames.last().map_or((self.root, 1.0, ROOT), |frame| (frame.group, frame.stretch, frame.trail))
+    }
+
+    /// The rays of a list that come to a box of a node before their ends.
+    #[inline(always)]
+    fn list_child(&mut self, child: u8, list: List) -> Option<List> {
+        let List { first, count, first_near } = list;
+        let (top, near_top) = (first + count, first_near + count);
+        let (parents, free) = self.memory.lists[first as usize..].split_at_mut(count as usize);
+        // All are written, and those that are not kept are written over.
+        let mut kept = 0;
+        for (listed, near) in parents.iter().zip(&self.memory.near[first_near as usize..near_top as usize]) {
+            free[kept] = *listed;
+            kept += usize::from(near[child as usize % WIDTH] <= self.memory.ends[listed.end()]);
+        }
+        (kept > 0).then_some(List { first: top, count: kept as u32, first_near: near_top })
+    }
+
+    /// Asks the rays of a list for the boxes of a node.
+    #[inline(always)]
+    fn visit<S: Simd>(&mut self, simd: S, node: u32, octant: u8, list: List) {
+        let List { first, count, first_near } = list;
+        let (top, near_top) = ((first + count) as usize, (first_near + count) as usize);
+        self.reserve(top + count as usize + 1, near_top);
+        let node = &self.frame().0.nodes[node as usize];
+        let near = &mut self.memory.near[first_near as usize..near_top];
+        let listed = &self.memory.lists[first as usize..top];
+        let met = meet_boxes(simd, &node.bounds, octant, &self.memory.boxes, listed, &self.memory.ends, near);
+        let mut met = met & ((1 << node.count) - 1);
+        let order = if count == 1 { near[0] } else { places_along(node, octant) };
+        // What is done last comes first.
+        let mut found = [0u8; WIDTH];
+        let mut found_count = 0;
+        while met != 0 {
+            let place = met.trailing_zeros() as usize % WIDTH;
+            met &= met - 1;
+            let mut at = found_count;
+            while at > 0 && order[found[at - 1] as usize % WIDTH] < order[place] {
+                found[at] = found[at - 1];
+                at -= 1;
+            }
+            found[at] = place as u8;
+            found_count += 1;
+        }
+        for &child in &found[..found_count] {
+            self.memory.tasks.push(Task::Child {
+                slot: node.slots[child as usize % WIDTH],
+                child,
+                octant,
+                list,
+            });
+        }
+    }
+
+    /// The rays of a list wait for the shape of a leaf, as many as there is room for.
+    #[inline(always)]
+    fn wait(&mut self, place: u32, list: List) {
+        let (group, _, trail) = self.frame();
+        let leaf = &group.leaves[place as usize];
+        for i in 0..list.count {
+            let listed = self.memory.lists[(list.first + i) as usize];
+            let course = listed.end();
+            let start = if self.memory.patience[course].departs_from == place {
+                self.start_at(course, place)
+            } else {
+                RayStart::Free
+            };
+            if start == RayStart::SurfaceOutward && self.shape(leaf).is_convex() {
+                continue;
+            }
+            let lane = self.approaching.len();
+            let t_max = f64::from(self.memory.ends[course]);
+            self.approaches.set(lane, &leaf.unit_from_group, self.memory.lines[listed.ray()], t_max);
+            self.approaching.push((Meeting { course: course as u32, trail, place, leaf }, start));
+            let waiting = &mut self.memory.patience[course].waiting;
+            *waiting += 1;
+            self.is_impatient |= *waiting > PATIENCE;
+            if self.is_impatient || lane + 1 == APPROACH {
+                let (first, count) = (list.first + i + 1, list.count - i - 1);
+                if count > 0 {
+                    self.memory.tasks.push(Task::Wait { place, list: List { first, count, ..list } });
+                }
+                return;
+            }
+        }
+    }
+
+    /// What is known of a ray's start for the shape, or the group, at a place of the group that it is in.
+    fn start_at(&mut self, course: usize, place: u32) -> RayStart {
+        self.path.push(place);
+        let start = Departure::start_at(self.asked[course].departure.as_ref(), &self.path);
+        self.path.pop();
+        start
+    }
+
+    #[inline(always)]
+    fn shape(&self, leaf: &Leaf) -> Superquadric {
+        self.scene.primitives[leaf.primitive as usize].unit_shape()
+    }
+
+    /// Brings rays that wait to the boxes of their shapes.
+    #[inline(always)]
+    fn come_to_boxes(&mut self) {
+        self.approaches.run();
+        for lane in 0..self.approaching.len() {
+            let (meeting, start) = self.approaching[lane];
+            let verdict = self.approaches.verdict(lane);
+            let course = meeting.course as usize;
+            if verdict == Verdict::Misses || self.memory.ends[course] == DONE {
+                self.memory.patience[course].waiting -= 1;
+                continue;
+            }
+            let shape = self.shape(meeting.leaf);
+            if verdict == Verdict::Doubtful || start != RayStart::Free || !shape.is_convex() {
+                self.memory.patience[course].waiting -= 1;
+                self.meet_exactly(&meeting, start);
+                continue;
+            }
+            let approach = self.approaches.get(lane);
+            let Approach { entry, t_per_way, length, .. } = approach;
+            let is_within = verdict == Verdict::Within;
+            let leaves = is_within.then_some(entry + f64::from(length) * t_per_way);
+            let waiting = Waiting { meeting, entry, t_per_way, leaves };
+            // For occlusion it is the same whether a ray starts in the box.
+            if is_within && self.any_before.is_none() {
+                self.within.push(&shape, &approach, waiting);
+            } else {
+                self.outside.push(&shape, &approach, waiting);
+            }
+        }
+        self.approaching.clear();
+    }
+
+    #[inline(always)]
+    fn meet_outside<S: Simd>(&mut self, simd: S) {
+        let count = self.outside.waiting.len();
+        self.outside.lanes.unset_from(count);
+        if self.any_before.is_some() {
+            self.outside.lanes.occlude(simd, count, &mut self.answers);
+        } else {
+            self.outside.lanes.meet(simd, count, &mut self.answers);
+        }
+        for lane in 0..count {
+            let waiting = self.outside.waiting[lane];
+            match self.any_before {
+                Some(t_max) => self.take_occlusion(lane, &waiting, t_max),
+                None => self.take_crossing(lane, &waiting, false),
+            }
+        }
+        self.outside.waiting.clear();
+    }
+
+    #[inline(always)]
+    fn meet_within<S: Simd>(&mut self, simd: S) {
+        let count = self.within.waiting.len();
+        if count == 0 {
+            return;
+        }
+        self.within.lanes.unset_from(count);
+        self.within.lanes.meet_within(simd, count, &mut self.answers);
+        for lane in 0..count {
+            let waiting = self.within.waiting[lane];
+            self.take_crossing(lane, &waiting, self.answers.leaving.0[lane] > 0.0);
+        }
+        self.within.waiting.clear();
+    }
+
+    #[inline(always)]
+    fn take_crossing(&mut self, lane: usize, waiting: &Waiting<'s>, leaving: bool) {
+        let way = self.answers.way.0[lane];
+        let is_doubtful = self.answers.doubt.0[lane] > 0.0;
+        let course = waiting.meeting.course as usize;
+        self.memory.patience[course].waiting -= 1;
+        let t = waiting.entry + f64::from(way) * waiting.t_per_way;
+        let error = f64::from(self.answers.error.0[lane]) * waiting.t_per_way;
+        let error = (error as f32).next_up();
+        if is_doubtful {
+            // A grazing ray, which may be behind the best, or one that starts on the surface.
+            if waiting.leaves.is_some() || t - f64::from(error) < self.t_max(course) {
+                self.meet_exactly(&waiting.meeting, RayStart::Free);
+            }
+            return;
+        }
+        if way < f32::INFINITY {
+            let Meeting { trail, place, .. } = waiting.meeting;
+            self.take(course, Best { t, error, trail, place, found: Found::Nearly { leaving } });
+        }
+    }
+
+    #[inline(always)]
+    fn take_occlusion(&mut self, lane: usize, waiting: &Waiting<'s>, t_max: f64) {
+        let course = waiting.meeting.course as usize;
+        self.memory.patience[course].waiting -= 1;
+        if self.memory.ends[course] == DONE {
+            return;
+        }
+        let way = self.answers.way.0[lane];
+        // What is inside somewhere is met before that, but for a ray that starts inside: that one is when it leaves.
+        let t = waiting.leaves.unwrap_or(waiting.entry + f64::from(way) * waiting.t_per_way);
+        if way < f32::INFINITY && t < t_max * (1.0 - END) && t > 0.0 {
+            self.end(course, Told::Occluded);
+        } else if way < f32::INFINITY || self.answers.doubt.0[lane] > 0.0 {
+            self.meet_exactly(&waiting.meeting, RayStart::Free);
+        }
+    }
+
+    /// A ray asks no more.
+    #[inline(always)]
+    fn end(&mut self, course: usize, told: Told) {
+        self.memory.told[course] = told;
+        self.memory.ends[course] = DONE;
+    }
+
+    /// No crossing beyond this counts.
+    #[inline(always)]
+    fn t_max(&self, course: usize) -> f64 {
+        match self.memory.told[course] {
+            Told::Found(best) => best.t,
+            _ => self.any_before.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// Takes a crossing if it is closer than the best; doubts where the two are as close as can be told.
+    #[inline(always)]
+    fn take(&mut self, course: usize, best: Best) {
+        match self.memory.told[course] {
+            Told::Doubtful => return,
+            Told::Found(old) if f64::from(best.error + old.error) >= (best.t - old.t).abs() => {
+                return self.end(course, Told::Doubtful);
+            }
+            _ => {}
+        }
+        if best.t < self.t_max(course) {
+            self.memory.told[course] = Told::Found(best);
+            self.memory.ends[course] = (best.t as f32).next_up().min(f32::MAX);
+        }
+    }
+
+    /// Meets a shape by f64.
+    #[inline(never)]
+    fn meet_exactly(&mut self, meeting: &Meeting<'s>, start: RayStart) {
+        let Meeting { course, trail, place, leaf } = *meeting;
+        let mut path = InstancePath::default();
+        self.extend_path(trail, &mut path);
+        let course = course as usize;
+        let [origin, direction] = self.memory.lines[course];
+        let (mut group, mut ray) = (self.root, Ray { origin, direction, ..self.asked[course].ray });
+        for &place in path.places() {
+            let instance = &group.instances[place as usize];
+            ray = ray.to_local(instance.map());
+            group = &instance.group;
+        }
+        let shape = self.shape(leaf);
+        let local = ray.through(&leaf.unit_from_group);
+        self.meet_shape_exactly(course, (trail, place), &shape, leaf.primitive, &local, start);
+    }
+
+    fn meet_shape_exactly(
+        &mut self,
+        course: usize,
+        (trail, place): (u32, u32),
+        shape: &Superquadric,
+        primitive: u32,
+        local: &Ray,
+        start: RayStart,
+    ) {
+        if let Some(t_max) = self.any_before {
+            if shape.occluded(local, start, t_max) {
+                self.end(course, Told::Occluded);
+            }
+            return;
+        }
+        if let Some(hit) = shape.intersect(local, start) {
+            let found = Found::Exactly(self.memory.exact.len() as u32);
+            let path = InstancePath::default();
+            self.memory.exact.push(Hit {
+                t: hit.t,
+                leaving: hit.leaving,
+                primitive,
+                unit_point: hit.point,
+                path,
+            });
+            self.take(course, Best { t: hit.t, error: (1e-12 * hit.t) as f32, trail, place, found });
+        }
+    }
+
+    /// The rays of a list that come to the box of a group go on in its space; those that are much wider meet what stands in for it.
+    #[inline(always)]
+    fn enter(&mut self, place: u32, child: u8, list: List) {
+        let (group, stretch, trail) = self.frame();
+        let instance = &group.instances[place as usize];
+        let stretch = stretch * instance.stretch;
+        let size = instance.size() * stretch;
+        let inner: &'s Group = &instance.group;
+        let first_ray = self.memory.lines.len() as u32;
+        for i in 0..list.count {
+            let listed = self.memory.lists[(list.first + i) as usize];
+            let course = listed.end();
+            let near = self.memory.near[(list.first_near + i) as usize][child as usize % WIDTH];
+            if near > self.memory.ends[course] {
+                continue;
+            }
+            let [origin, direction] = self.memory.lines[listed.ray()];
+            let ray = Ray::new(origin, direction);
+            if self.memory.footprints[course].hides(size, f64::from(near)) {
+                self.meet_stand_in(course, place, &ray);
+                continue;
+            }
+            let local = ray.to_local(instance.map());
+            let Some(tree) = tree_ray(inner, &local) else {
+                self.end(course, Told::Doubtful);
+                continue;
+            };
+            self.memory
+                .arrivals
+                .push((tree.octant(), Listed::new(self.memory.lines.len() as u32, course as u32)));
+            self.memory.lines.push([local.origin, local.direction]);
+            self.memory.boxes.push(tree);
+        }
+        if self.memory.arrivals.is_empty() {
+            return;
+        }
+        self.frames.push(Frame { group: inner, stretch, trail: self.memory.trails.len() as u32, first_ray });
+        self.memory.trails.push(Trail { above: trail, place });
+        self.path.push(place);
+        self.memory.tasks.push(Task::Leave);
+        self.list_arrivals(list.first + list.count, list.first_near + list.count);
+    }
+
+    fn leave(&mut self) {
+        if let Some(frame) = self.frames.pop() {
+            self.memory.lines.truncate(frame.first_ray as usize);
+            self.memory.boxes.truncate(frame.first_ray as usize);
+            self.path.pop();
+        }
+    }
+
+    fn meet_stand_in(&mut self, course: usize, place: u32, ray: &Ray) {
+        let (group, _, trail) = self.frame();
+        let instance = &group.instances[place as usize];
+        let stand_in = instance.group.stand_in(&self.scene.primitives);
+        let place = place | InstancePath::INSTANCE;
+        if self.start_at(course, place) != RayStart::Free {
+            return;
+        }
+        // The ray as it came, of whose bits the exact way draws the same lot.
+        let bits = self.memory.lines[course][1].to_array().map(f64::to_bits);
+        self.path.push(place);
+        let draws = chance(bits, self.path.places()) < stand_in.opacity;
+        self.path.pop();
+        if draws {
+            let local = ray.to_local(instance.map()).through(&stand_in.unit_from_group);
+            let shape = StandIn::unit_shape();
+            if shape.intersect(&local, RayStart::Free).is_some_and(|hit| !hit.leaving) {
+                let primitive = stand_in.main_primitive();
+                self.meet_shape_exactly(course, (trail, place), &shape, primitive, &local, RayStart::Free);
+            }
+        }
+    }
+}
+
+impl<'s> Flying<'s> {
+    #[inline(always)]
+    fn push(&mut self, shape: &Superquadric, approach: &Approach, waiting: Waiting<'s>) {
+        self.lanes.set(self.waiting.len(), shape, approach);
+        self.waiting.push(waiting);
+    }
+
+    /// Whether there may be no room for those that approach next.
+    #[inline(always)]
+    fn is_full(&self) -> bool {
+        self.waiting.len() > FLIGHT - APPROACH
+    }
+}
+
+/// How far along an octant the middles of a node's boxes are.
+#[inline(always)]
+fn places_along(node: &Node, octant: u8) -> [f32; WIDTH] {
+    let mut along = [0.0; WIDTH];
+    for axis in 0..3 {
+        let turn = if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
+        let bounds = node.bounds[axis].iter().zip(&node.bounds[axis + 3]);
+        for (along, (least, largest)) in along.iter_mut().zip(bounds) {
+            *along += turn * (least + largest);
+        }
+    }
+    along
+}
