@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, OnceLock};
 
+use foldhash::fast::RandomState;
 use num_bigint::BigUint;
 use rayon::prelude::*;
 use superegg_geom::glam::{DAffine3, DVec3};
@@ -447,7 +448,7 @@ impl<'a> Compiler<'a> {
         };
         let mut instances = Vec::with_capacity(groups.len());
         let leaves = if leaf_count == plain.len() && groups.is_empty() {
-            each(&order, |&item| make_plain(item)).collect()
+            in_order(&order, make_plain)
         } else {
             // Leaves and groups are numbered apart, in the order of the tree.
             let mut leaves = Vec::with_capacity(leaf_count);
@@ -494,8 +495,8 @@ impl<'a> Compiler<'a> {
 }
 
 /// What each name of a scene stands for, and the objects with their names.
-fn named(scene: &Scene) -> (HashMap<&str, PackedPlace>, Vec<&Object>, Vec<&str>) {
-    let mut places = HashMap::with_capacity(scene.entities().len());
+fn named(scene: &Scene) -> (HashMap<&str, PackedPlace, RandomState>, Vec<&Object>, Vec<&str>) {
+    let mut places = HashMap::with_capacity_and_hasher(scene.entities().len(), RandomState::default());
     let (mut objects, mut object_names) = (Vec::new(), Vec::new());
     let mut primitives = 0;
     for (name, entity) in scene.entities() {
@@ -636,11 +637,33 @@ impl<T: Sync, F> Each<'_, T, F> {
     }
 }
 
+/// Leaves in the order of a tree. Many are made in their own order, each thread those of its part: what they are made of lies in memory in that
+/// order, and waiting for it costs more than all else.
+fn in_order(order: &[u32], make: impl Fn(u32) -> Leaf + Sync) -> Vec<Leaf> {
+    if order.len() < LARGE {
+        return order.iter().map(|&item| make(item)).collect();
+    }
+    let mut place_of = vec![0u32; order.len()];
+    (0..).zip(order).for_each(|(place, &item)| place_of[item as usize] = place);
+    let nobody = Leaf { unit_from_group: NOWHERE, primitive: 0, name: NameRef::ROOT };
+    let mut leaves: Vec<Leaf> = order.par_iter().map(|_| nobody).collect();
+    let part = order.len().div_ceil(rayon::current_num_threads());
+    leaves.par_chunks_mut(part).enumerate().for_each(|(number, leaves)| {
+        for (item, &place) in place_of.iter().enumerate() {
+            let place = (place as usize).checked_sub(number * part);
+            if let Some(leaf) = place.and_then(|place| leaves.get_mut(place)) {
+                *leaf = make(item as u32);
+            }
+        }
+    });
+    leaves
+}
+
 /// Materials, each once.
 #[derive(Default)]
 struct Materials {
     all: Vec<Material>,
-    places: HashMap<[u64; 23], u32>,
+    places: HashMap<[u64; 23], u32, RandomState>,
 }
 
 impl Materials {
