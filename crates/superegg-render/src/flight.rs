@@ -73,9 +73,9 @@ impl CompiledScene {
 }
 
 /// The part that the lanes of the machine compile for.
-struct Run<'a, 's> {
-    stream: &'a mut Stream<'s>,
-    rays: &'s [FlightRay],
+pub(crate) struct Run<'a, 's> {
+    pub(crate) stream: &'a mut Stream<'s>,
+    pub(crate) rays: &'s [FlightRay],
 }
 
 impl WithSimd for Run<'_, '_> {

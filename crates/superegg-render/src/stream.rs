@@ -13,7 +13,7 @@ use superegg_geom::lanes::flight::{
     APPROACH, Approach, Approaches, BoxRay, END, FLIGHT, FlightAnswers, FlightLanes, Listed, Verdict,
     meet_boxes,
 };
-use superegg_geom::{Ray, RayStart, Superquadric, scale_to_unit};
+use superegg_geom::{Ray, RayStart, ShapeHit, Superquadric, scale_to_unit};
 
 use crate::bvh::{Node, PackedSlot, Slot, WIDTH};
 use crate::compiled::{CompiledScene, Group, Leaf};
@@ -79,6 +79,10 @@ struct Patience {
 const NOWHERE: u32 = u32::MAX;
 /// A ray that waits for so many shapes waits no longer.
 const PATIENCE: u32 = 4;
+/// From so many rays in the groups that are open on, fewer go into the next at a time.
+const MANY_RAYS: usize = 1 << 16;
+/// From so many trails on, those that lead to nothing are forgotten.
+const MANY_TRAILS: usize = 1 << 18;
 /// The end, in f32, of a ray that asks no more.
 const DONE: f32 = -1.0;
 
@@ -178,6 +182,8 @@ pub(crate) struct Stream<'s> {
     answers: FlightAnswers,
     /// Set where a ray waits no longer.
     is_impatient: bool,
+    most_rays: usize,
+    most_trails: usize,
 }
 
 /// Scales beyond this are f64's.
@@ -247,6 +253,8 @@ impl<'s> Stream<'s> {
             within: flying(),
             answers: FlightAnswers::default(),
             is_impatient: false,
+            most_rays: MANY_RAYS,
+            most_trails: MANY_TRAILS,
         }
     }
 
@@ -300,7 +308,7 @@ impl<'s> Stream<'s> {
                             self.wait(place, list);
                         }
                     }
-                    Slot::Instance(place) => self.enter(place, child, list),
+                    Slot::Instance(place) => self.enter(slot, place, child, list),
                 },
                 Some(Task::Wait { place, list }) => self.wait(place, list),
                 Some(Task::Tree { octant, list }) => visit = Some((0, octant, list)),
@@ -331,6 +339,46 @@ impl<'s> Stream<'s> {
             self.meet_within(simd);
         }
         self.is_impatient = false;
+        if self.memory.trails.len() > self.most_trails {
+            self.forget_trails();
+        }
+    }
+
+    /// Forgets the trails that lead to no crossing and to no open group. Nothing may wait.
+    #[inline(never)]
+    fn forget_trails(&mut self) {
+        if self.is_anything_waiting() {
+            return;
+        }
+        let StreamMemory { told, trails, .. } = &mut self.memory;
+        let mut ends: Vec<&mut u32> = self.frames.iter_mut().map(|frame| &mut frame.trail).collect();
+        ends.extend(told.iter_mut().filter_map(|told| match told {
+            Told::Found(best) => Some(&mut best.trail),
+            _ => None,
+        }));
+        let mut is_kept = vec![false; trails.len()];
+        for end in &ends {
+            let mut at = **end;
+            while at != ROOT && !std::mem::replace(&mut is_kept[at as usize], true) {
+                at = trails[at as usize].above;
+            }
+        }
+        // A trail comes after the one above it.
+        let mut place_of = vec![ROOT; trails.len()];
+        let renamed =
+            |trail: u32, place_of: &[u32]| if trail == ROOT { ROOT } else { place_of[trail as usize] };
+        let mut count = 0;
+        for trail in 0..trails.len() {
+            if is_kept[trail] {
+                let Trail { above, place } = trails[trail];
+                trails[count] = Trail { above: renamed(above, &place_of), place };
+                place_of[trail] = count as u32;
+                count += 1;
+            }
+        }
+        trails.truncate(count);
+        ends.into_iter().for_each(|end| *end = renamed(*end, &place_of));
+        self.most_trails = self.most_trails.max(2 * count);
     }
 
     #[inline(always)]
@@ -693,23 +741,37 @@ impl<'s> Stream<'s> {
             }
             return;
         }
-        if let Some(hit) = shape.intersect(local, start) {
-            let found = Found::Exactly(self.memory.exact.len() as u32);
-            let path = InstancePath::default();
-            self.memory.exact.push(Hit {
-                t: hit.t,
-                leaving: hit.leaving,
-                primitive,
-                unit_point: hit.point,
-                path,
-            });
-            self.take(course, Best { t: hit.t, error: (1e-12 * hit.t) as f32, trail, place, found });
+        let Some(ShapeHit { t, leaving, point: unit_point }) = shape.intersect(local, start) else { return };
+        // One for each ray is kept.
+        let kept = match self.memory.told[course] {
+            Told::Found(Best { found: Found::Exactly(kept), .. }) => kept as usize,
+            _ => self.memory.exact.len(),
+        };
+        if t < self.t_max(course) {
+            let hit = Hit { t, leaving, primitive, unit_point, path: InstancePath::default() };
+            match self.memory.exact.get_mut(kept) {
+                Some(exact) => *exact = hit,
+                None => self.memory.exact.push(hit),
+            }
         }
+        let found = Found::Exactly(kept as u32);
+        self.take(course, Best { t, error: (1e-12 * t) as f32, trail, place, found });
     }
 
     /// The rays of a list that come to the box of a group go on in its space; those that are much wider meet what stands in for it.
     #[inline(always)]
-    fn enter(&mut self, place: u32, child: u8, list: List) {
+    fn enter(&mut self, slot: PackedSlot, place: u32, child: u8, mut list: List) {
+        let top = list.first + list.count;
+        let near_top = list.first_near + list.count;
+        // Where many rays are in many levels the memory for them has an end: some go first.
+        let room = self.most_rays.saturating_sub(self.memory.lines.len()) / 2;
+        let count = list.count.min(room.max(FLIGHT) as u32);
+        if count < list.count {
+            let (first, first_near) = (list.first + count, list.first_near + count);
+            let others = List { first, count: list.count - count, first_near };
+            self.memory.tasks.push(Task::Child { slot, child, octant: 0, list: others });
+            list.count = count;
+        }
         let (group, stretch, trail) = self.frame();
         let instance = &group.instances[place as usize];
         let stretch = stretch * instance.stretch;
@@ -743,11 +805,12 @@ impl<'s> Stream<'s> {
         if self.memory.arrivals.is_empty() {
             return;
         }
+        self.is_impatient |= self.memory.trails.len() >= self.most_trails;
         self.frames.push(Frame { group: inner, stretch, trail: self.memory.trails.len() as u32, first_ray });
         self.memory.trails.push(Trail { above: trail, place });
         self.path.push(place);
         self.memory.tasks.push(Task::Leave);
-        self.list_arrivals(list.first + list.count, list.first_near + list.count);
+        self.list_arrivals(top, near_top);
     }
 
     fn leave(&mut self) {
@@ -808,4 +871,65 @@ fn places_along(node: &Node, octant: u8) -> [f32; WIDTH] {
         }
     }
     along
+}
+
+#[cfg(test)]
+mod tests {
+    use pulp::Arch;
+    use superegg_lang::load_text;
+
+    use super::*;
+    use crate::flight::Run;
+
+    /// A fractal of shapes in each other.
+    const FRACTAL: &str = "prm ball\nexp 1 .4\ncoeff .2 .3 .1\nprm star\nexp 3 2.5\ncoeff .3 .2 .3\n\
+        obj all\nap ball\nap star\nxs .3 .2 .1\nao all a\nrs 1 2 3 40\nss .8 .8 .8\nxs .3 0 0\n\
+        ao all b\nrs 2 1 0 70\nss .8 .7 -.8\nxs -.3 .2 0\nao all c\nss .6 .6 .6\nxs 0 -.9 .4\n";
+
+    #[test]
+    fn bounds_on_memory_change_no_answer() {
+        let (session, diagnostics) = load_text("stream.scn", FRACTAL);
+        assert!(diagnostics.is_empty(), "{diagnostics:?}");
+        let scene = CompiledScene::compile(session.scene(), Some("all"), 7);
+        let root = scene.root.as_deref().unwrap();
+        let rays: Vec<FlightRay> = (0..3_000)
+            .map(|i| {
+                let a = f64::from(i);
+                let origin = DVec3::new((1.3 * a).sin(), (0.7 * a).cos(), (2.9 * a).sin()) * 1.2;
+                // Of one octant, so that lists are long.
+                let direction = DVec3::new((2.1 * a).cos(), (1.1 * a).sin(), (0.37 * a).cos()).abs();
+                Ray::new(origin, direction).into()
+            })
+            .collect();
+        for any_before in [None, Some(1.0)] {
+            let mut stream = Stream::new(&scene, root, any_before);
+            (stream.most_rays, stream.most_trails) = (3_100, 8);
+            Arch::new().dispatch(Run { stream: &mut stream, rays: &rays });
+            assert!(stream.memory.lines.capacity() <= 4096, "{}", stream.memory.lines.capacity());
+            // Those of found crossings stay.
+            let most_trails = if any_before.is_some() { 50 } else { 2_500 };
+            assert!(stream.memory.trails.len() < most_trails, "{}", stream.memory.trails.len());
+            let (mut found, mut doubtful) = (0, 0);
+            for (asked, told) in rays.iter().zip(stream.told()) {
+                let expected = scene.intersect(&asked.ray, None);
+                match (told, any_before) {
+                    (Told::Found(best), None) => {
+                        found += 1;
+                        let expected = expected.unwrap();
+                        assert_eq!(stream.path(&best), expected.path);
+                        let (_, scale) = scale_to_unit(asked.ray.direction).unwrap();
+                        assert!((best.t * scale - expected.t).abs() < 1e-4 * (1.0 + expected.t));
+                    }
+                    (Told::Nothing, None) => assert!(expected.is_none()),
+                    (Told::Doubtful, _) => doubtful += 1,
+                    (told, _) => {
+                        let stopped = scene.occluded(&asked.ray, None, 1.0);
+                        assert_eq!(matches!(told, Told::Occluded), stopped, "{asked:?}");
+                    }
+                }
+            }
+            assert!(any_before.is_some() || found > 200, "{found}");
+            assert!(doubtful < 100, "{doubtful}");
+        }
+    }
 }
