@@ -32,17 +32,20 @@ impl From<Ray> for FlightRay {
     }
 }
 
-/// So many go together: what is kept of them fits into the cache of a core.
-const TOGETHER: usize = 1 << 14;
+/// How many rays go together: as many as a core's cache has room for what is kept of them; where the scene itself is larger than that, more, since long
+/// lists are then worth more than the cache.
+fn rays_together(root: &Group) -> usize {
+    (8 * root.nodes.len()).clamp(1 << 14, 1 << 17)
+}
 
 impl CompiledScene {
     /// The first crossing on each of many rays: the answers of [`CompiledScene::intersect_footprint`], found together.
     pub fn intersect_many(&self, rays: &[FlightRay]) -> Vec<Option<Hit>> {
         let mut found = vec![None; rays.len()];
-        let Some(root) = self.root.as_deref() else { return found };
+        let Some(root) = self.root.as_deref().filter(|_| !rays.is_empty()) else { return found };
         let mut stream = Stream::new(self, root, None);
-        let mut settling = Settling::default();
-        for (rays, found) in rays.chunks(TOGETHER).zip(found.chunks_mut(TOGETHER)) {
+        let (mut settling, together) = (Settling::default(), rays_together(root));
+        for (rays, found) in rays.chunks(together).zip(found.chunks_mut(together)) {
             Arch::new().dispatch(Run { stream: &mut stream, rays });
             settling.take(self, root, &stream, rays, found);
         }
@@ -53,9 +56,9 @@ impl CompiledScene {
     /// Whether each of many rays is stopped with 0 <= t < `t_max`: the answers of [`CompiledScene::occluded_footprint`].
     pub fn occluded_many(&self, rays: &[FlightRay], t_max: f64) -> Vec<bool> {
         let mut occluded = vec![false; rays.len()];
-        let Some(root) = self.root.as_deref() else { return occluded };
-        let mut stream = Stream::new(self, root, Some(t_max));
-        for (rays, occluded) in rays.chunks(TOGETHER).zip(occluded.chunks_mut(TOGETHER)) {
+        let Some(root) = self.root.as_deref().filter(|_| !rays.is_empty()) else { return occluded };
+        let (mut stream, together) = (Stream::new(self, root, Some(t_max)), rays_together(root));
+        for (rays, occluded) in rays.chunks(together).zip(occluded.chunks_mut(together)) {
             Arch::new().dispatch(Run { stream: &mut stream, rays });
             for ((asked, told), occluded) in rays.iter().zip(stream.told()).zip(occluded) {
                 *occluded = match told {

@@ -79,7 +79,7 @@ struct Patience {
 const NOWHERE: u32 = u32::MAX;
 /// A ray that waits for so many shapes waits no longer.
 const PATIENCE: u32 = 4;
-/// From so many rays in the groups that are open on, fewer go into the next at a time.
+/// From so many rays below the root on, few at a time go deeper.
 const MANY_RAYS: usize = 1 << 16;
 /// From so many trails on, those that lead to nothing are forgotten.
 const MANY_TRAILS: usize = 1 << 18;
@@ -764,7 +764,8 @@ impl<'s> Stream<'s> {
         let top = list.first + list.count;
         let near_top = list.first_near + list.count;
         // Where many rays are in many levels the memory for them has an end: some go first.
-        let room = self.most_rays.saturating_sub(self.memory.lines.len()) / 2;
+        let inner_rays = self.memory.lines.len() - self.asked.len();
+        let room = self.most_rays.saturating_sub(inner_rays) / 2;
         let count = list.count.min(room.max(FLIGHT) as u32);
         if count < list.count {
             let (first, first_near) = (list.first + count, list.first_near + count);
@@ -903,7 +904,7 @@ mod tests {
             .collect();
         for any_before in [None, Some(1.0)] {
             let mut stream = Stream::new(&scene, root, any_before);
-            (stream.most_rays, stream.most_trails) = (3_100, 8);
+            (stream.most_rays, stream.most_trails) = (100, 8);
             Arch::new().dispatch(Run { stream: &mut stream, rays: &rays });
             assert!(stream.memory.lines.capacity() <= 4096, "{}", stream.memory.lines.capacity());
             // Those of found crossings stay.
