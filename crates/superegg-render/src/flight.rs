@@ -94,12 +94,13 @@ impl WithSimd for Run<'_, '_> {
 #[derive(Default)]
 struct Settling {
     batch: SettleBatch,
-    /// The ray of each, with the shift that `batch` has it at, and the scale that brings t back to lengths of the ray's own direction.
     open: Vec<Open>,
 }
 
+/// The ray of a crossing.
 struct Open {
     index: usize,
+    /// What brings t back to lengths of the ray's own direction.
     scale: f64,
     /// For a ray that leaves: it is settled backwards from a place at this t.
     back_from: Option<f64>,

@@ -50,7 +50,7 @@ pub(crate) struct Best {
 /// How a crossing was found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Found {
-    /// By f64: a place among [`Stream::exact`].
+    /// By f64: for [`Stream::exact`].
     Exactly(u32),
     /// By lanes.
     Nearly { leaving: bool },
@@ -119,6 +119,7 @@ struct List {
 /// A ray and an instance of a shape that it may meet.
 #[derive(Clone, Copy)]
 struct Meeting<'s> {
+    /// The ray, by its place among those that were asked.
     course: u32,
     /// The path to the instance.
     trail: u32,
