@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use num_bigint::BigUint;
 use superegg_geom::glam::{DAffine3, DVec3};
-use superegg_geom::{Aabb, Exponents, Superquadric, Transform};
+use superegg_geom::{Aabb, Exponents, Ray, Superquadric, Transform};
 use superegg_scene::Material;
 
 use crate::beam::Kind;
@@ -136,6 +136,14 @@ impl Group {
         } else if name != NameRef::ROOT {
             chain.extend_from_slice(&self.chains[(name.0 & !NameRef::CHAIN) as usize]);
         }
+    }
+
+    /// The group that instances lead to, one after the other from here, and a ray in its space.
+    pub(crate) fn follow(&self, places: &[u32], ray: &Ray) -> (&Self, Ray) {
+        places.iter().fold((self, *ray), |(group, ray), &place| {
+            let instance = &group.instances[place as usize];
+            (&*instance.group, ray.to_local(instance.map()))
+        })
     }
 
     /// The place among the object's children, which settles ties.

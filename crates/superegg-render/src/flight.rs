@@ -166,13 +166,8 @@ impl Settling {
         t: f64,
         leaving: bool,
     ) -> u32 {
-        let (mut group, mut ray) = (root, Ray { origin_error: 0.0, ..*ray });
         let Some((&last, above)) = path.places().split_last() else { return 0 };
-        for &place in above {
-            let instance = &group.instances[place as usize];
-            ray = ray.to_local(instance.map());
-            group = &instance.group;
-        }
+        let (group, ray) = root.follow(above, &Ray { origin_error: 0.0, ..*ray });
         let leaf = &group.leaves[last as usize];
         let Ray { origin, direction, .. } = ray.through(&leaf.unit_from_group);
         let powers = settle_powers(&scene.primitives[leaf.primitive as usize].unit_shape());

@@ -271,13 +271,14 @@ impl<'s> Stream<'s> {
 
     /// The path to a crossing.
     pub(crate) fn path(&self, best: &Best) -> InstancePath {
-        let mut path = InstancePath::default();
-        self.extend_path(best.trail, &mut path);
+        let mut path = self.path_to(best.trail);
         path.push(best.place);
         path
     }
 
-    fn extend_path(&self, trail: u32, path: &mut InstancePath) {
+    /// The path to a group.
+    fn path_to(&self, trail: u32) -> InstancePath {
+        let mut path = InstancePath::default();
         let mut places = smallvec::SmallVec::<[u32; 8]>::new();
         let mut at = trail;
         while at != ROOT {
@@ -286,6 +287,7 @@ impl<'s> Stream<'s> {
             at = above;
         }
         places.iter().rev().for_each(|&place| path.push(place));
+        path
     }
 
     /// A crossing that f64 has found, without its path.
@@ -712,16 +714,10 @@ impl<'s> Stream<'s> {
     #[inline(never)]
     fn meet_exactly(&mut self, meeting: &Meeting<'s>, start: RayStart) {
         let Meeting { course, trail, place, leaf } = *meeting;
-        let mut path = InstancePath::default();
-        self.extend_path(trail, &mut path);
         let course = course as usize;
         let [origin, direction] = self.memory.lines[course];
-        let (mut group, mut ray) = (self.root, Ray { origin, direction, ..self.asked[course].ray });
-        for &place in path.places() {
-            let instance = &group.instances[place as usize];
-            ray = ray.to_local(instance.map());
-            group = &instance.group;
-        }
+        let ray = Ray { origin, direction, ..self.asked[course].ray };
+        let (_, ray) = self.root.follow(self.path_to(trail).places(), &ray);
         let shape = self.shape(leaf);
         let local = ray.through(&leaf.unit_from_group);
         self.meet_shape_exactly(course, (trail, place), &shape, leaf.primitive, &local, start);
