@@ -3,7 +3,6 @@
 use superegg_scene::Picture;
 
 use crate::develop::Development;
-use crate::filter::Shares;
 use crate::gather::Gathered;
 
 /// When the pixels of a tile stop.
@@ -16,36 +15,42 @@ pub(crate) struct Stopping {
     /// The most samples of a pixel.
     most: u32,
     development: Development,
-    shares: Shares,
 }
 
 impl Stopping {
-    pub(crate) fn of(picture: &Picture, development: Development, shares: Shares) -> Self {
+    pub(crate) fn of(picture: &Picture, development: Development) -> Self {
         let first = picture.samples.max(1);
-        Self { noise: picture.noise, first, most: picture.most_samples.max(first), development, shares }
+        Self { noise: picture.noise, first, most: picture.most_samples.max(first), development }
+    }
+
+    /// Whether all pixels take as many samples as the first round has.
+    pub(crate) fn is_fixed(&self) -> bool {
+        self.noise <= 0.0
     }
 
     /// How many samples each pixel of a tile of so many columns takes in the next round; all 0 at the end. The pixels are in rows.
     ///
     /// A few samples may agree by chance, so a pixel is not believed as long as one of the eight around it has too much error.
-    pub(crate) fn next_round(&self, columns: usize, pixels: &[Gathered]) -> Vec<u32> {
-        if self.noise <= 0.0 {
-            return vec![0; pixels.len()];
+    pub(crate) fn next_round(&self, columns: usize, gathered: &Gathered) -> Vec<u32> {
+        let pixels = gathered.pixels();
+        if self.is_fixed() {
+            return vec![0; pixels];
         }
         let is_noisy: Vec<bool> =
-            pixels.iter().map(|pixel| pixel.error(self.shares, &self.development) >= self.noise).collect();
-        let rows = pixels.len() / columns.max(1);
+            (0..pixels).map(|place| gathered.error(place, &self.development) >= self.noise).collect();
+        let rows = pixels / columns.max(1);
         let around = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
         let goes_on = |x: usize, y: usize| {
             around(y, rows).any(|y| around(x, columns).any(|x| is_noisy[y * columns + x]))
         };
-        let next = |(place, pixel): (usize, &Gathered)| {
-            let left = self.most.saturating_sub(pixel.count());
+        let next = |place: usize| {
+            let count = gathered.count(place);
+            let left = self.most.saturating_sub(count);
             // A quarter more each time: few rounds, and little beyond what is needed.
-            let wanted = self.first.max(pixel.count() / 4);
+            let wanted = self.first.max(count / 4);
             if goes_on(place % columns, place / columns) { wanted.min(left) } else { 0 }
         };
-        pixels.iter().enumerate().map(next).collect()
+        (0..pixels).map(next).collect()
     }
 }
 
@@ -54,39 +59,40 @@ mod tests {
     use superegg_geom::glam::DVec3;
 
     use super::*;
-    use crate::tile::Sighting;
+    use crate::filter::Shares;
+    use crate::gather::Keeps;
 
-    fn pixel(values: &[f64]) -> Gathered {
-        let mut gathered = Gathered::default();
-        for &value in values {
-            gathered.add(&Sighting { color: DVec3::splat(value), first: None }, false);
+    fn tile(pixels: &[Vec<f64>]) -> Gathered {
+        let mut gathered = Gathered::new(Shares { positive: 1.0, negative: 0.0 });
+        gathered.start(pixels.len(), Keeps { squares: true, layers: false });
+        for (place, values) in pixels.iter().enumerate() {
+            values.iter().for_each(|&value| gathered.add(place, DVec3::splat(value), None, false));
         }
         gathered
     }
 
     fn stopping(noise: f64, most_samples: u32) -> Stopping {
         let picture = Picture { noise, most_samples, ..Picture::default() };
-        let shares = Shares { positive: 1.0, negative: 0.0 };
-        Stopping::of(&picture, Development::of(&picture), shares)
+        Stopping::of(&picture, Development::of(&picture))
     }
 
     #[test]
     fn a_noisy_pixel_keeps_those_beside_it_going() {
-        let mut tile = vec![pixel(&[0.5; 4]); 5 * 4];
+        let mut pixels = vec![vec![0.5; 4]; 5 * 4];
         let stopping = stopping(0.01, 1024);
-        assert_eq!(stopping.next_round(5, &tile), [0; 20]);
-        tile[0] = pixel(&[0.0, 1.0, 0.0, 1.0]);
+        assert_eq!(stopping.next_round(5, &tile(&pixels)), [0; 20]);
+        pixels[0] = vec![0.0, 1.0, 0.0, 1.0];
         let expected = [4, 4, 0, 0, 0, 4, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-        assert_eq!(stopping.next_round(5, &tile), expected);
+        assert_eq!(stopping.next_round(5, &tile(&pixels)), expected);
     }
 
     #[test]
     fn rounds_grow_and_end_at_the_most() {
-        let noisy = |count: usize| pixel(&[0.0, 1.0].repeat(count / 2));
-        assert_eq!(stopping(0.01, 1024).next_round(1, &[noisy(100)]), [25]);
-        assert_eq!(stopping(0.01, 102).next_round(1, &[noisy(100)]), [2]);
-        assert_eq!(stopping(0.01, 100).next_round(1, &[noisy(100)]), [0]);
-        assert_eq!(stopping(0.0, 100).next_round(1, &[noisy(10)]), [0]);
-        assert_eq!(stopping(0.06, 1024).next_round(1, &[noisy(1000)]), [0]);
+        let noisy = |count: usize| tile(&[[0.0, 1.0].repeat(count / 2)]);
+        assert_eq!(stopping(0.01, 1024).next_round(1, &noisy(100)), [25]);
+        assert_eq!(stopping(0.01, 102).next_round(1, &noisy(100)), [2]);
+        assert_eq!(stopping(0.01, 100).next_round(1, &noisy(100)), [0]);
+        assert_eq!(stopping(0.0, 100).next_round(1, &noisy(10)), [0]);
+        assert_eq!(stopping(0.06, 1024).next_round(1, &noisy(1000)), [0]);
     }
 }

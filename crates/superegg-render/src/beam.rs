@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
-    BeamBoxes, BeamShape, Bundles, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits, PacketOf,
-    PacketSurfaces, PacketVectors,
+    BeamBoxes, BeamShape, Bundles, Directions, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits,
+    PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, Widening,
 };
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
@@ -36,8 +36,6 @@ const MOST_TOLERANCE: f64 = 0.03;
 const MOST_EXPONENT: i32 = 90;
 /// Where the lanes are off by less than this part of a ray's width, what they tell is shaded as it is.
 const NEAR: f64 = 1.0 / 64.0;
-/// Ways whose squares f32 holds.
-const RANGE: std::ops::Range<f32> = 1e-12..1e12;
 /// From further away points on rays are not exact enough to be settled together.
 const MOST_DISTANCE: f64 = 4096.0;
 
@@ -130,28 +128,139 @@ struct Frame {
     first_inverse: usize,
 }
 
+/// The largest coordinates of a beam's directions, whatever their signs.
+fn largest(directions: &Directions) -> DVec3 {
+    directions.least.abs().max(directions.most.abs())
+}
+
+/// No direction of a beam has a lesser part along `row`, whatever its sign.
+fn least_along(directions: &Directions, row: DVec3) -> f64 {
+    let Directions { least, most, .. } = *directions;
+    (row.dot(0.5 * (least + most)).abs() - row.abs().dot(0.5 * (most - least))).max(0.0)
+}
+
+/// Rays from one place, in the order of their lanes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pencil<'a> {
+    pub(crate) origin: DVec3,
+    /// By packets.
+    pub(crate) directions: &'a [PacketVectors64],
+    pub(crate) count: usize,
+}
+
+impl Pencil<'_> {
+    fn direction(&self, ray: usize) -> DVec3 {
+        direction_of(self.directions, ray)
+    }
+
+    pub(crate) fn ray(&self, ray: usize) -> Ray {
+        Ray::new(self.origin, self.direction(ray))
+    }
+
+    /// The lanes of a packet that have a ray.
+    fn asked(&self, packet: usize) -> u32 {
+        u32::MAX >> (32 - PACKET.min(self.count - packet * PACKET))
+    }
+}
+
+/// Directions by packets; what is left of the last one has none.
+pub(crate) fn take_directions(
+    directions: impl ExactSizeIterator<Item = DVec3>,
+    packets: &mut Vec<PacketVectors64>,
+) {
+    packets.resize(directions.len().div_ceil(PACKET), [PacketOf::splat(f64::NAN); 3]);
+    if let Some(last) = packets.last_mut() {
+        *last = [PacketOf::splat(f64::NAN); 3];
+    }
+    for (i, direction) in directions.enumerate() {
+        let columns = &mut packets[i / PACKET];
+        for axis in 0..3 {
+            columns[axis].0[i % PACKET] = direction[axis];
+        }
+    }
+}
+
+/// One direction of many by packets.
+pub(crate) fn direction_of(packets: &[PacketVectors64], i: usize) -> DVec3 {
+    DVec3::from_array(packets[i / PACKET].each_ref().map(|column| column.0[i % PACKET]))
+}
+
+/// The way of a shadow ray of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShadowWay {
+    /// From the surface to the light.
+    pub(crate) direction: DVec3,
+    /// The candidate on whose surface it starts, or [`NO_CANDIDATE`].
+    pub(crate) own: u32,
+    /// Where it goes from there.
+    pub(crate) start: RayStart,
+}
+
 /// A shadow ray of a tile.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadowRay {
     /// From the surface to the light, t = 1 there.
     pub(crate) ray: Ray,
-    /// The candidate on whose surface it starts, or [`NO_CANDIDATE`], and where it goes from there.
-    pub(crate) own: u32,
-    pub(crate) start: RayStart,
     /// Its width at the surface.
     pub(crate) width: f64,
+}
+
+/// Shadow rays of a tile.
+#[derive(Clone, Copy)]
+pub(crate) struct ShadowRays<'a> {
+    pub(crate) ways: &'a [ShadowWay],
+    /// All of a ray, by its number: few are asked for.
+    pub(crate) ray: &'a dyn Fn(usize) -> ShadowRay,
 }
 
 /// Shadow rays in the order of their lanes.
 #[derive(Clone, Copy)]
 struct Shadow<'a> {
-    rays: &'a [ShadowRay],
+    rays: ShadowRays<'a>,
     order: &'a [u32],
 }
 
 impl<'a> Shadow<'a> {
-    fn get(self, lane: usize) -> Option<&'a ShadowRay> {
-        self.order.get(lane).map(|&i| &self.rays[i as usize])
+    fn way(self, lane: usize) -> Option<&'a ShadowWay> {
+        self.order.get(lane).map(|&i| &self.rays.ways[i as usize])
+    }
+
+    fn ray(self, lane: usize) -> Option<ShadowRay> {
+        self.order.get(lane).map(|&i| (self.rays.ray)(i as usize))
+    }
+}
+
+/// What the rays of a tile see first.
+#[derive(Debug, Default)]
+pub(crate) struct Sight {
+    /// What f64 tells: the rays, and what each meets.
+    pub(crate) hits: Vec<(u32, BeamHit)>,
+    /// The other surfaces, which the lanes tell of, and the rays' directions.
+    pub(crate) surfaces: Vec<PacketSurfaces>,
+    pub(crate) directions: Vec<PacketVectors>,
+    /// The candidates in them.
+    pub(crate) told: Vec<Told>,
+    /// What brings t back to that of the rays as they came.
+    t_scale: f64,
+    /// None of the directions is longer.
+    reach: f64,
+}
+
+/// A candidate that lanes tell of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Told {
+    pub(crate) packet: usize,
+    pub(crate) candidate: u32,
+    /// A bit for each.
+    pub(crate) lanes: u32,
+}
+
+impl Sight {
+    /// A crossing that the lanes tell of: the candidate, its t for the ray as it came, and by how much it may be off in the world.
+    pub(crate) fn told(&self, ray: usize) -> (u32, f64, f64) {
+        let (surfaces, lane) = (&self.surfaces[ray / PACKET], ray % PACKET);
+        let t = f64::from(surfaces.t.0[lane]) * self.t_scale;
+        (surfaces.id.0[lane], t, self.reach * f64::from(surfaces.error.0[lane]))
     }
 }
 
@@ -166,20 +275,15 @@ pub(crate) struct Beam<'s> {
     /// Lanes that have a ray.
     live: Vec<u32>,
     hits: Vec<PacketHits>,
-    /// What was asked to be told by the lanes alone, the directions of the rays, and what brings t back to that of the rays as they came.
-    pub(crate) surfaces: Vec<PacketSurfaces>,
-    pub(crate) surface_directions: Vec<PacketVectors>,
-    surface_t_scale: f64,
-    /// None of those directions is longer.
-    surface_reach: f64,
     /// By packets the largest t of the beam that still counts for some ray; negative where none asks.
     ends: NumberOfPackets,
     /// Lanes, by packet, whose ray has to go the exact way.
     exact: Vec<u32>,
     batch: SettleBatch,
     unsettled: Vec<Unsettled>,
-    /// The order of shadow rays.
+    /// The order of shadow rays, and their directions from the light.
     order: Vec<u32>,
+    from_light: Vec<PacketVectors64>,
     /// The nodes of open groups that are still to be visited.
     pending: Vec<Pending>,
     /// The reciprocals of directions in the spaces of open groups.
@@ -188,8 +292,7 @@ pub(crate) struct Beam<'s> {
     open_inverses: usize,
     /// The beam's origin, in the world.
     origin: DVec3,
-    /// The largest coordinates of directions.
-    largest: DVec3,
+    box_of_directions: Directions,
     middle: DVec3,
     footprint: Footprint,
 }
@@ -207,16 +310,16 @@ struct Unsettled {
 /// What a beam is asked.
 enum Question<'a> {
     /// The closest crossing of each ray.
-    Closest { rays: &'a [Ray] },
+    Closest { rays: Pencil<'a> },
     /// Whether there is one before the end.
     Any { shadow: Shadow<'a>, occluded: Vec<u32> },
 }
 
 impl Question<'_> {
-    fn ray(&self, i: usize) -> Option<&Ray> {
+    fn ray(&self, i: usize) -> Option<Ray> {
         match self {
-            Self::Closest { rays } => rays.get(i),
-            Self::Any { shadow, .. } => shadow.get(i).map(|shadow| &shadow.ray),
+            Self::Closest { rays } => (i < rays.count).then(|| rays.ray(i)),
+            Self::Any { shadow, .. } => shadow.ray(i).map(|shadow| shadow.ray),
         }
     }
 }
@@ -231,20 +334,17 @@ impl<'s> Beam<'s> {
             directions: Vec::new(),
             live: Vec::new(),
             hits: Vec::new(),
-            surfaces: Vec::new(),
-            surface_directions: Vec::new(),
-            surface_t_scale: 1.0,
-            surface_reach: 0.0,
             ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
             batch: SettleBatch::default(),
             unsettled: Vec::new(),
             order: Vec::new(),
+            from_light: Vec::new(),
             pending: Vec::new(),
             inverses: Vec::new(),
             open_inverses: 0,
             origin: DVec3::ZERO,
-            largest: DVec3::ZERO,
+            box_of_directions: Directions { scale: 1.0, least: DVec3::ZERO, most: DVec3::ZERO },
             middle: DVec3::ZERO,
             footprint: Footprint::NONE,
         }
@@ -272,32 +372,36 @@ impl<'s> Beam<'s> {
         path
     }
 
-    /// The closest crossing of each ray, settled in f64. The rays, at most [`MOST_RAYS`], share their origin.
-    pub(crate) fn closest(&mut self, rays: &[Ray], footprint: Footprint, found: &mut Vec<Option<BeamHit>>) {
-        self.closest_but(rays, footprint, found, |_, _| None);
+    /// The closest crossing of each ray, settled in f64. There are at most [`MOST_RAYS`].
+    pub(crate) fn closest(&mut self, rays: Pencil<'_>, footprint: Footprint, sight: &mut Sight) {
+        self.closest_but(rays, footprint, sight, |_, _| None);
     }
 
     /// The same but for candidates of which `told_by_lanes` gives the columns of the map from gradients to normals: where the lanes are right to a
-    /// small part of the ray's width, `surfaces` has what they know.
+    /// small part of the ray's width, what they know is enough.
     pub(crate) fn closest_but(
         &mut self,
-        rays: &[Ray],
+        rays: Pencil<'_>,
         footprint: Footprint,
-        found: &mut Vec<Option<BeamHit>>,
+        sight: &mut Sight,
         mut told_by_lanes: impl FnMut(&Self, u32) -> Option<[[f32; 3]; 3]>,
     ) {
-        found.clear();
-        self.surfaces.clear();
-        self.surfaces.resize(rays.len().div_ceil(PACKET), PacketSurfaces::NONE);
+        sight.hits.clear();
+        sight.told.clear();
+        sight.surfaces.clear();
+        sight.surfaces.resize(rays.directions.len(), PacketSurfaces::NONE);
         let Some(scale) = self.find_candidates(rays, footprint) else {
-            for ray in rays {
-                let hit = self.exact_hit(ray, footprint);
-                found.push(hit);
+            for ray in 0..rays.count {
+                self.push_exact_hit(rays, ray, footprint, sight);
             }
             return;
         };
-        self.surface_reach = self.largest.length();
-        found.resize(rays.len(), None);
+        (sight.t_scale, sight.reach) = (scale, largest(&self.box_of_directions).length());
+        let near = NEAR / sight.reach;
+        let width = Widening {
+            width: (near * self.footprint.width) as f32,
+            spread: (near * self.footprint.spread) as f32,
+        };
         let mut batch = std::mem::take(&mut self.batch);
         let mut unsettled = std::mem::take(&mut self.unsettled);
         batch.clear();
@@ -305,38 +409,35 @@ impl<'s> Beam<'s> {
         for packet in 0..self.hits.len() {
             let hits = self.hits[packet];
             let first = packet * PACKET;
-            let asked = u32::MAX >> (32 - PACKET.min(rays.len() - first));
-            let mark =
-                |is: &dyn Fn(usize) -> bool| (0..PACKET).fold(0, |bits, i| bits | u32::from(is(i)) << i);
-            let doubtful = asked & (self.exact[packet] | mark(&|i| hits.doubt.0[i] > 0.0));
-            for lane in lanes(doubtful) {
-                found[first + lane] = self.exact_hit(&rays[first + lane], footprint);
+            let exact = self.exact[packet] & rays.asked(packet);
+            let met = self.kernels.candidates(&hits, rays.asked(packet) & !exact, width);
+            for lane in lanes(met.doubtful | exact) {
+                self.push_exact_hit(rays, first + lane, footprint, sight);
             }
-            let mut left = asked & !doubtful & mark(&|i| hits.id.0[i] != u32::MAX);
-            while left != 0 {
-                let candidate = hits.id.0[left.trailing_zeros() as usize];
-                let mut same = left & mark(&|i| hits.id.0[i] == candidate);
-                left &= !same;
+            for (&candidate, &with_it) in met.ids.iter().zip(&met.lanes).take(met.count) {
+                let mut left = with_it;
                 let seen = self.candidates[candidate as usize].seen;
                 if let Some((shape, map)) =
                     seen.and_then(|seen| Some((seen, told_by_lanes(self, candidate)?)))
                 {
-                    let near = same & mark(&|i| self.is_near(hits.t.0[i], hits.error.0[i]));
-                    let surfaces = &mut self.surfaces[packet];
-                    self.kernels.surfaces(&shape, &map, &self.directions[packet], &hits, near, surfaces);
-                    same &= !surfaces.lanes;
+                    let (directions, near) = (&self.directions[packet], with_it & met.near);
+                    self.kernels.surfaces(&shape, &map, directions, &hits, near, &mut sight.surfaces[packet]);
+                    left &= !sight.surfaces[packet].lanes;
+                    sight.told.push(Told { packet, candidate, lanes: with_it & !left });
                 }
                 let Candidate { unit_from_world, lens, .. } = self.candidates[candidate as usize];
-                for lane in lanes(same) {
+                for lane in lanes(left) {
                     let ray = first + lane;
                     let Some(Lens { origin, powers }) = lens else {
-                        let settled = self.settle(&rays[ray], candidate);
-                        found[ray] = settled.or_else(|| self.exact_hit(&rays[ray], footprint));
+                        match self.settle(&rays.ray(ray), candidate) {
+                            Some(hit) => sight.hits.push((ray as u32, hit)),
+                            None => self.push_exact_hit(rays, ray, footprint, sight),
+                        }
                         continue;
                     };
                     let (t, error) =
                         (f64::from(hits.t.0[lane]) * scale, f64::from(hits.error.0[lane]) * scale);
-                    let direction = unit_from_world.matrix3 * rays[ray].direction;
+                    let direction = unit_from_world.matrix3 * rays.direction(ray);
                     batch.push(&SettleRay { origin, direction, t, powers });
                     unsettled.push(Unsettled { ray: ray as u32, candidate, t, error });
                 }
@@ -346,43 +447,36 @@ impl<'s> Beam<'s> {
         for (place, &Unsettled { ray, candidate, t, error }) in unsettled.iter().enumerate() {
             // Where it is farther off than was said another shape may be first.
             let settled = batch.get(place).filter(|(hit, _)| (hit.t - t).abs() <= error);
-            found[ray as usize] = match settled {
+            match settled {
                 Some((hit, gradient)) => {
-                    Some(BeamHit { t: hit.t, candidate, unit_point: hit.point, gradient, leaving: false })
+                    let unit_point = hit.point;
+                    let hit = BeamHit { t: hit.t, candidate, unit_point, gradient, leaving: false };
+                    sight.hits.push((ray, hit));
                 }
-                None => self.exact_hit(&rays[ray as usize], footprint),
-            };
+                None => self.push_exact_hit(rays, ray as usize, footprint, sight),
+            }
         }
         (self.batch, self.unsettled) = (batch, unsettled);
-        std::mem::swap(&mut self.directions, &mut self.surface_directions);
-        self.surface_t_scale = scale;
+        std::mem::swap(&mut self.directions, &mut sight.directions);
     }
 
-    /// Whether a place is off by so small a part of the ray's width that it is as good as the right one.
-    fn is_near(&self, t: f32, error: f32) -> bool {
-        RANGE.contains(&t) && self.surface_reach * f64::from(error) <= NEAR * self.footprint.at(f64::from(t))
-    }
-
-    /// A crossing that the lanes tell of: the candidate, its t for the ray as it came, and by how much it may be off in the world.
-    pub(crate) fn told(&self, ray: usize) -> (u32, f64, f64) {
-        let (surfaces, lane) = (&self.surfaces[ray / PACKET], ray % PACKET);
-        let t = f64::from(surfaces.t.0[lane]) * self.surface_t_scale;
-        (surfaces.id.0[lane], t, self.surface_reach * f64::from(surfaces.error.0[lane]))
+    fn push_exact_hit(&mut self, rays: Pencil<'_>, ray: usize, footprint: Footprint, sight: &mut Sight) {
+        let hit = self.exact_hit(&rays.ray(ray), footprint);
+        sight.hits.extend(hit.map(|hit| (ray as u32, hit)));
     }
 
     /// How many rays meet something, as far as the lanes can tell.
-    pub(crate) fn find(&mut self, rays: &[Ray], footprint: Footprint) -> usize {
+    pub(crate) fn find(&mut self, rays: Pencil<'_>, footprint: Footprint) -> usize {
         self.find_candidates(rays, footprint);
         self.hits.iter().flat_map(|hits| hits.id.0).filter(|&id| id != u32::MAX).count()
     }
 
     /// Fills `hits`, and returns what brings their t back; `None` for rays that f32 cannot hold.
-    fn find_candidates(&mut self, rays: &[Ray], footprint: Footprint) -> Option<f64> {
-        debug_assert!(rays.len() <= MOST_RAYS);
-        let first = rays.first()?;
-        let scale = self.take_directions(rays.iter().map(|ray| ray.direction), f32::INFINITY)?;
+    fn find_candidates(&mut self, rays: Pencil<'_>, footprint: Footprint) -> Option<f64> {
+        debug_assert!(rays.count <= MOST_RAYS);
+        let scale = self.take_directions(rays.directions, f32::INFINITY)?;
         self.footprint = Footprint { spread: footprint.spread * scale, ..footprint };
-        self.traverse(first.origin, scale, &mut Question::Closest { rays });
+        self.traverse(rays.origin, scale, &mut Question::Closest { rays });
         Some(scale)
     }
 
@@ -390,15 +484,15 @@ impl<'s> Beam<'s> {
     pub(crate) fn occluded(
         &mut self,
         light: DVec3,
-        rays: &[ShadowRay],
+        rays: ShadowRays<'_>,
         footprint_of_light: Footprint,
         stopped: &mut Vec<bool>,
     ) {
-        let order = self.by_surfaces(rays);
+        let order = self.by_surfaces(rays.ways);
         let shadow = Shadow { rays, order: &order };
         let answers = self.occluded_in_order(light, shadow, footprint_of_light);
         stopped.clear();
-        stopped.resize(rays.len(), false);
+        stopped.resize(rays.ways.len(), false);
         for (lane, &i) in order.iter().enumerate() {
             stopped[i as usize] = answers[lane / PACKET] >> (lane % PACKET) & 1 == 1;
         }
@@ -407,20 +501,20 @@ impl<'s> Beam<'s> {
 
     /// The numbers of the rays, those from one candidate after those from another: neighbours on one surface have neighbouring shadow rays, and packets
     /// are made of those.
-    fn by_surfaces(&mut self, rays: &[ShadowRay]) -> Vec<u32> {
+    fn by_surfaces(&mut self, ways: &[ShadowWay]) -> Vec<u32> {
         // Those from no candidate come first.
-        let group = |ray: &ShadowRay| ray.own.wrapping_add(1) as usize;
+        let group = |way: &ShadowWay| way.own.wrapping_add(1) as usize;
         let mut next = vec![0; self.candidates.len() + 2];
-        for ray in rays {
-            next[group(ray) + 1] += 1;
+        for way in ways {
+            next[group(way) + 1] += 1;
         }
         for i in 1..next.len() {
             next[i] += next[i - 1];
         }
         let mut order = std::mem::take(&mut self.order);
-        order.resize(rays.len(), 0);
-        for (i, ray) in rays.iter().enumerate() {
-            let place: &mut u32 = &mut next[group(ray)];
+        order.resize(ways.len(), 0);
+        for (i, way) in ways.iter().enumerate() {
+            let place: &mut u32 = &mut next[group(way)];
             order[*place as usize] = i as u32;
             *place += 1;
         }
@@ -433,9 +527,13 @@ impl<'s> Beam<'s> {
         shadow: Shadow<'_>,
         footprint_of_light: Footprint,
     ) -> Vec<u32> {
-        let directions = shadow.order.iter().map(|&i| -shadow.rays[i as usize].ray.direction);
-        let none = vec![0; shadow.order.len().div_ceil(PACKET)];
-        let Some(scale) = self.take_directions(directions, 1.0) else {
+        let mut from_light = std::mem::take(&mut self.from_light);
+        let ways = shadow.order.iter().map(|&i| -shadow.rays.ways[i as usize].direction);
+        take_directions(ways, &mut from_light);
+        let scale = self.take_directions(&from_light, 1.0);
+        self.from_light = from_light;
+        let none = vec![0; self.from_light.len()];
+        let Some(scale) = scale else {
             return self.occluded_exactly(shadow, |_, _| true, none);
         };
         self.footprint = footprint_of_light;
@@ -467,7 +565,11 @@ impl<'s> Beam<'s> {
             if occluded[packet] >> lane & 1 == 1 || !asks(packet, lane) {
                 continue;
             }
-            let Some(&ShadowRay { ray, own, start, width }) = shadow.get(i) else { continue };
+            let (Some(&ShadowWay { own, start, .. }), Some(ShadowRay { ray, width })) =
+                (shadow.way(i), shadow.ray(i))
+            else {
+                continue;
+            };
             let departure = if own == NO_CANDIDATE { None } else { Departure::of(self.path(own), start) };
             let width = Footprint { width, spread: 0.0 };
             if self.scene.occluded_footprint(&ray, departure.as_ref(), 1.0, width) {
@@ -477,29 +579,10 @@ impl<'s> Beam<'s> {
         occluded
     }
 
-    /// Takes directions into packets, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them.
-    fn take_directions(
-        &mut self,
-        directions: impl ExactSizeIterator<Item = DVec3> + Clone,
-        t_max: f32,
-    ) -> Option<f64> {
-        let packets = directions.len().div_ceil(PACKET);
-        // What is no number does not count.
-        let largest = directions.clone().fold(DVec3::ZERO, |largest, direction| {
-            let (direction, kept) = (direction.abs().to_array(), largest.to_array());
-            DVec3::from_array(std::array::from_fn(|i| {
-                if direction[i] > kept[i] { direction[i] } else { kept[i] }
-            }))
-        });
-        let (_, scale) = scale_to_unit(largest)?;
-        self.largest = largest * scale;
-        self.directions.clear();
-        self.directions.resize(packets, [PacketOf::splat(0.0); 3]);
-        for (i, direction) in directions.enumerate() {
-            let columns = &mut self.directions[i / PACKET];
-            let [x, y, z] = (direction * scale).as_vec3().to_array();
-            (columns[0].0[i % PACKET], columns[1].0[i % PACKET], columns[2].0[i % PACKET]) = (x, y, z);
-        }
+    /// Takes directions, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them.
+    fn take_directions(&mut self, directions: &[PacketVectors64], t_max: f32) -> Option<f64> {
+        self.box_of_directions = self.kernels.directions(directions, &mut self.directions)?;
+        let packets = directions.len();
         self.live.resize(packets, 0);
         self.kernels.live(&mut self.directions, &mut self.live);
         self.hits.clear();
@@ -521,7 +604,7 @@ impl<'s> Beam<'s> {
             self.hits.push(hits);
         }
         self.middle = middle.normalize_or_zero();
-        Some(scale)
+        Some(self.box_of_directions.scale)
     }
 
     fn traverse(&mut self, origin: DVec3, scale: f64, question: &mut Question<'_>) {
@@ -561,7 +644,8 @@ impl<'s> Beam<'s> {
         let [shortest, longest] = bundles.squares;
         let distance = tree_origin.length() + 2.0;
         let passed = distance / f64::from(shortest.sqrt()) * map_scale;
-        let reach = |row: DVec3| row.abs().dot(self.largest);
+        let largest = largest(&self.box_of_directions);
+        let reach = |row: DVec3| row.abs().dot(largest);
         let rows = tree_from_world.matrix3.transpose();
         let passed = passed.min(1e300);
         let pad = [rows.x_axis, rows.y_axis, rows.z_axis].map(reach);
@@ -756,7 +840,7 @@ impl<'s> Beam<'s> {
             for lane in 0..PACKET {
                 let draws = |ray: &Ray| chance(ray_bits(ray), path.places()) < stand_in.opacity;
                 let asks = hits.t.0[lane] > 0.0;
-                if !(asks && question.ray(packet * PACKET + lane).is_some_and(draws)) {
+                if !(asks && question.ray(packet * PACKET + lane).as_ref().is_some_and(draws)) {
                     self.hits[*packet].t.0[lane] = -1.0;
                 }
             }
@@ -791,7 +875,7 @@ impl<'s> Beam<'s> {
         match question {
             Question::Closest { rays } => match shape {
                 Some(shape) if target.shape.is_convex() => self.meet(frame, target, &shape, mask),
-                shape => self.meet_exactly(frame, target, shape.as_ref(), rays, scale, mask),
+                shape => self.meet_exactly(frame, target, shape.as_ref(), *rays, scale, mask),
             },
             Question::Any { shadow, occluded, .. } => {
                 self.occlude(frame, target, shape.as_ref(), *shadow, occluded, mask);
@@ -804,9 +888,14 @@ impl<'s> Beam<'s> {
     fn beam_shape(&self, frame: &Frame, target: &LeafTarget) -> Option<BeamShape> {
         let linear = &target.unit_from_world.matrix3;
         let rows = linear.transpose();
-        let reach = |row: DVec3| row.abs().dot(self.largest);
-        let along = reach(rows.x_axis).max(reach(rows.y_axis)).max(reach(rows.z_axis)) * frame.passed;
+        let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
         let origin_size = target.origin.abs().max_element();
+        // By this t every ray has passed the group, and the box of the shape between each two of its faces.
+        let passed = (0..3).fold(frame.passed, |passed, axis| {
+            passed.min((target.origin[axis].abs() + 1.1) / least_along(&self.box_of_directions, rows[axis]))
+        });
+        let largest = largest(&self.box_of_directions);
+        let along = rows.into_iter().map(|row| row.abs().dot(largest)).fold(0.0, f64::max) * passed;
         let tolerance = LEAST_TOLERANCE + ROUNDING * (along.min(1e30) + origin_size);
         if !(tolerance < MOST_TOLERANCE && origin_size > 1.01 + 4.0 * tolerance) {
             return None;
@@ -841,7 +930,7 @@ impl<'s> Beam<'s> {
         frame: &Frame,
         target: &LeafTarget,
         around: Option<&BeamShape>,
-        rays: &[Ray],
+        rays: Pencil<'_>,
         scale: f64,
         mask: u32,
     ) {
@@ -854,12 +943,14 @@ impl<'s> Beam<'s> {
                 self.kernels.meet(shape, directions, near, &mut NumberOfPackets::splat(0.0), 1, id);
             }
             for lane in 0..PACKET {
-                let Some(ray) = rays.get(packet * PACKET + lane) else { continue };
+                if rays.asked(packet) >> lane & 1 == 0 {
+                    continue;
+                }
                 let may_meet = around.is_none() || near.id.0[lane] == id || near.doubt.0[lane] > 0.0;
                 if !may_meet || self.hits[packet].t.0[lane] <= 0.0 {
                     continue;
                 }
-                let local = ray.through(&target.unit_from_world);
+                let local = rays.ray(packet * PACKET + lane).through(&target.unit_from_world);
                 if let Some(hit) = target.shape.intersect(&local, RayStart::Free) {
                     let t = (hit.t / scale) as f32;
                     self.hits[packet].take(lane, t, 1e-6 * t, id, 0.0);
@@ -895,7 +986,7 @@ impl<'s> Beam<'s> {
             let before = occluded[packet];
             for lane in lanes(hit | ask) {
                 let i = packet * PACKET + lane;
-                let Some(&ShadowRay { ray, own, start, .. }) = shadow.get(i) else { continue };
+                let Some(&ShadowWay { own, start, .. }) = shadow.way(i) else { continue };
                 if self.hits[packet].t.0[lane] <= 0.0 {
                     continue;
                 }
@@ -909,7 +1000,8 @@ impl<'s> Beam<'s> {
                     false
                 } else if is_own || ask >> lane & 1 == 1 {
                     let start = if is_own { start } else { RayStart::Free };
-                    target.shape.occluded(&ray.through(&target.unit_from_world), start, 1.0)
+                    let local = shadow.ray(i).map(|shadow| shadow.ray.through(&target.unit_from_world));
+                    local.is_some_and(|local| target.shape.occluded(&local, start, 1.0))
                 } else {
                     true
                 };
@@ -1066,19 +1158,30 @@ mod tests {
         (0..256).map(|i| view.ray(pixel(i))).collect()
     }
 
+    /// The closest crossings of rays from one place.
+    fn closest(beam: &mut Beam<'_>, rays: &[Ray]) -> Vec<Option<BeamHit>> {
+        let (mut directions, mut sight) = (Vec::new(), Sight::default());
+        take_directions(rays.iter().map(|ray| ray.direction), &mut directions);
+        let pencil = Pencil { origin: rays[0].origin, directions: &directions, count: rays.len() };
+        beam.start_tile();
+        beam.closest(pencil, Footprint::NONE, &mut sight);
+        let mut hits = vec![None; rays.len()];
+        sight.hits.into_iter().for_each(|(ray, hit)| hits[ray as usize] = Some(hit));
+        hits
+    }
+
     #[test]
     fn beams_meet_what_single_rays_meet_and_stop_where_they_stop() {
         let scene = scene();
         let mut beam = Beam::new(&scene);
-        let (mut hits, mut occluded) = (Vec::new(), Vec::new());
+        let mut occluded = Vec::new();
         let (mut met, mut stopped, mut exact) = (0, 0, 0);
         for view in views() {
             for rays in (0..36).map(|i| tile(&view, i)) {
-                beam.start_tile();
-                beam.closest(&rays, Footprint::NONE, &mut hits);
+                let hits = closest(&mut beam, &rays);
                 exact += beam.exact.iter().map(|lanes| lanes.count_ones()).sum::<u32>();
                 let light = DVec3::new(3.0, -5.0, 8.0);
-                let mut shadow_rays = Vec::new();
+                let (mut shadow_rays, mut ways) = (Vec::new(), Vec::new());
                 for (ray, hit) in rays.iter().zip(&hits) {
                     let expected = scene.intersect(ray, None);
                     assert_eq!(hit.is_some(), expected.is_some(), "{ray:?} {hit:?} {expected:?}");
@@ -1092,13 +1195,15 @@ mod tests {
                     let direction = light - surface.position;
                     if surface.facing_normal().dot(direction) > 0.0 {
                         let (ray, departure) = surface.spawn_ray(direction);
-                        let start = departure.start();
-                        shadow_rays.push(ShadowRay { ray, own: hit.candidate, start, width: 0.0 });
+                        ways.push(ShadowWay { direction, own: hit.candidate, start: departure.start() });
+                        shadow_rays.push(ShadowRay { ray, width: 0.0 });
                     }
                 }
-                beam.occluded(light, &shadow_rays, Footprint::NONE, &mut occluded);
-                for (ShadowRay { ray, own, start, .. }, &occluded) in shadow_rays.iter().zip(&occluded) {
-                    let departure = Departure::of(beam.path(*own), *start);
+                let asked = ShadowRays { ways: &ways, ray: &|i| shadow_rays[i] };
+                beam.occluded(light, asked, Footprint::NONE, &mut occluded);
+                for ((ShadowRay { ray, .. }, way), &occluded) in shadow_rays.iter().zip(&ways).zip(&occluded)
+                {
+                    let departure = Departure::of(beam.path(way.own), way.start);
                     let expected = scene.occluded(ray, departure.as_ref(), 1.0);
                     stopped += usize::from(expected);
                     assert_eq!(occluded, expected, "{ray:?}");
@@ -1112,7 +1217,6 @@ mod tests {
     fn rays_that_f32_cannot_hold_are_answered_all_the_same() {
         let scene = scene();
         let mut beam = Beam::new(&scene);
-        let mut hits = Vec::new();
         let hostile = [0.0, -0.0, 1e-300, 1e300, f64::MAX, f64::INFINITY, f64::NAN, -1.0];
         for x in hostile {
             for origin in hostile {
@@ -1120,13 +1224,46 @@ mod tests {
                     .iter()
                     .map(|&y| Ray::new(DVec3::new(origin, 3.0, 5.0), DVec3::new(x, y, -1.0)))
                     .collect();
-                beam.start_tile();
-                beam.closest(&rays, Footprint::NONE, &mut hits);
-                assert_eq!(hits.len(), rays.len());
+                let hits = closest(&mut beam, &rays);
                 for (ray, hit) in rays.iter().zip(&hits).filter(|(ray, _)| ray.direction.is_finite()) {
                     assert_eq!(hit.is_some(), scene.intersect(ray, None).is_some(), "{ray:?}");
                 }
             }
         }
+    }
+
+    #[test]
+    fn flat_shapes_seen_from_afar_are_told_by_the_lanes() {
+        // A ground as course scenes have it: 1000 wide, a fiftieth high.
+        let text = "prm ground\nexp 1 .0001\ncoeff 500 500 .01\nobj all\nap ground\nxs 0 0 -.01\n";
+        let (session, diagnostics) = load_text("ground.scn", text);
+        assert!(diagnostics.is_empty(), "{diagnostics:?}");
+        let scene = CompiledScene::compile(session.scene(), Some("all"), 10);
+        let camera = Camera {
+            position: DVec3::new(8.0, -15.0, 6.0),
+            target: DVec3::new(1.0, 0.0, 1.0),
+            up: DVec3::Z,
+            fov_deg: 29.0,
+            ..Camera::default()
+        };
+        let view = View::new(&camera, 1280, 960);
+        let (mut beam, mut sight) = (Beam::new(&scene), Sight::default());
+        let (mut told, mut met, mut directions) = (0, 0, Vec::new());
+        for i in (0..4800).step_by(37) {
+            let (x, y) = (16 * (i % 80), 16 * (i / 80));
+            let film = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
+            take_directions((0..256).map(|i| view.ray(film(i)).direction), &mut directions);
+            let pencil = Pencil { origin: camera.position, directions: &directions, count: 256 };
+            beam.start_tile();
+            let map = |beam: &Beam<'_>, candidate: u32| {
+                let to_unit = beam.candidates[candidate as usize].unit_from_world.matrix3;
+                f32_columns(&to_unit.transpose()).map(|(columns, _)| columns)
+            };
+            beam.closest_but(pencil, view.footprint(1), &mut sight, map);
+            let lanes: u32 = sight.told.iter().map(|told| told.lanes.count_ones()).sum();
+            told += lanes;
+            met += lanes + sight.hits.len() as u32;
+        }
+        assert!(met > 20_000 && told > met / 10 * 9, "{told} of {met}");
     }
 }

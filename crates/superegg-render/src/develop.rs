@@ -11,7 +11,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use superegg_scene::{Encoding, Picture, Tone};
 use thiserror::Error;
 
-use crate::film::{Film, Pixel};
+use crate::film::Film;
 
 /// Why a picture could not be written.
 #[derive(Debug, Error)]
@@ -73,24 +73,25 @@ impl Development {
     }
 
     /// The linear colour of a pixel after exposure and tone, and its alpha.
-    fn developed(&self, pixel: &Pixel) -> ([f32; 3], f32) {
+    fn developed(&self, [r, g, b, alpha]: [f32; 4]) -> ([f32; 3], f32) {
+        let color = [r, g, b];
         if !self.transparent {
-            return (self.toned(pixel.color), 1.0);
+            return (self.toned(color), 1.0);
         }
         // NaN counts as nothing there.
-        let alpha = pixel.alpha.clamp(0.0, 1.0).max(0.0);
+        let alpha = alpha.clamp(0.0, 1.0).max(0.0);
         if alpha == 0.0 {
             return ([0.0; 3], 0.0);
         }
-        (self.toned(pixel.color.map(|value| value / alpha)), alpha)
+        (self.toned(color.map(|value| value / alpha)), alpha)
     }
 
     /// The picture as bytes, red, green and blue of each pixel, without alpha: a transparent background is black.
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
         let steps = Steps::new(self.encoding);
-        let mut bytes = Vec::with_capacity(3 * film.pixels().len());
-        for pixel in film.pixels() {
-            let [r, g, b] = self.toned(pixel.color);
+        let mut bytes = Vec::with_capacity(3 * film.light().len());
+        for &[r, g, b, _] in film.light() {
+            let [r, g, b] = self.toned([r, g, b]);
             bytes.extend_from_slice(&[steps.byte(r), steps.byte(g), steps.byte(b)]);
         }
         bytes
@@ -99,7 +100,7 @@ impl Development {
     /// Red, green, blue and alpha of each pixel, colour apart from alpha.
     fn rgba8(&self, film: &Film) -> Vec<u8> {
         let steps = Steps::new(self.encoding);
-        let pixels = film.pixels().iter().map(|pixel| self.developed(pixel));
+        let pixels = film.light().iter().map(|light| self.developed(*light));
         pixels
             .flat_map(|([r, g, b], alpha)| {
                 [steps.byte(r), steps.byte(g), steps.byte(b), (255.0 * alpha).round() as u8]
@@ -110,7 +111,7 @@ impl Development {
     /// Red, green, blue and, where the background is transparent, alpha of each pixel in 16 bits, in the machine's order of bytes.
     fn deep(&self, film: &Film) -> Vec<u8> {
         let channels = if self.transparent { 4 } else { 3 };
-        let pixels = film.pixels().iter().map(|pixel| self.developed(pixel));
+        let pixels = film.light().iter().map(|light| self.developed(*light));
         let values = pixels.flat_map(|(color, alpha)| {
             let [r, g, b] = color.map(|value| encoded(value, self.encoding));
             [r, g, b, alpha].into_iter().take(channels)
@@ -216,6 +217,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::film::Pixel;
 
     const PLAIN: Development = Development {
         exposure: 0.0,

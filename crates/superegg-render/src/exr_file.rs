@@ -119,13 +119,13 @@ mod tests {
         ];
         for (name, of) in floats {
             let FlatSamples::F32(values) = channel(name) else { panic!("{name} is no float") };
-            let expected: Vec<f32> = film.pixels().iter().map(of).collect();
+            let expected: Vec<f32> = film.pixels().map(|pixel| of(&pixel)).collect();
             assert_eq!(values, &expected, "{name}");
         }
         let numbers: [Known<u32>; 2] = [("id", |p| p.id), ("samples", |p| p.samples)];
         for (name, of) in numbers {
             let FlatSamples::U32(values) = channel(name) else { panic!("{name} is no whole number") };
-            assert_eq!(values, &film.pixels().iter().map(of).collect::<Vec<u32>>(), "{name}");
+            assert_eq!(values, &film.pixels().map(|pixel| of(&pixel)).collect::<Vec<u32>>(), "{name}");
         }
         assert_eq!(image.layer_data.channel_data.list.len(), 13);
         assert_eq!(image.attributes.chromaticities, Some(REC_709));

@@ -1,7 +1,5 @@
 //! The picture as it is made: linear values.
 
-use std::ops::Range;
-
 use crate::tiling::Tile;
 
 /// What a picture knows of one pixel.
@@ -37,6 +35,11 @@ impl Pixel {
         samples: 0,
     };
 
+    const fn layers(&self) -> Layers {
+        let Self { depth, normal, albedo, id, .. } = *self;
+        Layers { depth, normal, albedo, id }
+    }
+
     /// The length of [`Pixel::to_bytes`].
     pub const BYTES: usize = 52;
 
@@ -69,18 +72,38 @@ impl Pixel {
     }
 }
 
+/// What a film may know of a pixel beyond its light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Layers {
+    depth: f32,
+    normal: [f32; 3],
+    albedo: [f32; 3],
+    id: u32,
+}
+
 /// A picture as it is made: linear values, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     width: u32,
     height: u32,
-    pixels: Vec<Pixel>,
+    /// Colour and alpha of each pixel.
+    light: Vec<[f32; 4]>,
+    samples: Vec<u32>,
+    /// None where they are not kept.
+    layers: Vec<Layers>,
 }
 
 impl Film {
     /// One of which no pixel has been made.
     pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, pixels: vec![Pixel::EMPTY; width as usize * height as usize] }
+        let count = width as usize * height as usize;
+        Self { layers: vec![Pixel::EMPTY.layers(); count], ..Self::without_layers(width, height) }
+    }
+
+    /// The same that keeps neither depth nor normals, albedo and ids, but takes two fifths of the memory. Its pixels have those of [`Pixel::EMPTY`].
+    pub fn without_layers(width: u32, height: u32) -> Self {
+        let count = width as usize * height as usize;
+        Self { width, height, light: vec![[0.0; 4]; count], samples: vec![0; count], layers: Vec::new() }
     }
 
     /// Its width in pixels.
@@ -93,39 +116,66 @@ impl Film {
         self.height
     }
 
+    /// Whether it keeps depth, normals, albedo and ids.
+    pub fn has_layers(&self) -> bool {
+        self.layers.len() == self.light.len()
+    }
+
     /// The pixels, rows from the top.
-    pub fn pixels(&self) -> &[Pixel] {
-        &self.pixels
+    pub fn pixels(&self) -> impl ExactSizeIterator<Item = Pixel> {
+        (0..self.light.len()).map(|place| self.pixel_at(place))
+    }
+
+    /// Linear red, green, blue and alpha of the pixels, rows from the top.
+    pub fn light(&self) -> &[[f32; 4]] {
+        &self.light
     }
 
     /// A pixel, from the top left corner.
-    pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
-        &self.pixels[self.place(x, y)]
+    pub fn pixel(&self, x: u32, y: u32) -> Pixel {
+        self.pixel_at(self.place(x, y))
+    }
+
+    fn pixel_at(&self, place: usize) -> Pixel {
+        let [r, g, b, alpha] = self.light[place];
+        let Layers { depth, normal, albedo, id } =
+            self.layers.get(place).copied().unwrap_or(Pixel::EMPTY.layers());
+        Pixel { color: [r, g, b], alpha, depth, normal, albedo, id, samples: self.samples[place] }
     }
 
     /// Puts a pixel in its place.
     pub fn set(&mut self, x: u32, y: u32, pixel: Pixel) {
         let place = self.place(x, y);
-        self.pixels[place] = pixel;
+        self.set_run(place, &[pixel]);
     }
 
     /// The pixels of a tile of this picture, row by row.
     pub fn tile(&self, tile: &Tile) -> Vec<Pixel> {
-        tile.y.clone().flat_map(|y| &self.pixels[self.row(tile, y)]).copied().collect()
+        tile.pixels().map(|(x, y)| self.pixel(x, y)).collect()
     }
 
     /// Puts the pixels of a tile in their places, row by row.
     pub fn set_tile(&mut self, tile: &Tile, pixels: &[Pixel]) {
         for (y, row) in tile.y.clone().zip(pixels.chunks_exact(tile.x.len())) {
-            let places = self.row(tile, y);
-            self.pixels[places].copy_from_slice(row);
+            self.set_run(self.place(tile.x.start, y), row);
         }
     }
 
-    /// The places of a tile's pixels in one row.
-    fn row(&self, tile: &Tile, y: u32) -> Range<usize> {
-        let first = self.place(tile.x.start, y);
-        first..first + tile.x.len()
+    /// Puts pixels of one row in their places from one on.
+    fn set_run(&mut self, first: usize, pixels: &[Pixel]) {
+        let places = first..first + pixels.len();
+        for (light, pixel) in self.light[places.clone()].iter_mut().zip(pixels) {
+            let [r, g, b] = pixel.color;
+            *light = [r, g, b, pixel.alpha];
+        }
+        for (samples, pixel) in self.samples[places.clone()].iter_mut().zip(pixels) {
+            *samples = pixel.samples;
+        }
+        if self.has_layers() {
+            for (layers, pixel) in self.layers[places].iter_mut().zip(pixels) {
+                *layers = pixel.layers();
+            }
+        }
     }
 
     fn place(&self, x: u32, y: u32) -> usize {

@@ -1,4 +1,4 @@
-//! The samples of a pixel, as they come together to its values.
+//! The samples of a tile's pixels, as they come together to their values.
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
@@ -6,30 +6,45 @@ use superegg_geom::unit_vector;
 use crate::develop::Development;
 use crate::film::Pixel;
 use crate::filter::Shares;
-use crate::tile::{FirstSurface, Sighting};
+use crate::tile::FirstSurface;
 
-/// What the samples of a pixel come to so far.
-#[derive(Clone, Copy, Debug, Default)]
+/// What the samples of a tile's pixels come to so far, each pixel by its place.
+#[derive(Debug)]
 pub(crate) struct Gathered {
-    /// Those at places where the filter is positive, and where it is negative.
-    positive: Part,
-    negative: Part,
-    surfaces: Surfaces,
-    most_seen: Vote,
+    shares: Shares,
+    /// Samples at places where the filter is positive, and where it is negative; the latter only of filters that are so anywhere.
+    positive: Parts,
+    negative: Parts,
+    /// Only where they are kept.
+    layers: Vec<LayerSums>,
 }
 
-/// Sums over samples.
+/// What is gathered beside light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Keeps {
+    /// What errors are told from.
+    pub(crate) squares: bool,
+    /// What first surfaces tell.
+    pub(crate) layers: bool,
+}
+
+/// Sums over samples of one sign, by pixels.
+#[derive(Debug, Default)]
+struct Parts {
+    sums: Vec<Sum>,
+    /// Of the squares of each channel; none where they are not kept.
+    squares: Vec<DVec3>,
+}
+
 #[derive(Clone, Copy, Debug, Default)]
-struct Part {
-    count: u32,
+struct Sum {
     color: DVec3,
-    /// Of the squares of each channel.
-    squares: DVec3,
+    count: u32,
     /// How many meet a surface.
     met: u32,
 }
 
-impl Part {
+impl Sum {
     fn color(&self) -> DVec3 {
         self.color / f64::from(self.count)
     }
@@ -37,94 +52,164 @@ impl Part {
     fn met(&self) -> f64 {
         f64::from(self.met) / f64::from(self.count)
     }
+}
+
+impl Parts {
+    fn start(&mut self, pixels: usize, keeps_squares: bool) {
+        self.sums.clear();
+        self.sums.resize(pixels, Sum::default());
+        self.squares.clear();
+        self.squares.resize(if keeps_squares { pixels } else { 0 }, DVec3::ZERO);
+    }
+
+    fn add(&mut self, place: usize, color: DVec3, is_met: bool) {
+        let sum = &mut self.sums[place];
+        sum.color += color;
+        sum.count += 1;
+        sum.met += u32::from(is_met);
+        if let Some(squares) = self.squares.get_mut(place) {
+            *squares += color * color;
+        }
+    }
+
+    fn sum(&self, place: usize) -> Sum {
+        self.sums.get(place).copied().unwrap_or_default()
+    }
 
     /// The variance of the mean colour and of the mean coverage, estimated from the samples; at least two.
-    fn variance(&self) -> (DVec3, f64) {
-        let count = f64::from(self.count);
-        let (mean, met) = (self.color(), self.met());
-        let spread = (self.squares / count - mean * mean).max(DVec3::ZERO);
+    fn variance(&self, place: usize) -> (DVec3, f64) {
+        let sum = self.sum(place);
+        let count = f64::from(sum.count);
+        let (mean, met) = (sum.color(), sum.met());
+        let squares = self.squares.get(place).copied().unwrap_or(DVec3::INFINITY);
+        let spread = (squares / count - mean * mean).max(DVec3::ZERO);
         (spread / (count - 1.0), met * (1.0 - met) / (count - 1.0))
     }
 }
 
 /// Sums over the samples that meet a surface where the filter is positive.
 #[derive(Clone, Copy, Debug, Default)]
-struct Surfaces {
+struct LayerSums {
     count: u32,
     depth: f64,
     normal: DVec3,
     albedo: DVec3,
+    most_seen: Vote,
+}
+
+impl LayerSums {
+    fn add(&mut self, first: Option<&FirstSurface>) {
+        if let Some(FirstSurface { depth, normal, albedo, .. }) = first {
+            self.count += 1;
+            self.depth += f64::from(*depth);
+            self.normal += normal.as_dvec3();
+            self.albedo += albedo.as_dvec3();
+        }
+        self.most_seen.add(first.map_or(0, |first| first.id));
+    }
+
+    /// A pixel with these layers.
+    fn write(&self, pixel: Pixel) -> Pixel {
+        let id = self.most_seen.winner;
+        if self.count == 0 {
+            return Pixel { id, ..pixel };
+        }
+        let count = f64::from(self.count);
+        Pixel {
+            depth: (self.depth / count) as f32,
+            normal: unit_vector(self.normal).unwrap_or(DVec3::ZERO).as_vec3().to_array(),
+            albedo: (self.albedo / count).as_vec3().to_array(),
+            id,
+            ..pixel
+        }
+    }
 }
 
 impl Gathered {
-    /// Takes a sample, from a place where the filter is positive or negative.
-    pub(crate) fn add(&mut self, seen: &Sighting, is_negative: bool) {
-        let part = if is_negative { &mut self.negative } else { &mut self.positive };
-        part.count += 1;
-        part.color += seen.color;
-        part.squares += seen.color * seen.color;
-        part.met += u32::from(seen.first.is_some());
-        if is_negative {
-            return;
-        }
-        if let Some(FirstSurface { depth, normal, albedo, .. }) = seen.first {
-            self.surfaces.count += 1;
-            self.surfaces.depth += f64::from(depth);
-            self.surfaces.normal += normal.as_dvec3();
-            self.surfaces.albedo += albedo.as_dvec3();
-        }
-        self.most_seen.add(seen.first.map_or(0, |first| first.id));
+    /// Of no pixels yet.
+    pub(crate) fn new(shares: Shares) -> Self {
+        Self { shares, positive: Parts::default(), negative: Parts::default(), layers: Vec::new() }
     }
 
-    /// How many samples there are.
-    pub(crate) fn count(&self) -> u32 {
-        self.positive.count + self.negative.count
+    /// Begins with so many pixels.
+    pub(crate) fn start(&mut self, pixels: usize, keeps: Keeps) {
+        self.positive.start(pixels, keeps.squares);
+        self.negative.start(if self.shares.negative > 0.0 { pixels } else { 0 }, keeps.squares);
+        self.layers.clear();
+        self.layers.resize(if keeps.layers { pixels } else { 0 }, LayerSums::default());
+    }
+
+    /// Takes a sample of a pixel, from a place where the filter is positive or negative: its light, and the surface that it meets first as far as that
+    /// was asked for.
+    pub(crate) fn add(
+        &mut self,
+        place: usize,
+        color: DVec3,
+        first: Option<&FirstSurface>,
+        is_negative: bool,
+    ) {
+        if is_negative {
+            self.negative.add(place, color, first.is_some());
+            return;
+        }
+        self.positive.add(place, color, first.is_some());
+        if let Some(layers) = self.layers.get_mut(place) {
+            layers.add(first);
+        }
+    }
+
+    /// How many pixels there are.
+    pub(crate) fn pixels(&self) -> usize {
+        self.positive.sums.len()
+    }
+
+    /// How many samples a pixel has.
+    pub(crate) fn count(&self, place: usize) -> u32 {
+        self.positive.sum(place).count + self.negative.sum(place).count
     }
 
     /// The filter's value, from the means of either sign. Where there are samples of one sign only, those of the other are taken for the same.
-    fn filtered<T>(&self, shares: Shares, of: impl Fn(&Part) -> T) -> T
+    fn filtered<T>(&self, place: usize, of: impl Fn(&Sum) -> T) -> T
     where
         T: std::ops::Mul<f64, Output = T> + std::ops::Sub<Output = T>,
     {
-        match (self.positive.count, self.negative.count) {
-            (_, 0) => of(&self.positive),
-            (0, _) => of(&self.negative),
-            _ => of(&self.positive) * shares.positive - of(&self.negative) * shares.negative,
+        let (positive, negative) = (self.positive.sum(place), self.negative.sum(place));
+        match (positive.count, negative.count) {
+            (_, 0) => of(&positive),
+            (0, _) => of(&negative),
+            _ => of(&positive) * self.shares.positive - of(&negative) * self.shares.negative,
         }
     }
 
     /// The pixel that they make; at least one sample.
-    pub(crate) fn pixel(&self, shares: Shares, is_transparent: bool) -> Pixel {
-        let count = f64::from(self.surfaces.count);
-        let is_met = self.surfaces.count > 0;
-        let mean = |sum: DVec3| if is_met { (sum / count).as_vec3().to_array() } else { [0.0; 3] };
-        let alpha = if is_transparent { self.filtered(shares, Part::met).clamp(0.0, 1.0) } else { 1.0 };
-        Pixel {
-            color: self.filtered(shares, Part::color).as_vec3().to_array(),
+    pub(crate) fn pixel(&self, place: usize, is_transparent: bool) -> Pixel {
+        let alpha = if is_transparent { self.filtered(place, Sum::met).clamp(0.0, 1.0) } else { 1.0 };
+        let pixel = Pixel {
+            color: self.filtered(place, Sum::color).as_vec3().to_array(),
             alpha: alpha as f32,
-            depth: if is_met { (self.surfaces.depth / count) as f32 } else { f32::INFINITY },
-            normal: unit_vector(self.surfaces.normal).unwrap_or(DVec3::ZERO).as_vec3().to_array(),
-            albedo: mean(self.surfaces.albedo),
-            id: self.most_seen.winner,
-            samples: self.count(),
-        }
+            samples: self.count(place),
+            ..Pixel::EMPTY
+        };
+        self.layers.get(place).map_or(pixel, |layers| layers.write(pixel))
     }
 
-    /// The standard error of the pixel's value on the screen, the largest of its channels (alpha among them where the background is transparent):
-    /// half the way from a standard error of linear light below the mean to one above it, developed. Infinite for less than two samples.
-    pub(crate) fn error(&self, shares: Shares, development: &Development) -> f64 {
-        if self.positive.count < 2 {
+    /// The standard error of a pixel's value on the screen, the largest of its channels (alpha among them where the background is transparent):
+    /// half the way from a standard error of linear light below the mean to one above it, developed. Infinite for less than two samples, or where no squares
+    /// are kept.
+    pub(crate) fn error(&self, place: usize, development: &Development) -> f64 {
+        if self.positive.sum(place).count < 2 {
             return f64::INFINITY;
         }
-        let (mut color, mut met) = self.positive.variance();
-        if shares.negative > 0.0 {
-            let below = if self.negative.count < 2 { &self.positive } else { &self.negative };
-            let (below_color, below_met) = below.variance();
-            let (above, below) = (shares.positive.powi(2), shares.negative.powi(2));
+        let Shares { positive, negative } = self.shares;
+        let (mut color, mut met) = self.positive.variance(place);
+        if negative > 0.0 {
+            let below = if self.negative.sum(place).count < 2 { &self.positive } else { &self.negative };
+            let (below_color, below_met) = below.variance(place);
+            let (above, below) = (positive.powi(2), negative.powi(2));
             color = above * color + below * below_color;
             met = above * met + below * below_met;
         }
-        let (mean, deviation) = (self.filtered(shares, Part::color), color.map(f64::sqrt));
+        let (mean, deviation) = (self.filtered(place, Sum::color), color.map(f64::sqrt));
         let developed = |color: DVec3| development.value(color.as_vec3().to_array());
         let (low, high) = (developed(mean - deviation), developed(mean + deviation));
         let error = (0..3).map(|i| 0.5 * f64::from(high[i] - low[i])).fold(0.0, f64::max);
@@ -161,8 +246,17 @@ mod tests {
 
     const BOX: Shares = Shares { positive: 1.0, negative: 0.0 };
 
-    fn grey(value: f64) -> Sighting {
-        Sighting { color: DVec3::splat(value), first: None }
+    const ALL: Keeps = Keeps { squares: true, layers: true };
+
+    /// One pixel, nothing gathered.
+    fn one(shares: Shares) -> Gathered {
+        let mut gathered = Gathered::new(shares);
+        gathered.start(1, ALL);
+        gathered
+    }
+
+    fn grey(gathered: &mut Gathered, value: f64, is_negative: bool) {
+        gathered.add(0, DVec3::splat(value), None, is_negative);
     }
 
     #[test]
@@ -177,16 +271,38 @@ mod tests {
     #[test]
     fn surfaces_count_alone_where_some_samples_meet_nothing() {
         let first = FirstSurface { depth: 3.0, normal: Vec3::Z, albedo: Vec3::X, id: 9 };
-        let mut gathered = Gathered::default();
-        gathered.add(&Sighting { color: DVec3::ONE, first: None }, false);
-        assert_eq!(gathered.pixel(BOX, false).depth, f32::INFINITY);
-        gathered.add(&Sighting { color: DVec3::ZERO, first: Some(first) }, false);
-        let other = FirstSurface { depth: 5.0, ..first };
-        gathered.add(&Sighting { color: DVec3::ZERO, first: Some(other) }, false);
-        let pixel = gathered.pixel(BOX, false);
+        let mut gathered = one(BOX);
+        grey(&mut gathered, 1.0, false);
+        assert_eq!(gathered.pixel(0, false).depth, f32::INFINITY);
+        gathered.add(0, DVec3::ZERO, Some(&first), false);
+        gathered.add(0, DVec3::ZERO, Some(&FirstSurface { depth: 5.0, ..first }), false);
+        let pixel = gathered.pixel(0, false);
         assert_eq!((pixel.depth, pixel.normal, pixel.albedo), (4.0, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]));
         assert_eq!((pixel.color, pixel.id, pixel.samples), ([1.0 / 3.0; 3], 9, 3));
-        assert_eq!((pixel.alpha, gathered.pixel(BOX, true).alpha), (1.0, 2.0 / 3.0));
+        assert_eq!((pixel.alpha, gathered.pixel(0, true).alpha), (1.0, 2.0 / 3.0));
+    }
+
+    #[test]
+    fn pixels_know_of_their_light_alone_what_they_know_with_layers() {
+        let first = FirstSurface { depth: 3.0, normal: Vec3::Z, albedo: Vec3::X, id: 9 };
+        for shares in [BOX, FilterSampler::new(Filter::Mitchell).shares] {
+            let mut all = Gathered::new(shares);
+            let mut light = Gathered::new(shares);
+            all.start(3, ALL);
+            light.start(3, Keeps { squares: false, layers: false });
+            for gathered in [&mut all, &mut light] {
+                for i in 0..30u32 {
+                    let is_negative = shares.negative > 0.0 && i % 5 == 0;
+                    gathered.add(i as usize % 3, DVec3::splat(i.into()), Some(&first), is_negative);
+                }
+            }
+            for place in 0..3 {
+                let (all, light) = (all.pixel(place, true), light.pixel(place, true));
+                let expected = Pixel { color: all.color, alpha: all.alpha, samples: 10, ..Pixel::EMPTY };
+                assert_eq!(light, expected);
+                assert!(all.depth == 3.0 && all.id == 9);
+            }
+        }
     }
 
     #[test]
@@ -194,9 +310,9 @@ mod tests {
         let shares = FilterSampler::new(Filter::Mitchell).shares;
         for signs in 0..64u32 {
             for count in 1..=6 {
-                let mut gathered = Gathered::default();
-                (0..count).for_each(|i| gathered.add(&grey(1.0), signs >> i & 1 == 1));
-                let [r, g, b] = gathered.pixel(shares, false).color;
+                let mut gathered = one(shares);
+                (0..count).for_each(|i| grey(&mut gathered, 1.0, signs >> i & 1 == 1));
+                let [r, g, b] = gathered.pixel(0, false).color;
                 assert!([r, g, b].into_iter().all(|value| (value - 1.0).abs() < 1e-6), "{r}");
             }
         }
@@ -206,17 +322,17 @@ mod tests {
     fn the_error_is_that_of_the_mean_on_the_screen() {
         let linear = Picture { encoding: superegg_scene::Encoding::Linear, ..Picture::default() };
         let linear = Development::of(&linear);
-        let mut gathered = Gathered::default();
-        assert_eq!(gathered.error(BOX, &linear), f64::INFINITY);
-        (0..100).for_each(|i| gathered.add(&grey(f64::from(i % 2)), false));
+        let mut gathered = one(BOX);
+        assert_eq!(gathered.error(0, &linear), f64::INFINITY);
+        (0..100).for_each(|i| grey(&mut gathered, f64::from(i % 2), false));
         // The deviation of a coin is 1/2.
-        assert!((gathered.error(BOX, &linear) - 0.5 / 99f64.sqrt()).abs() < 1e-6);
+        assert!((gathered.error(0, &linear) - 0.5 / 99f64.sqrt()).abs() < 1e-6);
         // What is white beyond doubt has no error left, however it flickers.
-        let mut bright = Gathered::default();
-        (0..100).for_each(|i| bright.add(&grey(50.0 + f64::from(i % 2)), false));
-        assert_eq!(bright.error(BOX, &linear), 0.0);
+        let mut bright = one(BOX);
+        (0..100).for_each(|i| grey(&mut bright, 50.0 + f64::from(i % 2), false));
+        assert_eq!(bright.error(0, &linear), 0.0);
         // Half a stop more is more error.
         let brighter = Development { exposure: 0.5, ..linear };
-        assert!(gathered.error(BOX, &brighter) > gathered.error(BOX, &linear));
+        assert!(gathered.error(0, &brighter) > gathered.error(0, &linear));
     }
 }

@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 use superegg_geom::glam::DVec3;
 use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketSurfaces, PacketVectors};
-use superegg_geom::lanes::vector::Lanes;
+use superegg_geom::lanes::vector::{Lanes, Mask};
 use superegg_scene::{Light, LightKind, Material, Pattern};
 
 use crate::integrator::Setting;
@@ -54,7 +54,7 @@ pub(crate) struct Finish {
     specular: f32,
     exponent: f32,
     /// Its part of the ambient light.
-    pub(crate) ambient: DVec3,
+    ambient: [f32; 3],
 }
 
 impl Finish {
@@ -62,18 +62,20 @@ impl Finish {
     pub(crate) fn of(material: &Material) -> Option<Self> {
         let shares = Shares::of(material, 1.0);
         let diffuse = shares.local * material.diffuse * material.color;
+        let ambient = shading::ambient(material, &shares, material.color);
         let exponent = material.highlight_exponent();
         let is_plain = material.reflected.is_none_or(|share| share == 0.0)
             && shares.is_local()
             && material.pattern == Pattern::None;
         let is_held = diffuse.abs().max_element() < MOST
             && material.specular.abs() < MOST
+            && ambient.abs().max_element() < MOST
             && (0.0..MOST_EXPONENT).contains(&exponent);
         (is_plain && is_held).then(|| Self {
             diffuse: diffuse.as_vec3().to_array(),
             specular: material.specular as f32,
             exponent: exponent as f32,
-            ambient: shading::ambient(material, &shares, material.color),
+            ambient: ambient.as_vec3().to_array(),
         })
     }
 }
@@ -84,6 +86,7 @@ pub(crate) struct PacketFinish {
     diffuse: PacketVectors,
     specular: PacketOf<f32>,
     exponent: PacketOf<f32>,
+    ambient: PacketVectors,
 }
 
 impl PacketFinish {
@@ -92,41 +95,74 @@ impl PacketFinish {
         diffuse: [PacketOf([0.0; PACKET]); 3],
         specular: PacketOf([0.0; PACKET]),
         exponent: PacketOf([0.0; PACKET]),
+        ambient: [PacketOf([0.0; PACKET]); 3],
     };
 
-    pub(crate) fn set(&mut self, lane: usize, finish: &Finish) {
-        for (column, value) in self.diffuse.iter_mut().zip(finish.diffuse) {
-            column.0[lane] = value;
+    /// What ambient light brings to the surfaces; nothing to lanes that were not set.
+    pub(crate) fn ambient(&self) -> PacketVectors {
+        self.ambient
+    }
+}
+
+/// Gives a finish to lanes of a packet.
+pub(crate) struct SetFinish<'a> {
+    pub(crate) packet: &'a mut PacketFinish,
+    /// A bit for each.
+    pub(crate) lanes: u32,
+    pub(crate) finish: &'a Finish,
+}
+
+impl WithSimd for SetFinish<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { packet, lanes, finish } = self;
+        for i in 0..PACKET / S::F32_LANES {
+            let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
+            let set = |column: &mut PacketOf<f32>, value: f32| {
+                let register = &mut S::as_mut_simd_f32s(&mut column.0).0[i];
+                *register = lanes.select(Lanes::splat(simd, value), Lanes::new(simd, *register)).register();
+            };
+            for axis in 0..3 {
+                set(&mut packet.diffuse[axis], finish.diffuse[axis]);
+                set(&mut packet.ambient[axis], finish.ambient[axis]);
+            }
+            set(&mut packet.specular, finish.specular);
+            set(&mut packet.exponent, finish.exponent);
         }
-        self.specular.0[lane] = finish.specular;
-        self.exponent.0[lane] = finish.exponent;
     }
 }
 
 /// What a light brings to the surfaces of a packet if nothing is between.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PacketShine {
-    /// The lanes that it shines on, a bit for each.
-    pub(crate) lanes: u32,
     pub(crate) color: PacketVectors,
 }
 
-/// One light on the surfaces that a packet sees, as [`shading::direct`] has it.
+impl PacketShine {
+    /// Of no light yet.
+    pub(crate) const NONE: Self = Self { color: [PacketOf([0.0; PACKET]); 3] };
+}
+
+/// One light on the surfaces that a packet sees, as [`shading::direct`] has it. The answer has a bit for each lane that it shines on.
 pub(crate) struct Shine<'a> {
     pub(crate) light: &'a PacketLight,
     /// The beam's directions.
     pub(crate) directions: &'a PacketVectors,
     pub(crate) surfaces: &'a PacketSurfaces,
     pub(crate) finish: &'a PacketFinish,
+    /// Where what it brings goes, of the lanes that it shines on.
+    pub(crate) shine: &'a mut PacketShine,
 }
 
 impl WithSimd for Shine<'_> {
-    type Output = PacketShine;
+    type Output = u32;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> PacketShine {
-        let Self { light, directions, surfaces, finish } = self;
-        let mut shine = PacketShine { lanes: 0, color: [PacketOf::splat(0.0); 3] };
+    fn with_simd<S: Simd>(self, simd: S) -> u32 {
+        let Self { light, directions, surfaces, finish, shine } = self;
+        let mut lanes = 0;
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
         for i in 0..PACKET / S::F32_LANES {
@@ -141,7 +177,7 @@ impl WithSimd for Shine<'_> {
             let to_light = [way[0] * scale, way[1] * scale, way[2] * scale];
             let cos = dot(normal, to_light);
             let lit = zero.lt(cos);
-            shine.lanes |= (lit.bits() << (i * S::F32_LANES)) & surfaces.lanes;
+            lanes |= (lit.bits() << (i * S::F32_LANES)) & surfaces.lanes;
             if !lit.any() {
                 continue;
             }
@@ -160,7 +196,7 @@ impl WithSimd for Shine<'_> {
                 S::as_mut_simd_f32s(&mut shine.color[axis].0).0[i] = color.register();
             }
         }
-        shine
+        lanes
     }
 }
 

@@ -1,7 +1,7 @@
 //! The partial file: finished tiles of a picture, and what picture they are of. Bytes in, bytes out; the files are others' work.
 //!
 //! ```text
-//! superegg part 1\n                                  the format and its version
+//! superegg part 2\n                                  the format and its version
 //! length u32, check u128, so many bytes of text      the header: lines of a name, a blank and a value
 //! then for each finished tile, in any order:
 //! "TILE", tile u32, length u32, check u32            the head of a record; the check is of the twelve bytes before it
@@ -25,7 +25,7 @@ use crate::shows::Shows;
 use crate::tiling::{Tile, tiles};
 
 /// What those of this version begin with. A change of anything that this file writes is a new version.
-const FIRST_LINE: &[u8] = b"superegg part 1\n";
+const FIRST_LINE: &[u8] = b"superegg part 2\n";
 /// No header is longer, in bytes.
 const LONGEST_HEADER: usize = 1 << 16;
 const MARK: &[u8] = b"TILE";
@@ -80,12 +80,13 @@ impl PartHeader {
         settings: &RenderSettings,
         share: Share,
     ) -> Self {
-        let RenderSettings { picture, camera, surroundings, shows } = settings;
+        let RenderSettings { picture, camera, surroundings, shows, layers: _ } = settings;
         // `Debug` of f64 tells numbers apart to the last bit.
         let hash = |text: &str| format!("{HASHED}{:032x}", XxHash3_128::oneshot(text.as_bytes()));
         let mut facts = vec![("program", program.to_owned())];
         facts.extend(picture_facts(picture));
         facts.push(("view", format!("{shows:?}")));
+        facts.push(("layers", settings.keeps_layers().to_string()));
         facts.push(("root", root.unwrap_or_default().to_owned()));
         facts.push(("depth", depth.to_string()));
         facts.push(("camera", hash(&format!("{camera:?}"))));
@@ -109,6 +110,11 @@ impl PartHeader {
     /// What the picture shows.
     pub fn shows(&self) -> Shows {
         self.shows
+    }
+
+    /// Whether the pixels have more than their light.
+    pub fn has_layers(&self) -> bool {
+        self.fact("layers") == Some("true")
     }
 
     /// The tiles of the whole picture.
@@ -608,10 +614,10 @@ mod tests {
         }
         for (bad, error) in [
             (&b"PNG"[..], PartError::NotAPart),
-            (b"superegg part 2\n", PartError::OtherVersion),
+            (b"superegg part 3\n", PartError::OtherVersion),
             (b"", PartError::BrokenOff),
             (b"superegg par", PartError::BrokenOff),
-            (b"superegg part 1\n\x10", PartError::BrokenOff),
+            (b"superegg part 2\n\x10", PartError::BrokenOff),
         ] {
             assert_eq!(PartHeader::read(bad).unwrap_err(), error);
         }

@@ -11,11 +11,11 @@ use crate::adaptive::Stopping;
 use crate::compiled::CompiledScene;
 use crate::develop::Development;
 use crate::film::{Film, Pixel};
-use crate::gather::Gathered;
+use crate::gather::{Gathered, Keeps};
 use crate::integrator::{RayCounts, Setting, Taken};
 use crate::placement::{Place, Placement};
 use crate::shows::{Shows, color_of_id};
-use crate::tile::{FilmSample, FirstSurface, Sighting, TileTracer};
+use crate::tile::{FilmSample, FirstSurface, Sightings, TileTracer};
 use crate::tiling::{Tile, tiles};
 use crate::view::View;
 
@@ -30,6 +30,9 @@ pub struct RenderSettings {
     pub surroundings: Surroundings,
     /// What the picture shows.
     pub shows: Shows,
+    /// Whether the film is to know more of its pixels than their light: depth, normals, albedo and ids. That takes some time and two and a half
+    /// times the memory.
+    pub layers: bool,
 }
 
 /// What is around the objects of a scene.
@@ -56,7 +59,18 @@ impl RenderSettings {
         }
     }
 
-    /// The picture that a scene describes.
+    /// Whether the film knows more of its pixels than their light; a picture of depth needs it.
+    pub fn keeps_layers(&self) -> bool {
+        self.layers || self.shows == Shows::Depth
+    }
+
+    /// A film for the picture, of which no pixel has been made.
+    pub fn film(&self) -> Film {
+        let Picture { width, height, .. } = self.picture;
+        if self.keeps_layers() { Film::new(width, height) } else { Film::without_layers(width, height) }
+    }
+
+    /// The picture that a scene describes, with layers.
     pub fn of(scene: &Scene) -> Self {
         Self {
             picture: scene.picture,
@@ -69,6 +83,7 @@ impl RenderSettings {
                 ambient_occlusion: scene.ambient_occlusion,
             },
             shows: Shows::Light,
+            layers: true,
         }
     }
 }
@@ -115,7 +130,7 @@ pub fn render(
     settings: &RenderSettings,
     budget: &RenderBudget<'_>,
 ) -> Result<Rendered, rayon::ThreadPoolBuildError> {
-    let film = Mutex::new(Film::new(settings.picture.width, settings.picture.height));
+    let film = Mutex::new(settings.film());
     let work = TileWork { film: &film, wanted: &|_| true, finished: &|_, _| () };
     let Taken { rays, stand_ins } = render_tiles(scene, settings, budget, &work)?;
     Ok(Rendered { film: film.into_inner().unwrap_or_else(PoisonError::into_inner), rays, stand_ins })
@@ -168,6 +183,9 @@ struct Job<'a> {
     stopping: Stopping,
     /// The rays of a picture of ambient occlusion alone.
     occlusion: AmbientOcclusion,
+    keeps: Keeps,
+    /// Whether it is to be known what samples meet first.
+    asks_firsts: bool,
     cancel: &'a AtomicBool,
 }
 
@@ -175,7 +193,9 @@ impl<'a> Job<'a> {
     fn new(scene: &'a CompiledScene, settings: &'a RenderSettings, cancel: &'a AtomicBool) -> Self {
         let picture = &settings.picture;
         let placement = Placement::of(picture);
-        let stopping = Stopping::of(picture, settings.development(), placement.shares());
+        let stopping = Stopping::of(picture, settings.development());
+        let keeps = Keeps { squares: !stopping.is_fixed(), layers: settings.keeps_layers() };
+        let shows_firsts = matches!(settings.shows, Shows::Normal | Shows::Id);
         Self {
             setting: Setting::new(scene, settings),
             settings,
@@ -183,6 +203,8 @@ impl<'a> Job<'a> {
             placement,
             stopping,
             occlusion: Shows::occlusion(settings, scene),
+            keeps,
+            asks_firsts: keeps.layers || picture.transparent || shows_firsts,
             cancel,
         }
     }
@@ -193,8 +215,7 @@ struct Worker<'j, 'a> {
     job: &'j Job<'a>,
     tracer: TileTracer<'j>,
     batch: Batch,
-    seen: Vec<Sighting>,
-    gathered: Vec<Gathered>,
+    gathered: Gathered,
     /// The pixels of a tile of the last one's size that begins at the top left corner, by blocks of neighbours.
     by_block: Vec<(u32, u32)>,
     size: (usize, usize),
@@ -202,13 +223,12 @@ struct Worker<'j, 'a> {
 
 impl<'j, 'a> Worker<'j, 'a> {
     fn new(job: &'j Job<'a>) -> Self {
-        let tracer = TileTracer::new(job.setting, &job.view, job.settings.picture.samples);
+        let tracer = TileTracer::new(job.setting, &job.view, job.settings.picture.samples, job.asks_firsts);
         Self {
             job,
             tracer,
             batch: Batch::default(),
-            seen: Vec::new(),
-            gathered: Vec::new(),
+            gathered: Gathered::new(job.placement.shares()),
             by_block: Vec::new(),
             size: (0, 0),
         }
@@ -222,13 +242,12 @@ impl<'j, 'a> Worker<'j, 'a> {
             self.size = (columns, tile.y.len());
             self.by_block = Tile { x: 0..columns as u32, y: 0..tile.y.len() as u32 }.pixels_by_block();
         }
-        self.gathered.clear();
-        self.gathered.resize(tile.pixel_count(), Gathered::default());
+        self.gathered.start(tile.pixel_count(), job.keeps);
         self.batch.clear();
         self.tracer.taken = Taken::default();
         let mut round = vec![job.stopping.first; tile.pixel_count()];
         while let Some(&longest) = round.iter().max().filter(|longest| **longest > 0) {
-            let begun: Vec<u32> = self.gathered.iter().map(Gathered::count).collect();
+            let begun: Vec<u32> = (0..tile.pixel_count()).map(|place| self.gathered.count(place)).collect();
             // One sample of each pixel that goes on, then the next of each.
             for step in 0..longest {
                 for i in 0..self.by_block.len() {
@@ -253,39 +272,51 @@ impl<'j, 'a> Worker<'j, 'a> {
             round = job.stopping.next_round(columns, &self.gathered);
         }
         let is_transparent = job.settings.picture.transparent;
-        let pixel = |gathered: &Gathered| gathered.pixel(job.placement.shares(), is_transparent);
-        Some((self.gathered.iter().map(pixel).collect(), self.tracer.taken))
+        let pixel = |place| self.gathered.pixel(place, is_transparent);
+        Some(((0..tile.pixel_count()).map(pixel).collect(), self.tracer.taken))
     }
 
     /// Traces the samples of the batch, and adds what they see to their pixels.
     fn take(&mut self) {
-        self.look();
-        for (&(place, is_negative), seen) in self.batch.of.iter().zip(&self.seen) {
-            self.gathered[place].add(seen, is_negative);
+        let Self { job, tracer, batch: Batch { samples, of }, gathered, .. } = self;
+        let seen = if job.settings.shows == Shows::Occlusion {
+            tracer.trace_occlusion(samples, job.occlusion)
+        } else {
+            tracer.trace(samples)
+        };
+        job.show(samples, seen);
+        let mut firsts = seen.firsts.iter();
+        for (&(place, is_negative), &color) in of.iter().zip(&seen.colors) {
+            let first = firsts.next().and_then(Option::as_ref);
+            gathered.add(place, color, first, is_negative);
         }
         self.batch.clear();
     }
+}
 
-    /// What the samples of the batch see of what the picture shows.
-    fn look(&mut self) {
-        let Self { job, tracer, batch: Batch { samples, .. }, seen, .. } = self;
-        if job.settings.shows == Shows::Occlusion {
-            tracer.trace_occlusion(samples, job.occlusion, seen);
-        } else {
-            tracer.trace(samples, seen);
+impl Job<'_> {
+    /// Brings what samples see to what the picture shows.
+    fn show(&self, samples: &[FilmSample], Sightings { colors, firsts }: &mut Sightings) {
+        let mut paint = |color: &dyn Fn(&FirstSurface) -> DVec3| {
+            for (to, first) in colors.iter_mut().zip(&*firsts) {
+                *to = first.as_ref().map_or(DVec3::ZERO, color);
+            }
+        };
+        match self.settings.shows {
+            Shows::Light | Shows::Depth | Shows::Occlusion => {}
+            Shows::Normal => paint(&|first| (0.5 + 0.5 * first.normal).as_dvec3()),
+            Shows::Id => paint(&|first| color_of_id(first.id)),
+            Shows::Steps => {
+                let footprint = self.view.footprint(self.settings.picture.samples);
+                for (to, sample) in colors.iter_mut().zip(samples) {
+                    let ray = self.view.sample_ray(sample);
+                    *to = DVec3::splat(self.setting.scene.steps(&ray, footprint) as f64);
+                }
+            }
         }
-        let footprint = job.view.footprint(job.settings.picture.samples);
-        for (seen, sample) in seen.iter_mut().zip(samples) {
-            let of_surface =
-                |color: &dyn Fn(&FirstSurface) -> DVec3| seen.first.as_ref().map_or(DVec3::ZERO, color);
-            seen.color = match job.settings.shows {
-                Shows::Light | Shows::Depth | Shows::Occlusion => seen.color,
-                Shows::Normal => of_surface(&|first| (0.5 + 0.5 * first.normal).as_dvec3()),
-                Shows::Id => of_surface(&|first| color_of_id(first.id)),
-                Shows::Steps => DVec3::splat(job.setting.scene.steps(&tracer.ray(sample), footprint) as f64),
-            };
-            if job.settings.picture.transparent && seen.first.is_none() {
-                seen.color = DVec3::ZERO;
+        if self.settings.picture.transparent {
+            for (color, _) in colors.iter_mut().zip(firsts).filter(|(_, first)| first.is_none()) {
+                *color = DVec3::ZERO;
             }
         }
     }

@@ -83,12 +83,12 @@ impl Shows {
         if !self.is_by_range() {
             return Cow::Borrowed(film);
         }
-        let value = |pixel: &Pixel| if self == Self::Depth { pixel.depth } else { pixel.color[0] };
-        let values = || film.pixels().iter().map(value).filter(|value| value.is_finite());
+        let value = |pixel: Pixel| if self == Self::Depth { pixel.depth } else { pixel.color[0] };
+        let values = || film.pixels().map(value).filter(|value| value.is_finite());
         let (least, most) = values().fold((f32::INFINITY, 0f32), |(l, m), v| (l.min(v), m.max(v)));
         let mut colored = film.clone();
         for (x, y) in (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| (x, y))) {
-            let pixel = *film.pixel(x, y);
+            let pixel = film.pixel(x, y);
             let color = if self == Self::Depth {
                 // By the reciprocal: a floor that goes to the horizon would leave nothing for what is near.
                 let inverse = |depth: f32| depth.max(f32::MIN_POSITIVE).recip();
@@ -100,7 +100,7 @@ impl Shows {
                 // Nothing is at infinity.
                 if pixel.depth.is_finite() { [pixel.alpha * nearness; 3] } else { [0.0; 3] }
             } else {
-                heat(if most > 0.0 { value(&pixel) / most } else { 0.0 })
+                heat(if most > 0.0 { value(pixel) / most } else { 0.0 })
             };
             colored.set(x, y, Pixel { color, ..pixel });
         }

@@ -6,20 +6,24 @@ use std::rc::Rc;
 
 use pulp::Arch;
 use superegg_geom::glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use superegg_geom::lanes::beam::{PacketVectors, PacketVectors64};
 use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::{AmbientOcclusion, Light, Pattern};
 
-use crate::beam::{Beam, BeamHit, Kind, LANES, NO_CANDIDATE, ShadowRay, f32_columns, lanes};
+use crate::beam::{
+    self, Beam, BeamHit, Kind, LANES, NO_CANDIDATE, Pencil, ShadowRay, ShadowWay, Sight, Told, direction_of,
+    f32_columns, lanes, take_directions,
+};
 use crate::compiled::CompiledScene;
 use crate::flight::FlightRay;
 use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken, Wave, at_surface};
 use crate::lighting::{self, LightWay, ShadowRays};
 use crate::medium::Media;
-use crate::packet_light::{Finish, PacketFinish, PacketLight, Shine};
+use crate::packet_light::{Finish, PacketFinish, PacketLight, PacketShine, SetFinish, Shine};
 use crate::path::InstancePath;
 use crate::point::{Arrival, MaterialRef, Place, Seen, SurfacePoint, albedo_of_shape};
-use crate::sequence::{SampleKey, disc};
+use crate::sequence::SampleKey;
 use crate::shading::Shares;
 use crate::view::View;
 
@@ -33,13 +37,13 @@ pub(crate) struct FilmSample {
     pub(crate) film_px: DVec2,
 }
 
-/// What a camera ray sees.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sighting {
+/// What the camera rays of some samples see.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sightings {
     /// Linear light.
-    pub(crate) color: DVec3,
-    /// The surface that it meets first.
-    pub(crate) first: Option<FirstSurface>,
+    pub(crate) colors: Vec<DVec3>,
+    /// The surface that each meets first; none unless they are asked for.
+    pub(crate) firsts: Vec<Option<FirstSurface>>,
 }
 
 /// The surface that a camera ray meets first.
@@ -64,32 +68,36 @@ pub(crate) struct TileTracer<'a> {
     media: Media,
     pub(crate) taken: Taken,
     beam: Beam<'a>,
-    rays: Vec<Ray>,
-    hits: Vec<Option<BeamHit>>,
+    /// The directions of rays from one place, and what they see.
+    directions: Vec<PacketVectors64>,
+    sight: Sight,
     looks: Looks<'a>,
     /// The lights, where opaque surfaces are lit in lanes, and what they are lit by.
     packet_lights: Option<Vec<PacketLight>>,
     finishes: Vec<PacketFinish>,
-    /// The points that the last samples see first, as many at most, and what light and sky bring to each sample.
+    /// What the lights have brought to them so far, and what the next one will where nothing is between.
+    light: Vec<PacketVectors>,
+    shines: Vec<PacketShine>,
+    /// The other points that the last samples see first, as many at most, and what light and sky bring to each sample.
     points: Vec<SurfacePoint<'a>>,
-    colors: Vec<DVec3>,
+    seen: Sightings,
+    asks_firsts: bool,
     /// The candidate of each point, or [`NO_CANDIDATE`].
     candidates: Vec<u32>,
     arch: Arch,
-    shadow_rays: Vec<ShadowRay>,
-    /// What each shadow ray brings if nothing stops it.
+    /// Shadow rays, and where each comes from.
+    ways: Vec<ShadowWay>,
     lit: Vec<Lit>,
     stopped: Vec<bool>,
 }
 
-/// The light of a shadow ray.
+/// What a shadow ray is to bring light to.
 #[derive(Clone, Copy, Debug)]
-struct Lit {
-    /// The place of the sample.
-    pixel: usize,
-    /// The number of its point; `None` where lanes have lit it.
-    point: Option<usize>,
-    color: DVec3,
+enum Lit {
+    /// A surface that lanes tell of, by its sample.
+    Lane(u32),
+    /// A point by its number, and the light that it gets if nothing is between.
+    Point(u32, DVec3),
 }
 
 /// What shading needs of candidates, each made when it is first shaded.
@@ -114,12 +122,9 @@ struct Look<'a> {
     plain: Option<(Finish, [[f32; 3]; 3])>,
 }
 
-/// The choice of a [`SampleKey`] for the place on the lens.
-const LENS: u32 = 0;
-
 impl<'a> TileTracer<'a> {
-    /// For pictures of so many samples a pixel.
-    pub(crate) fn new(setting: Setting<'a>, view: &'a View, samples: u32) -> Self {
+    /// For pictures of so many samples a pixel; `asks_firsts` for what samples meet first, which takes some time.
+    pub(crate) fn new(setting: Setting<'a>, view: &'a View, samples: u32, asks_firsts: bool) -> Self {
         Self {
             setting,
             view,
@@ -127,29 +132,33 @@ impl<'a> TileTracer<'a> {
             media: setting.media_at(view.position()),
             taken: Taken::default(),
             beam: Beam::new(setting.scene),
-            rays: Vec::new(),
-            hits: Vec::new(),
+            directions: Vec::new(),
+            sight: Sight::default(),
             looks: Looks { scene: setting.scene, by_candidate: Vec::new() },
             packet_lights: PacketLight::all(&setting, view),
             finishes: Vec::new(),
+            light: Vec::new(),
+            shines: Vec::new(),
             points: Vec::new(),
-            colors: Vec::new(),
+            seen: Sightings::default(),
+            asks_firsts,
             candidates: Vec::new(),
             arch: Arch::new(),
-            shadow_rays: Vec::new(),
+            ways: Vec::new(),
             lit: Vec::new(),
             stopped: Vec::new(),
         }
     }
 
     /// What each of some samples sees: at most [`crate::beam::MOST_RAYS`] of them, neighbours by the sixteen.
-    pub(crate) fn trace(&mut self, samples: &[FilmSample], seen: &mut Vec<Sighting>) {
+    pub(crate) fn trace(&mut self, samples: &[FilmSample]) -> &mut Sightings {
         self.meet_surfaces(samples, true);
         self.add_light();
         let mut wave = Wave::new(self.setting, 1);
-        self.points.iter().for_each(|point| wave.leave(point, &mut self.colors, &mut self.taken));
-        wave.follow_all(&mut self.colors, &mut self.taken);
-        self.report(seen);
+        self.points.iter().for_each(|point| wave.leave(point, &mut self.seen.colors, &mut self.taken));
+        wave.follow_all(&mut self.seen.colors, &mut self.taken);
+        self.take_light_of_lanes();
+        self.report(samples.len())
     }
 
     /// The same with the share of each surface's sky that is open instead of its light, and black where there is no surface.
@@ -157,33 +166,28 @@ impl<'a> TileTracer<'a> {
         &mut self,
         samples: &[FilmSample],
         occlusion: AmbientOcclusion,
-        seen: &mut Vec<Sighting>,
-    ) {
+    ) -> &mut Sightings {
         self.meet_surfaces(samples, false);
-        self.colors.fill(DVec3::ZERO);
+        self.seen.colors.fill(DVec3::ZERO);
         let open = lighting::open_shares(self.setting, occlusion, &self.points, &mut self.taken);
         for (point, share) in self.points.iter().zip(open) {
-            self.colors[point.arrival.pixel] = DVec3::splat(share);
+            self.seen.colors[point.arrival.pixel] = DVec3::splat(share);
         }
-        self.report(seen);
+        self.report(samples.len())
     }
 
     /// Finds the points that samples see first, but for those that lanes may tell of. What is seen where no surface is goes to the colours.
     fn meet_surfaces(&mut self, samples: &[FilmSample], lanes_may_tell: bool) {
         self.taken.rays.camera += samples.len() as u64;
-        self.colors.clear();
-        self.colors.resize(samples.len(), DVec3::ZERO);
         self.points.clear();
         self.candidates.clear();
-        let mut rays = std::mem::take(&mut self.rays);
-        rays.clear();
-        rays.extend(samples.iter().map(|sample| self.ray(sample)));
+        self.seen.colors.clear();
         if self.view.is_pinhole() {
-            self.meet_by_beam(samples, &rays, lanes_may_tell && self.packet_lights.is_some());
+            self.meet_by_beam(samples, lanes_may_tell && self.packet_lights.is_some());
         } else {
-            self.meet_apart(samples, &rays);
+            self.seen.colors.resize(samples.len(), DVec3::ZERO);
+            self.meet_apart(samples);
         }
-        self.rays = rays;
     }
 
     fn arrival(&self, pixel: usize, sample: &FilmSample, ray: &Ray) -> Arrival {
@@ -196,102 +200,150 @@ impl<'a> TileTracer<'a> {
         Arrival { pixel, weight: DVec3::ONE, key, media, is_from_floor: false }
     }
 
-    /// The colours of the samples with what the film keeps of their points.
-    fn report(&self, seen: &mut Vec<Sighting>) {
-        seen.clear();
-        seen.extend(self.colors.iter().map(|&color| Sighting { color, first: None }));
-        for (point, &candidate) in self.points.iter().zip(&self.candidates) {
-            let look = self.looks.made(candidate);
+    /// The colours of the samples and, where asked for, what they meet first.
+    fn report(&mut self, samples: usize) -> &mut Sightings {
+        let Self { seen, points, candidates, looks, sight, setting, view, .. } = self;
+        seen.firsts.clear();
+        if !self.asks_firsts {
+            return seen;
+        }
+        seen.firsts.resize(samples, None);
+        for (point, &candidate) in points.iter().zip(&*candidates) {
             let id = match &point.place {
                 Place::Instance(path) => {
-                    look.map_or_else(|| self.setting.scene.instance_id(path), |look| look.id)
+                    looks.made(candidate).map_or_else(|| setting.scene.instance_id(path), |look| look.id)
                 }
                 Place::Floor => InstancePath::FLOOR_ID,
             };
-            seen[point.arrival.pixel].first = Some(FirstSurface {
-                depth: self.view.depth(point.position) as f32,
+            seen.firsts[point.arrival.pixel] = Some(FirstSurface {
+                depth: view.depth(point.position) as f32,
                 normal: point.facing_normal().as_vec3(),
                 albedo: point.albedo.as_vec3(),
                 id,
             });
         }
-        for (packet, surfaces) in self.beam.surfaces.iter().enumerate() {
-            for lane in lanes(surfaces.lanes) {
-                let pixel = packet * LANES + lane;
-                let (candidate, t, _) = self.beam.told(pixel);
-                let Some(look) = self.looks.made(candidate) else { continue };
+        for told in &sight.told {
+            let Some(look) = looks.made(told.candidate) else { continue };
+            let surfaces = &sight.surfaces[told.packet];
+            for lane in lanes(told.lanes & surfaces.lanes) {
+                let pixel = told.packet * LANES + lane;
                 let normal = surfaces.normal.each_ref().map(|column| column.0[lane]);
-                seen[pixel].first = Some(FirstSurface {
+                seen.firsts[pixel] = Some(FirstSurface {
                     // The part of a camera ray's direction along the line of sight is 1.
-                    depth: t as f32,
+                    depth: sight.told(pixel).1 as f32,
                     normal: Vec3::from_array(normal),
                     albedo: look.material.color.as_vec3(),
                     id: look.id,
                 });
             }
         }
-    }
-
-    /// The camera ray of a sample.
-    pub(crate) fn ray(&self, sample: &FilmSample) -> Ray {
-        if !self.view.has_lens() {
-            return self.view.ray(sample.film_px);
-        }
-        let key = SampleKey::new(sample.pixel, sample.index).branch(LENS);
-        self.view.lens_ray(sample.film_px, disc(key.point(0, 1)))
+        seen
     }
 
     /// Rays of a camera with a lens, or of an orthographic one, each by itself.
-    fn meet_apart(&mut self, samples: &[FilmSample], rays: &[Ray]) {
+    fn meet_apart(&mut self, samples: &[FilmSample]) {
         let mut wave = Wave::new(self.setting, 0);
-        for (pixel, (ray, sample)) in rays.iter().zip(samples).enumerate() {
-            let arrival = self.arrival(pixel, sample, ray);
-            wave.push(FlightRay { ray: *ray, departure: None, footprint: self.footprint }, arrival);
+        for (pixel, sample) in samples.iter().enumerate() {
+            let ray = self.view.sample_ray(sample);
+            let arrival = self.arrival(pixel, sample, &ray);
+            wave.push(FlightRay { ray, departure: None, footprint: self.footprint }, arrival);
         }
-        self.points = wave.arrive(&mut self.colors, &mut self.taken);
+        self.points = wave.arrive(&mut self.seen.colors, &mut self.taken);
         self.candidates.resize(self.points.len(), NO_CANDIDATE);
     }
 
     /// Rays from one place.
-    fn meet_by_beam(&mut self, samples: &[FilmSample], rays: &[Ray], lanes_may_tell: bool) {
+    fn meet_by_beam(&mut self, samples: &[FilmSample], lanes_may_tell: bool) {
+        let ways = samples.iter().map(|sample| self.view.ray(sample.film_px).direction);
+        take_directions(ways, &mut self.directions);
         self.beam.start_tile();
         self.looks.by_candidate.clear();
-        let mut hits = std::mem::take(&mut self.hits);
         let looks = &mut self.looks;
-        self.beam.closest_but(rays, self.footprint, &mut hits, |beam, candidate| {
+        let rays =
+            Pencil { origin: self.view.position(), directions: &self.directions, count: samples.len() };
+        self.beam.closest_but(rays, self.footprint, &mut self.sight, |beam, candidate| {
             if lanes_may_tell { Some(looks.look(beam, candidate).plain?.1) } else { None }
         });
-        self.finishes.clear();
-        self.finishes.resize(self.beam.surfaces.len(), PacketFinish::NONE);
-        for (pixel, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
-            let (packet, lane) = (pixel / LANES, pixel % LANES);
-            let told = self.beam.surfaces[packet].lanes >> lane & 1 == 1;
-            let told = told.then(|| self.beam.told(pixel));
-            let nearest = told.map(|(_, t, _)| t).or_else(|| Some(hit.as_ref()?.t));
-            let ground = self.setting.ground.and_then(|ground| Some((ground, ground.meet(ray)?)));
-            if let Some((ground, t)) = ground.filter(|(_, t)| nearest.is_none_or(|nearest| *t < nearest)) {
-                self.beam.surfaces[packet].lanes &= !(1 << lane);
-                let arrival = self.arrival(pixel, &samples[pixel], ray);
-                self.points.push(self.setting.point_of_floor(&ground, ray, t, self.footprint, arrival));
-                self.candidates.push(NO_CANDIDATE);
-            } else if let Some((candidate, ..)) = told {
-                let look = self.looks.look(&self.beam, candidate);
-                self.taken.stand_ins += u64::from(look.primitive.is_none());
-                if let Some((finish, _)) = &look.plain {
-                    self.finishes[packet].set(lane, finish);
-                    self.colors[pixel] += finish.ambient;
-                }
-            } else if let Some(hit) = hit {
-                let arrival = self.arrival(pixel, &samples[pixel], ray);
-                let point = self.point_of_hit(ray, hit, arrival);
-                self.points.push(point);
-                self.candidates.push(hit.candidate);
-            } else {
-                let arrival = self.arrival(pixel, &samples[pixel], ray);
-                self.colors[pixel] += arrival.weight * self.setting.sky(ray.direction);
+        self.meet_surroundings(samples);
+        self.finish_lanes();
+        for i in 0..self.sight.hits.len() {
+            let (pixel, hit) = self.sight.hits[i];
+            let (pixel, ray) = (pixel as usize, self.camera_ray(pixel as usize));
+            let arrival = self.arrival(pixel, &samples[pixel], &ray);
+            let point = self.point_of_hit(&ray, &hit, arrival);
+            self.seen.colors[pixel] = DVec3::ZERO;
+            self.points.push(point);
+            self.candidates.push(hit.candidate);
+        }
+    }
+
+    /// The ray of a sample, of those that begin at one place.
+    fn camera_ray(&self, pixel: usize) -> Ray {
+        Ray::new(self.view.position(), direction_of(&self.directions, pixel))
+    }
+
+    /// The colours where nothing is, and the points of the floor, whose rays no longer count as those that meet something else.
+    fn meet_surroundings(&mut self, samples: &[FilmSample]) {
+        let Setting { surroundings, ground, .. } = self.setting;
+        if ground.is_none() && surroundings.sky.is_none() {
+            self.seen.colors.resize(samples.len(), surroundings.background);
+            return;
+        }
+        let mut nearest = vec![f64::INFINITY; samples.len()];
+        for told in &self.sight.told {
+            for lane in lanes(told.lanes) {
+                let pixel = told.packet * LANES + lane;
+                nearest[pixel] = self.sight.told(pixel).1;
             }
         }
-        self.hits = hits;
+        for (pixel, hit) in &self.sight.hits {
+            nearest[*pixel as usize] = hit.t;
+        }
+        for (pixel, sample) in samples.iter().enumerate() {
+            let ray = self.camera_ray(pixel);
+            let on_floor = ground.and_then(|ground| Some((ground, ground.meet(&ray)?)));
+            let color = if let Some((ground, t)) = on_floor.filter(|(_, t)| *t < nearest[pixel]) {
+                nearest[pixel] = -1.0;
+                self.sight.surfaces[pixel / LANES].lanes &= !(1 << (pixel % LANES));
+                let arrival = self.arrival(pixel, sample, &ray);
+                self.points.push(self.setting.point_of_floor(&ground, &ray, t, self.footprint, arrival));
+                self.candidates.push(NO_CANDIDATE);
+                DVec3::ZERO
+            } else if nearest[pixel] == f64::INFINITY {
+                self.setting.sky(ray.direction)
+            } else {
+                DVec3::ZERO
+            };
+            self.seen.colors.push(color);
+        }
+        self.sight.hits.retain(|(pixel, _)| nearest[*pixel as usize] >= 0.0);
+    }
+
+    /// What the surfaces that lanes tell of are made of, and the ambient light on them.
+    fn finish_lanes(&mut self) {
+        self.finishes.clear();
+        self.finishes.resize(self.sight.surfaces.len(), PacketFinish::NONE);
+        for &Told { packet, candidate, lanes } in &self.sight.told {
+            let look = self.looks.look(&self.beam, candidate);
+            let lanes = lanes & self.sight.surfaces[packet].lanes;
+            self.taken.stand_ins += u64::from(look.primitive.is_none()) * u64::from(lanes.count_ones());
+            if let Some((finish, _)) = &look.plain {
+                let packet = &mut self.finishes[packet];
+                self.arch.dispatch(SetFinish { packet, lanes, finish });
+            }
+        }
+        self.light.clear();
+        self.light.extend(self.finishes.iter().map(PacketFinish::ambient));
+    }
+
+    /// Takes what came to the surfaces that lanes tell of for the colours of their samples.
+    fn take_light_of_lanes(&mut self) {
+        for (packet, (surfaces, light)) in self.sight.surfaces.iter().zip(&self.light).enumerate() {
+            for lane in lanes(surfaces.lanes) {
+                let [r, g, b] = light.each_ref().map(|column| f64::from(column.0[lane]));
+                self.seen.colors[packet * LANES + lane] = DVec3::new(r, g, b);
+            }
+        }
     }
 
     /// Adds what lights bring to the points.
@@ -299,14 +351,14 @@ impl<'a> TileTracer<'a> {
         let Self { setting, view, .. } = *self;
         if !view.is_pinhole() {
             let (points, lights) = (&self.points, setting.lights());
-            lighting::add_light(setting, points, &lights, true, &mut self.colors, &mut self.taken);
+            lighting::add_light(setting, points, &lights, true, &mut self.seen.colors, &mut self.taken);
             return;
         }
         for (number, light) in setting.lights().filter(|(_, light)| is_point(light)) {
             self.add_point_light(number as usize, light);
         }
         let others = setting.lights().filter(|(_, light)| !is_point(light));
-        lighting::add_light(setting, &self.points, &others, true, &mut self.colors, &mut self.taken);
+        lighting::add_light(setting, &self.points, &others, true, &mut self.seen.colors, &mut self.taken);
     }
 
     /// The surface at a hit.
@@ -349,72 +401,104 @@ impl<'a> TileTracer<'a> {
     /// Adds the light of one lamp, by its number, to all that it reaches.
     fn add_point_light(&mut self, number: usize, light: &Light) {
         let Some(place) = light.position() else { return };
-        self.shadow_rays.clear();
+        self.ways.clear();
         self.lit.clear();
+        let mut least_width = f64::INFINITY;
         for (number, (point, &own)) in self.points.iter().zip(&self.candidates).enumerate() {
             let Some(way) = LightWay::to_middle(light, point.position) else { continue };
             let Some(color) = lighting::lit(point, &way) else { continue };
-            let ray =
-                Ray { origin: point.position, direction: way.direction, origin_error: point.position_error };
+            let ray = shadow_ray_of_point(point, place).ray;
             let past_ground = self.setting.share_past_ground(&ray, own == NO_CANDIDATE, 1.0);
             if past_ground == 0.0 {
                 continue;
             }
-            let (start, width) = (point.start(way.direction), point.footprint.width);
-            self.shadow_rays.push(ShadowRay { ray, own, start, width });
-            let (pixel, color) = (point.arrival.pixel, past_ground * point.arrival.weight * color);
-            self.lit.push(Lit { pixel, point: Some(number), color });
+            least_width = least_width.min(point.footprint.width);
+            self.ways.push(ShadowWay { direction: ray.direction, own, start: point.start(ray.direction) });
+            self.lit.push(Lit::Point(number as u32, past_ground * point.arrival.weight * color));
         }
-        self.shine_on_packets(number, place);
+        self.shine_on_packets(number, place, &mut least_width);
         if self.lit.is_empty() {
             return;
         }
         self.taken.rays.shadow += self.lit.len() as u64;
-        let width = self.shadow_rays.iter().map(|ray| ray.width).fold(f64::INFINITY, f64::min);
-        let footprint = Footprint { width, spread: 0.0 };
-        self.beam.occluded(place, &self.shadow_rays, footprint, &mut self.stopped);
+        let footprint = Footprint { width: least_width, spread: 0.0 };
+        let Self { setting, beam, sight, points, lit, ways, directions, stopped, .. } = self;
+        let origin = self.view.position();
+        let ray = |i: usize| match lit[i] {
+            Lit::Point(number, _) => shadow_ray_of_point(&points[number as usize], place),
+            Lit::Lane(pixel) => {
+                let (_, t, origin_error) = sight.told(pixel as usize);
+                let origin = origin + t * direction_of(directions, pixel as usize);
+                let ray = Ray { origin, direction: place - origin, origin_error };
+                ShadowRay { ray, width: self.footprint.at(t) }
+            }
+        };
+        beam.occluded(place, beam::ShadowRays { ways, ray: &ray }, footprint, stopped);
         let mut dimmed = ShadowRays::default();
-        for (&Lit { pixel, point, color }, &stopped) in self.lit.iter().zip(&self.stopped) {
-            match point.map(|number| &self.points[number]) {
-                None if !stopped => self.colors[pixel] += color,
-                Some(point) if !stopped => {
-                    let media = &point.arrival.media;
-                    self.colors[pixel] += color * media.transmittance_between(point.position, place);
+        for (lit, &stopped) in lit.iter().zip(&*stopped) {
+            match *lit {
+                Lit::Lane(pixel) => {
+                    if !stopped {
+                        let (packet, lane) = (pixel as usize / LANES, pixel as usize % LANES);
+                        let shine = &self.shines[packet].color;
+                        for (light, shine) in self.light[packet].iter_mut().zip(shine) {
+                            light.0[lane] += shine.0[lane];
+                        }
+                    }
                 }
-                Some(point) if self.setting.lets_light_through => {
-                    dimmed.push(point, lighting::toward(point, place - point.position), color);
+                Lit::Point(number, color) => {
+                    let point = &points[number as usize];
+                    if !stopped {
+                        let media = &point.arrival.media;
+                        self.seen.colors[point.arrival.pixel] +=
+                            color * media.transmittance_between(point.position, place);
+                    } else if setting.lets_light_through {
+                        dimmed.push(point, lighting::toward(point, place - point.position), color);
+                    }
                 }
-                _ => {}
             }
         }
-        lighting::add_dimmed(self.setting, dimmed, 1.0, &mut self.colors, &mut self.taken);
+        lighting::add_dimmed(*setting, dimmed, 1.0, &mut self.seen.colors, &mut self.taken);
     }
 
-    /// Takes shadow rays from what lanes tell of to a light at `place`.
-    fn shine_on_packets(&mut self, number: usize, place: DVec3) {
+    /// Takes shadow rays from what lanes tell of to a light at `place`, and what they bring.
+    fn shine_on_packets(&mut self, number: usize, place: DVec3, least_width: &mut f64) {
         let Some(light) = self.packet_lights.as_ref().and_then(|lights| lights.get(number)) else { return };
-        for (packet, (surfaces, finish)) in self.beam.surfaces.iter().zip(&self.finishes).enumerate() {
+        self.shines.resize(self.finishes.len(), PacketShine::NONE);
+        let origin = self.view.position();
+        for (packet, (surfaces, finish)) in self.sight.surfaces.iter().zip(&self.finishes).enumerate() {
             if surfaces.lanes == 0 {
                 continue;
             }
-            let directions = &self.beam.surface_directions[packet];
-            let shine = self.arch.dispatch(Shine { light, directions, surfaces, finish });
-            for lane in lanes(shine.lanes) {
+            let directions = &self.sight.directions[packet];
+            let shine = &mut self.shines[packet];
+            let lit = self.arch.dispatch(Shine { light, directions, surfaces, finish, shine });
+            for lane in lanes(lit) {
                 let pixel = packet * LANES + lane;
-                let (own, t, error) = self.beam.told(pixel);
-                let origin = self.rays[pixel].point_at(t);
-                let ray = Ray { origin, direction: place - origin, origin_error: error };
-                let past_ground = self.setting.share_past_ground(&ray, false, 1.0);
-                if past_ground == 0.0 {
-                    continue;
+                let (own, t, origin_error) = self.sight.told(pixel);
+                let point = origin + t * direction_of(&self.directions, pixel);
+                let direction = place - point;
+                if self.setting.ground.is_some() {
+                    let ray = Ray { origin: point, direction, origin_error };
+                    let past_ground = self.setting.share_past_ground(&ray, false, 1.0);
+                    if past_ground == 0.0 {
+                        continue;
+                    }
+                    shine.color.iter_mut().for_each(|column| column.0[lane] *= past_ground as f32);
                 }
-                let width = self.footprint.at(t);
-                self.shadow_rays.push(ShadowRay { ray, own, start: RayStart::SurfaceOutward, width });
-                let color = shine.color.each_ref().map(|column| f64::from(column.0[lane]));
-                self.lit.push(Lit { pixel, point: None, color: past_ground * DVec3::from_array(color) });
+                *least_width = least_width.min(self.footprint.at(t));
+                self.ways.push(ShadowWay { direction, own, start: RayStart::SurfaceOutward });
+                self.lit.push(Lit::Lane(pixel as u32));
             }
         }
     }
+}
+
+/// The ray from a point to a light.
+fn shadow_ray_of_point(point: &SurfacePoint<'_>, light: DVec3) -> ShadowRay {
+    let direction = light - point.position;
+    let ray = Ray { origin: point.position, direction, origin_error: point.position_error };
+    ShadowRay { ray, width: point.footprint.width }
 }
 
 impl<'a> Looks<'a> {

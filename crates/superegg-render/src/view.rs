@@ -5,6 +5,11 @@ use superegg_geom::glam::{DVec2, DVec3};
 use superegg_scene::{Camera, Lens};
 
 use crate::footprint::Footprint;
+use crate::sequence::{SampleKey, disc};
+use crate::tile::FilmSample;
+
+/// The choice of a [`SampleKey`] for the place on the lens.
+const LENS: u32 = 0;
 
 /// A camera with a picture size: the map from film coordinates to rays.
 #[derive(Clone, Copy, Debug)]
@@ -83,6 +88,15 @@ impl View {
         }
     }
 
+    /// The camera ray of a sample.
+    pub(crate) fn sample_ray(&self, sample: &FilmSample) -> Ray {
+        if !matches!(self.kind, Projection::Lens { .. }) {
+            return self.ray(sample.film_px);
+        }
+        let key = SampleKey::new(sample.pixel, sample.index).branch(LENS);
+        self.lens_ray(sample.film_px, disc(key.point(0, 1)))
+    }
+
     /// Where the camera is.
     pub(crate) fn position(&self) -> DVec3 {
         self.position
@@ -96,11 +110,6 @@ impl View {
     /// Whether each ray begins at a place of its own.
     pub(crate) fn is_parallel(&self) -> bool {
         matches!(self.kind, Projection::Parallel)
-    }
-
-    /// Whether rays of one film place differ.
-    pub(crate) fn has_lens(&self) -> bool {
-        matches!(self.kind, Projection::Lens { .. })
     }
 
     /// How far along the line of sight a point is.

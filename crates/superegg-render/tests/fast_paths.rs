@@ -213,11 +213,11 @@ fn picture(scene: &Scene, compiled: &CompiledScene) -> Film {
 
 /// The same instances, and all else to what f32 knows of a place.
 fn assert_same_film(a: &Film, b: &Film) {
-    for (i, (a, b)) in a.pixels().iter().zip(b.pixels()).enumerate() {
+    for (i, (a, b)) in a.pixels().zip(b.pixels()).enumerate() {
         assert_eq!((a.id, a.samples, a.albedo, a.alpha), (b.id, b.samples, b.albedo, b.alpha), "pixel {i}");
         let is_close = |a: f32, b: f32| a == b || (a - b).abs() <= 2e-4 * (1.0 + a.abs());
         let numbers = |pixel: &Pixel| pixel.color.into_iter().chain(pixel.normal).chain([pixel.depth]);
-        assert!(numbers(a).zip(numbers(b)).all(|(a, b)| is_close(a, b)), "pixel {i}: {a:?} {b:?}");
+        assert!(numbers(&a).zip(numbers(&b)).all(|(a, b)| is_close(a, b)), "pixel {i}: {a:?} {b:?}");
     }
 }
 
@@ -589,7 +589,7 @@ fn lanes_light_surfaces_as_f64_does() {
         settings.surroundings.lights.push(sun);
         let exact = render(&compiled, &settings, &budget).unwrap();
         assert!(lanes.film != exact.film && lanes.rays.shadow.abs_diff(exact.rays.shadow) < 4);
-        let pixels = || lanes.film.pixels().iter().zip(exact.film.pixels());
+        let pixels = || lanes.film.pixels().zip(exact.film.pixels());
         assert!(pixels().filter(|(a, _)| a.id != 0).count() > 10_000);
         let mut apart = 0;
         for (i, (a, b)) in pixels().enumerate() {
@@ -599,7 +599,7 @@ fn lanes_light_surfaces_as_f64_does() {
                 "pixel {i}: {a:?} {b:?}"
             );
             let numbers = |pixel: &Pixel| pixel.color.into_iter().chain(pixel.normal);
-            let off = numbers(a).zip(numbers(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            let off = numbers(&a).zip(numbers(&b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             // Edges and shadows' rims are where they are to a 64th of a pixel.
             apart += usize::from(off > 1e-3);
         }

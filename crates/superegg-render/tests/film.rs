@@ -25,7 +25,7 @@ fn made(text: &str, threads: usize, change: impl FnOnce(&mut RenderSettings)) ->
 
 /// The root of the mean square of the differences of developed values, over all channels.
 fn difference(a: &Film, b: &Film, development: &Development) -> f64 {
-    let squares = a.pixels().iter().zip(b.pixels()).flat_map(|(a, b)| {
+    let squares = a.pixels().zip(b.pixels()).flat_map(|(a, b)| {
         let (a, b) = (development.value(a.color), development.value(b.color));
         (0..3).map(move |i| f64::from(a[i] - b[i]).powi(2))
     });
@@ -42,7 +42,7 @@ fn a_white_film_stays_white_under_every_filter() {
             let (rendered, _) = made("background 1 1 1\nobj o\n", 1, |settings| {
                 settings.picture = Picture { filter, samples, noise, ..settings.picture };
             });
-            let off = rendered.film.pixels().iter().flat_map(|p| p.color).map(|value| (value - 1.0).abs());
+            let off = rendered.film.pixels().flat_map(|p| p.color).map(|value| (value - 1.0).abs());
             assert!(off.fold(0.0, f32::max) < 1e-6, "{filter:?}, {samples} samples");
         }
     }
@@ -87,7 +87,7 @@ fn the_error_falls_below_what_is_asked_for() {
         let off = difference(&adaptive.film, &truth.film, &development);
         assert!(off < noise && off < before, "{noise}: {off}");
         before = off;
-        let taken: Vec<u32> = adaptive.film.pixels().iter().map(|pixel| pixel.samples).collect();
+        let taken: Vec<u32> = adaptive.film.pixels().map(|pixel| pixel.samples).collect();
         let total: u64 = taken.iter().map(|&count| u64::from(count)).sum();
         assert_eq!(total, adaptive.rays.camera);
         assert!(taken.iter().all(|&count| (4..=4096).contains(&count)));
@@ -102,7 +102,7 @@ fn no_pixel_takes_more_than_the_most() {
     let (rendered, _) = made(NOISY, 2, |settings| {
         settings.picture = Picture { noise: 1e-6, most_samples: 23, ..settings.picture };
     });
-    assert_eq!(rendered.film.pixels().iter().map(|pixel| pixel.samples).max(), Some(23));
+    assert_eq!(rendered.film.pixels().map(|pixel| pixel.samples).max(), Some(23));
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn transparent_surfaces_over_the_background_are_the_opaque_picture() {
         };
         let (clear, opaque) = (of(true), of(false));
         let background = [0.1, 0.3, 0.6];
-        for (clear, opaque) in clear.pixels().iter().zip(opaque.pixels()) {
+        for (clear, opaque) in clear.pixels().zip(opaque.pixels()) {
             assert_eq!(opaque.alpha, 1.0);
             assert!((0.0..=1.0).contains(&clear.alpha));
             for (i, behind) in background.into_iter().enumerate() {
@@ -140,7 +140,7 @@ fn transparent_surfaces_over_the_background_are_the_opaque_picture() {
                 assert!((over - opaque.color[i]).abs() < slack, "{over} {}", opaque.color[i]);
             }
         }
-        let alphas: Vec<f32> = clear.pixels().iter().map(|pixel| pixel.alpha).collect();
+        let alphas: Vec<f32> = clear.pixels().map(|pixel| pixel.alpha).collect();
         assert!(
             alphas.contains(&0.0) && alphas.contains(&1.0) && alphas.iter().any(|a| *a > 0.2 && *a < 0.8)
         );
@@ -183,7 +183,7 @@ fn views_show_what_they_say() {
 
     let (counts, steps, _) = of(Shows::Steps);
     assert!(at(&counts, near)[0] >= 2.0 && at(&counts, near)[0].fract() == 0.0);
-    assert!(steps.pixels().iter().any(|pixel| pixel.color == [1.0; 3]));
+    assert!(steps.pixels().any(|pixel| pixel.color == [1.0; 3]));
 
     let (_, open, _) = of(Shows::Occlusion);
     let share = at(&open, near)[0];

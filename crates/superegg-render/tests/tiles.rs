@@ -50,7 +50,7 @@ fn tiles_made_apart_come_to_the_whole_picture_to_the_bit() {
         }
     }
     assert_eq!(put_together, whole);
-    assert!(whole.pixels().iter().all(|pixel| pixel.samples == 3));
+    assert!(whole.pixels().all(|pixel| pixel.samples == 3));
 }
 
 #[test]
@@ -59,6 +59,6 @@ fn what_is_not_wanted_costs_no_ray() {
     assert!(none.is_empty() && rays == 0 && film == Film::new(SIZE.0, SIZE.1));
     let (one, film, rays) = made(|index| index == 3, 2);
     assert_eq!((one.len(), one[0].0, rays), (1, 3, 18 * 16 * 3));
-    let made = film.pixels().iter().filter(|pixel| pixel.samples > 0).count();
+    let made = film.pixels().filter(|pixel| pixel.samples > 0).count();
     assert_eq!(made, one[0].1.len());
 }

@@ -86,6 +86,7 @@ pub fn trace_pass(
             samples,
             ..job.settings.picture
         },
+        layers: false,
         ..job.settings.clone()
     };
     let budget = RenderBudget { threads, cancel, progress: &|_| () };

@@ -128,7 +128,7 @@ impl<'a> LongRender<'a> {
                 tell_not_kept(&error);
             }
         };
-        let film = Mutex::new(Film::new(settings.picture.width, settings.picture.height));
+        let film = Mutex::new(settings.film());
         let work = TileWork { film: &film, wanted: &|index| self.wants(index), finished: &finished };
         let pixels_of =
             |index: usize| film.lock().unwrap_or_else(PoisonError::into_inner).tile(&self.tiles[index]);

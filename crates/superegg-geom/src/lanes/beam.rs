@@ -5,12 +5,14 @@
 
 #![allow(clippy::needless_range_loop, reason = "plain loops become lanes")]
 
+use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::descent::{Crossing, Entry, Passage, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
 use super::kernel::{BOX, Evaluate, Rise, TINY, Triple};
 use super::vector::{Lanes, Mask};
 use super::{PowerKind, lane_power};
+use crate::numeric::scale_to_unit;
 use crate::superquadric::Superquadric;
 
 /// Rays in a packet.
@@ -32,6 +34,9 @@ impl<T: Copy> PacketOf<T> {
 
 /// A vector for each ray of a packet.
 pub type PacketVectors = [PacketOf<f32>; 3];
+
+/// The same in f64. Where there is no ray it is NaN.
+pub type PacketVectors64 = [PacketOf<f64>; 3];
 
 /// A convex shape, as the rays of a beam see it.
 #[derive(Clone, Copy, Debug)]
@@ -157,6 +162,30 @@ impl PacketSurfaces {
     };
 }
 
+/// Which candidates the rays of a packet meet.
+#[derive(Clone, Copy, Debug)]
+pub struct PacketCandidates {
+    /// The lanes in doubt, a bit for each.
+    pub doubtful: u32,
+    /// The lanes where the error is below a part of the ray's width.
+    pub near: u32,
+    /// How many candidates there are in the other lanes.
+    pub count: usize,
+    /// Which they are.
+    pub ids: [u32; PACKET],
+    /// The lanes of each.
+    pub lanes: [u32; PACKET],
+}
+
+/// A linear function of t.
+#[derive(Clone, Copy, Debug)]
+pub struct Widening {
+    /// At t = 0.
+    pub width: f32,
+    /// By which it grows for each unit of t.
+    pub spread: f32,
+}
+
 /// The answers of [`Kernels::occlude`]: by packets a bit for each ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Occlusion {
@@ -251,6 +280,21 @@ impl Kernels {
         mask: u32,
     ) -> Occlusion {
         self.0.dispatch(OccludeKernel { shape, directions, hits, mask })
+    }
+
+    /// Which candidates rays meet, and where they are known to less than `width`, for the lanes of a packet that are asked for.
+    pub fn candidates(self, hits: &PacketHits, asked: u32, width: Widening) -> PacketCandidates {
+        self.0.dispatch(CandidateKernel { hits, asked, width })
+    }
+
+    /// The box around directions, and the directions times a power of two as f32; what is no number does not count for the box. `None` where f32
+    /// cannot hold them.
+    pub fn directions(
+        self,
+        directions: &[PacketVectors64],
+        scaled: &mut Vec<PacketVectors>,
+    ) -> Option<Directions> {
+        self.0.dispatch(DirectionKernel { directions, scaled })
     }
 
     /// The surface of one shape near the places in `hits`, for the rays of a packet whose bits are set in `lanes`; `normal_map` has the columns of the
@@ -699,6 +743,110 @@ impl<S: Simd> Meet<'_, S> {
     }
 }
 
+/// The directions of a beam.
+#[derive(Clone, Copy, Debug)]
+pub struct Directions {
+    /// What they were multiplied by: a power of two.
+    pub scale: f64,
+    /// The box around them, scaled.
+    pub least: DVec3,
+    /// Its other corner.
+    pub most: DVec3,
+}
+
+struct DirectionKernel<'a> {
+    directions: &'a [PacketVectors64],
+    scaled: &'a mut Vec<PacketVectors>,
+}
+
+impl WithSimd for DirectionKernel<'_> {
+    type Output = Option<Directions>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Option<Directions> {
+        let mut least = [[f64::INFINITY; PACKET]; 3];
+        let mut most = [[f64::NEG_INFINITY; PACKET]; 3];
+        for packet in self.directions {
+            for axis in 0..3 {
+                for lane in 0..PACKET {
+                    let x = packet[axis].0[lane];
+                    let (low, high) = (least[axis][lane], most[axis][lane]);
+                    least[axis][lane] = if x < low { x } else { low };
+                    most[axis][lane] = if x > high { x } else { high };
+                }
+            }
+        }
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for axis in 0..3 {
+            for lane in 0..PACKET {
+                low[axis] = low[axis].min(least[axis][lane]);
+                high[axis] = high[axis].max(most[axis][lane]);
+            }
+        }
+        let (_, scale) = scale_to_unit(low.abs().max(high.abs()))?;
+        self.scaled.resize(self.directions.len(), [PacketOf::splat(0.0); 3]);
+        for (to, from) in self.scaled.iter_mut().zip(self.directions) {
+            for axis in 0..3 {
+                for lane in 0..PACKET {
+                    to[axis].0[lane] = (from[axis].0[lane] * scale) as f32;
+                }
+            }
+        }
+        Some(Directions { scale, least: low * scale, most: high * scale })
+    }
+}
+
+struct CandidateKernel<'a> {
+    hits: &'a PacketHits,
+    asked: u32,
+    width: Widening,
+}
+
+/// Ways whose squares f32 holds.
+const RANGE: [f32; 2] = [1e-12, 1e12];
+
+impl WithSimd for CandidateKernel<'_> {
+    type Output = PacketCandidates;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> PacketCandidates {
+        let Self { hits, asked, width } = self;
+        let splat = |x: f32| Lanes::<S>::splat(simd, x);
+        let mut answer =
+            PacketCandidates { doubtful: 0, near: 0, count: 0, ids: [0; PACKET], lanes: [0; PACKET] };
+        let mut left = 0;
+        for i in 0..PACKET / S::F32_LANES {
+            let lane = |column: &PacketOf<f32>| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
+            let (t, error) = (lane(&hits.t), lane(&hits.error));
+            let doubtful = splat(0.0).lt(lane(&hits.doubt));
+            let ids = S::as_simd_u32s(&hits.id.0).0[i];
+            let missing = Mask::of_equal(simd, ids, simd.splat_u32s(u32::MAX));
+            let near = splat(RANGE[0]).le(t)
+                & t.lt(splat(RANGE[1]))
+                & error.le(splat(width.spread).mul_add(t, splat(width.width)));
+            let first = i * S::F32_LANES;
+            answer.doubtful |= doubtful.bits() << first;
+            answer.near |= near.bits() << first;
+            left |= (!missing.bits() & lanes_of_mask::<S>(u32::MAX, 0)) << first;
+        }
+        answer.doubtful &= asked;
+        left &= asked & !answer.doubtful;
+        while left != 0 {
+            let id = hits.id.0[left.trailing_zeros() as usize];
+            let mut same = 0;
+            for i in 0..PACKET / S::F32_LANES {
+                let ids = S::as_simd_u32s(&hits.id.0).0[i];
+                same |= Mask::<S>::of_equal(simd, ids, simd.splat_u32s(id)).bits() << (i * S::F32_LANES);
+            }
+            answer.ids[answer.count] = id;
+            answer.lanes[answer.count] = same & left;
+            answer.count += 1;
+            left &= !same;
+        }
+        answer
+    }
+}
+
 struct SurfaceKernel<'a> {
     shape: &'a BeamShape,
     normal_map: &'a [[f32; 3]; 3],
@@ -721,6 +869,13 @@ fn newton_step<S: Simd>(
 ) -> (Lanes<S>, Triple<S>) {
     let Rise { norm, gradient, scale } = norm.rise(setting.origin.along(t, d));
     ((t.all(1.0) - norm) * scale * recip(gradient.dot(d)), gradient)
+}
+
+/// Puts values into those lanes of a column's register `i`.
+#[inline(always)]
+fn put<S: Simd>(simd: S, lanes: Mask<S>, values: Lanes<S>, column: &mut PacketOf<f32>, i: usize) {
+    let register = &mut S::as_mut_simd_f32s(&mut column.0).0[i];
+    *register = lanes.select(values, Lanes::new(simd, *register)).register();
 }
 
 /// [`SurfaceKernel`] with the lanes.
@@ -761,27 +916,18 @@ impl<S: Simd> WithNorm<S> for Surface<'_, S> {
             let square = normal.dot(normal);
             let is_near = (step.abs() + rest.abs()).le(most) & gradient.dot(d).lt(t.all(0.0));
             let is_told = is_near & t.all(SQUARES[0]).lt(square) & square.lt(t.all(SQUARES[1]));
-            let told = is_told.bits() & wanted;
+            let is_told = is_told & Mask::of_bits(simd, wanted);
             let inverse = t.all(1.0) / square.sqrt();
-            let mut columns = [[0f32; PACKET]; 4];
-            let told_values = [
-                (t + step + rest) * setting.t_scale,
-                normal.x * inverse,
-                normal.y * inverse,
-                normal.z * inverse,
-            ];
-            for (column, lanes) in columns.iter_mut().zip(told_values) {
-                S::as_mut_simd_f32s(column).0[0] = lanes.register();
+            let place = (t + step + rest) * setting.t_scale;
+            put(simd, is_told, place, &mut surfaces.t, i);
+            put(simd, is_told, lane(&hits.error), &mut surfaces.error, i);
+            for (axis, part) in [normal.x, normal.y, normal.z].into_iter().enumerate() {
+                put(simd, is_told, part * inverse, &mut surfaces.normal[axis], i);
             }
-            for lane in bits(told) {
-                surfaces.t.0[first + lane] = columns[0][lane];
-                surfaces.error.0[first + lane] = hits.error.0[first + lane];
-                surfaces.id.0[first + lane] = hits.id.0[first + lane];
-                for axis in 0..3 {
-                    surfaces.normal[axis].0[first + lane] = columns[axis + 1][lane];
-                }
-            }
-            surfaces.lanes |= told << first;
+            let old_ids = S::as_simd_u32s(&surfaces.id.0).0[i];
+            let ids = is_told.select_u32(S::as_simd_u32s(&hits.id.0).0[i], old_ids);
+            S::as_mut_simd_u32s(&mut surfaces.id.0).0[i] = ids;
+            surfaces.lanes |= is_told.bits() << first;
         }
     }
 }

@@ -303,6 +303,22 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
 }
 
 impl<S: Simd> Mask<S> {
+    /// From a bit for each lane.
+    #[inline(always)]
+    pub fn of_bits(simd: S, bits: u32) -> Self {
+        const NUMBERS: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+        let numbers = S::as_simd_u32s(&NUMBERS).0[0];
+        let one = simd.splat_u32s(1);
+        let bit = simd.and_u32s(simd.wrapping_dyn_shr_u32s(simd.splat_u32s(bits), numbers), one);
+        Self { simd, registers: [simd.equal_u32s(bit, one)] }
+    }
+
+    /// Where two whole numbers are the same.
+    #[inline(always)]
+    pub fn of_equal(simd: S, a: S::u32s, b: S::u32s) -> Self {
+        Self { simd, registers: [simd.equal_u32s(a, b)] }
+    }
+
     /// `a` where true, `b` elsewhere, for whole numbers.
     #[inline(always)]
     pub fn select_u32(self, a: S::u32s, b: S::u32s) -> S::u32s {
@@ -450,6 +466,28 @@ mod tests {
         assert!(worst(normal().chain(near_one()), Lanes::log2_quick, f64::log2) < 3e-7);
         let up_to_one = (1..=1_000_000).map(|i| i as f32 / 1e6);
         assert!(worst(up_to_one, Lanes::log2_of_one_plus, |x| x.ln_1p() / std::f64::consts::LN_2) < 3e-7);
+    }
+
+    struct Bits(u32);
+
+    impl pulp::WithSimd for Bits {
+        type Output = u32;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> u32 {
+            let all = if S::F32_LANES < 32 { (1 << S::F32_LANES) - 1 } else { u32::MAX };
+            Mask::<S>::of_bits(simd, self.0 & all).bits() | (self.0 & !all)
+        }
+    }
+
+    #[test]
+    fn bits_become_lanes_and_lanes_bits() {
+        for i in 0..32 {
+            for bits in [1u32 << i, !(1 << i), 0x9e37_79b9_u32.rotate_left(i)] {
+                assert_eq!(pulp::Arch::new().dispatch(Bits(bits)), bits);
+                assert_eq!(pulp::WithSimd::with_simd(Bits(bits), pulp::Scalar), bits);
+            }
+        }
     }
 
     #[test]

@@ -220,7 +220,7 @@ fn make_frames(
             Some(before) => before.recompile(&still, root, depth),
             None => CompiledScene::compile(&still, root, depth),
         };
-        let settings = RenderSettings::of(&still);
+        let settings = RenderSettings { layers: false, ..RenderSettings::of(&still) };
         for concern in concerns(&compiled, &settings).iter().filter(|_| before.is_none()) {
             bar.suspend(|| say::complain(format_args!("superegg: warning: frame {frame}: {concern}")));
         }

@@ -182,7 +182,7 @@ fn measure(name: &str, is_first: bool, args: &BenchArgs) -> Result<Row> {
     let view = View::new(&scene.camera, args.size.width, args.size.height);
     let tiles = camera_tiles(&view, args.size.width, args.size.height);
     let rays: usize = tiles.iter().map(Vec::len).sum();
-    let mut probe = TileProbe::new(&compiled, view.footprint(1));
+    let mut probe = TileProbe::new(&compiled, &view);
     let (hits, camera) = best(args.rounds, || tiles.iter().map(|tile| probe.find(tile)).sum::<usize>());
     let (_, settled) = best(args.rounds, || tiles.iter().map(|tile| probe.settle(tile)).sum::<usize>());
     let light = scene.lights().first().copied().context("a scene has a light")?;
@@ -250,6 +250,7 @@ fn picture(scene: &Scene, compiled: &CompiledScene, args: &BenchArgs) -> Result<
             noise: 0.0,
             ..scene.picture
         },
+        layers: false,
         ..RenderSettings::of(scene)
     };
     let budget = RenderBudget { threads: 1, cancel: &AtomicBool::new(false), progress: &|_| {} };

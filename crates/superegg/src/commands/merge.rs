@@ -29,9 +29,17 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
     }
     let picture = args.develop.change(*merged.header.picture());
     // What else a scene has is in the tiles already.
-    let settings =
-        RenderSettings { picture, shows: merged.header.shows(), ..RenderSettings::of(&Scene::default()) };
-    files::write(&args.output, &format.encode(&merged.film(), &settings)?)?;
+    let settings = RenderSettings {
+        picture,
+        shows: merged.header.shows(),
+        layers: merged.header.has_layers(),
+        ..RenderSettings::of(&Scene::default())
+    };
+    ensure!(
+        settings.keeps_layers() || format != PictureFormat::Exr,
+        "the tiles have neither depth nor normals, for they were made for a .png; name one of those, or render them again for an .exr"
+    );
+    files::write(&args.output, &format.encode(&merged.film(settings.film()), &settings)?)?;
     if !args.quiet && !files::is_standard_stream(&args.output) {
         let (width, height) = (picture.width, picture.height);
         let parts = counted(args.parts.len(), "partial file");
@@ -103,9 +111,7 @@ impl Merged {
         Some(format!("{told}; of {count} shares these are missing or not complete: {}", in_ranges(&short)))
     }
 
-    fn film(mut self) -> Film {
-        let picture = self.header.picture();
-        let mut film = Film::new(picture.width, picture.height);
+    fn film(mut self, mut film: Film) -> Film {
         for (index, tile) in self.header.tiles().iter().enumerate() {
             if let Some(pixels) = self.tiles.remove(&index) {
                 film.set_tile(tile, &pixels);

@@ -43,7 +43,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     let depth = args.depth.unwrap_or(scene.depth);
     let compiled = CompiledScene::compile(scene, root.as_deref(), depth);
     let compile = clock.lap();
-    let settings = settings_of(args, scene);
+    // Shares may become any kind of picture.
+    let layers = share.is_some() || format == Some(PictureFormat::Exr);
+    let settings = RenderSettings { layers, ..settings_of(args, scene) };
     let picture = settings.picture;
     for concern in concerns(&compiled, &settings) {
         say::complain(format_args!("superegg: warning: {concern}"));
@@ -160,7 +162,7 @@ fn shown(settings: &RenderSettings, film: &Film, taken: Option<&SamplesTaken>) -
         text += &format!("; {:.1} samples a pixel, {} at most", taken.mean, taken.most);
     }
     if settings.shows == Shows::Steps {
-        let most = film.pixels().iter().map(|pixel| pixel.color[0]).fold(0.0, f32::max);
+        let most = film.pixels().map(|pixel| pixel.color[0]).fold(0.0, f32::max);
         text += &format!("; white is {most:.1} boxes and shapes a ray");
     }
     text
@@ -263,7 +265,7 @@ struct SamplesTaken {
 impl SamplesTaken {
     fn of(film: &Film) -> Self {
         // Of the pixels that have been made.
-        let taken = || film.pixels().iter().map(|pixel| pixel.samples).filter(|samples| *samples > 0);
+        let taken = || film.pixels().map(|pixel| pixel.samples).filter(|samples| *samples > 0);
         let total: u64 = taken().map(u64::from).sum();
         Self { mean: total as f64 / taken().count().max(1) as f64, most: taken().max().unwrap_or(0) }
     }

@@ -124,6 +124,7 @@ fn make(job: &Job, cancel: &AtomicBool, voice: &Voice) -> Said {
     let (width, height) = job.size;
     let settings = RenderSettings {
         picture: Picture { width, height, ..job.scene.picture },
+        layers: PictureFormat::of(&job.path).is_ok_and(|format| format == PictureFormat::Exr),
         ..RenderSettings::of(&job.scene)
     };
     for concern in concerns(&compiled, &settings) {

@@ -423,7 +423,7 @@ impl Modeller {
             transparent: false,
             ..scene.picture
         };
-        let settings = RenderSettings { picture, ..RenderSettings::of(scene) };
+        let settings = RenderSettings { picture, layers: false, ..RenderSettings::of(scene) };
         let development = Development::of(&picture);
         let threads = match session.settings.threads {
             0 => available_threads(),
