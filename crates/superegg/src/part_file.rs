@@ -59,6 +59,15 @@ pub(crate) fn read(path: &Path) -> Result<ReadPart> {
     .with_context(|| format!("cannot read '{}'", path.display()))
 }
 
+/// Whether there is a partial file of a picture, and its pixels have more than their light.
+pub(crate) fn has_layers(path: &Path) -> bool {
+    let mut bytes = Vec::new();
+    let read = files::check_plain(path).is_ok()
+        && File::open(path)
+            .is_ok_and(|file| file.take(PartHeader::MOST_BYTES).read_to_end(&mut bytes).is_ok());
+    read && PartHeader::read(&bytes).is_ok_and(|(header, _)| header.has_layers())
+}
+
 fn read_from(mut file: &File) -> Result<ReadPart, ReadError> {
     let mut bytes = Vec::new();
     file.take(PartHeader::MOST_BYTES).read_to_end(&mut bytes)?;

@@ -19,6 +19,7 @@ use crate::interrupt::Interrupt;
 use crate::load::load;
 use crate::long_render::LongRender;
 use crate::memory::peak_rss_bytes;
+use crate::part_file;
 use crate::picture_file::PictureFormat;
 use crate::pointless::concerns;
 use crate::say;
@@ -43,8 +44,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     let depth = args.depth.unwrap_or(scene.depth);
     let compiled = CompiledScene::compile(scene, root.as_deref(), depth);
     let compile = clock.lap();
-    // Shares may become any kind of picture.
-    let layers = share.is_some() || format == Some(PictureFormat::Exr);
+    // Shares may become any kind of picture, and what has layers goes on with them.
+    let has_layers = args.long.resume && part_file::has_layers(&part_file::beside(&output));
+    let layers = share.is_some() || format == Some(PictureFormat::Exr) || has_layers;
     let settings = RenderSettings { layers, ..settings_of(args, scene) };
     let picture = settings.picture;
     for concern in concerns(&compiled, &settings) {
