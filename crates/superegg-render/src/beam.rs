@@ -281,8 +281,10 @@ pub(crate) struct Beam<'s> {
     exact: Vec<u32>,
     batch: SettleBatch,
     unsettled: Vec<Unsettled>,
-    /// The order of shadow rays, and their directions from the light.
+    /// The order of shadow rays, the candidate from which all of a packet come outwards ([`NO_CANDIDATE`] where there is none such), and their
+    /// directions from the light.
     order: Vec<u32>,
+    packet_own: Vec<u32>,
     from_light: Vec<PacketVectors64>,
     /// The nodes of open groups that are still to be visited.
     pending: Vec<Pending>,
@@ -339,6 +341,7 @@ impl<'s> Beam<'s> {
             batch: SettleBatch::default(),
             unsettled: Vec::new(),
             order: Vec::new(),
+            packet_own: Vec::new(),
             from_light: Vec::new(),
             pending: Vec::new(),
             inverses: Vec::new(),
@@ -489,6 +492,13 @@ impl<'s> Beam<'s> {
         stopped: &mut Vec<bool>,
     ) {
         let order = self.by_surfaces(rays.ways);
+        self.packet_own.clear();
+        self.packet_own.extend(order.chunks(PACKET).map(|lanes| {
+            let ways = lanes.iter().map(|&i| &rays.ways[i as usize]);
+            let own = rays.ways[lanes[0] as usize].own;
+            let is_own = |way: &ShadowWay| way.own == own && way.start == RayStart::SurfaceOutward;
+            if ways.clone().all(is_own) { own } else { NO_CANDIDATE }
+        }));
         let shadow = Shadow { rays, order: &order };
         let answers = self.occluded_in_order(light, shadow, footprint_of_light);
         stopped.clear();
@@ -783,10 +793,11 @@ impl<'s> Beam<'s> {
         self.paths.len() as u32 - 1
     }
 
-    /// Whether a candidate's path is the one of a place below a node.
-    fn is_same_path(&self, candidate: u32, above: u32, place: u32) -> bool {
-        let mut a = self.candidates[candidate as usize].path;
-        if self.paths[a as usize].place != place {
+    /// Whether a candidate's path is the one of a place below a node, which has this hash; never of [`NO_CANDIDATE`].
+    fn is_same_path(&self, candidate: u32, key: u32, above: u32, place: u32) -> bool {
+        let Some(candidate) = self.candidates.get(candidate as usize) else { return false };
+        let mut a = candidate.path;
+        if self.paths[a as usize].key != key || self.paths[a as usize].place != place {
             return false;
         }
         a = self.paths[a as usize].above;
@@ -975,6 +986,15 @@ impl<'s> Beam<'s> {
     ) {
         let above_key = if frame.path == NO_NODE { 0x9e37_79b9 } else { self.paths[frame.path as usize].key };
         let key = path_key(above_key, target.place);
+        // What leaves a convex shape does not meet it again, and a stand-in does not hide itself.
+        let is_left = target.shape.is_convex() || target.kind == Kind::StandIn;
+        let mask = if is_left {
+            packets(mask)
+                .filter(|&packet| !self.is_same_path(self.packet_own[packet], key, frame.path, target.place))
+                .fold(0, |mask, packet| mask | 1 << packet)
+        } else {
+            mask
+        };
         let answer = shape.map(|shape| self.kernels.occlude(shape, &self.directions, &self.hits, mask));
         for packet in packets(answer.map_or(mask, |answer| answer.packets)) {
             let (hit, ask) = match &answer {
@@ -990,13 +1010,10 @@ impl<'s> Beam<'s> {
                 if self.hits[packet].t.0[lane] <= 0.0 {
                     continue;
                 }
-                let is_own = own != NO_CANDIDATE
-                    && self.paths[self.candidates[own as usize].path as usize].key == key
-                    && self.is_same_path(own, frame.path, target.place);
+                let is_own = self.is_same_path(own, key, frame.path, target.place);
                 let stops = if is_own && target.kind == Kind::StandIn {
                     false
-                } else if is_own && start == RayStart::SurfaceOutward && target.shape.is_convex() {
-                    // What leaves a convex shape does not meet it again.
+                } else if is_own && start == RayStart::SurfaceOutward && is_left {
                     false
                 } else if is_own || ask >> lane & 1 == 1 {
                     let start = if is_own { start } else { RayStart::Free };

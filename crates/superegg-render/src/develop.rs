@@ -52,56 +52,47 @@ impl Development {
 
     /// The value of a linear colour on a screen, each part in [0, 1]: exposure, tone and encoding. NaN, which no shading should give, becomes 0.
     pub fn value(&self, linear: [f32; 3]) -> [f32; 3] {
-        self.toned(linear).map(|value| encoded(value, self.encoding))
+        self.toning().of(linear).map(|value| encoded(value, self.encoding))
     }
 
-    /// The factor of the exposure.
-    fn gain(&self) -> f32 {
-        self.exposure.exp2() as f32
+    fn toning(&self) -> Toning {
+        Toning { gain: self.exposure.exp2() as f32, tone: self.tone }
     }
 
-    /// Linear values after exposure and tone, not yet cut to [0, 1].
-    fn toned(&self, linear: [f32; 3]) -> [f32; 3] {
-        let gain = self.gain();
-        let [r, g, b] = linear;
-        let exposed = [r * gain, g * gain, b * gain];
-        match self.tone {
-            Tone::None => exposed,
-            Tone::Reinhard => reinhard(exposed),
-            Tone::Filmic => exposed.map(filmic),
-        }
-    }
-
-    /// The linear colour of a pixel after exposure and tone, and its alpha.
-    fn developed(&self, [r, g, b, alpha]: [f32; 4]) -> ([f32; 3], f32) {
-        let color = [r, g, b];
-        if !self.transparent {
-            return (self.toned(color), 1.0);
-        }
-        // NaN counts as nothing there.
-        let alpha = alpha.clamp(0.0, 1.0).max(0.0);
-        if alpha == 0.0 {
-            return ([0.0; 3], 0.0);
-        }
-        (self.toned(color.map(|value| value / alpha)), alpha)
+    /// The linear colour of each pixel after exposure and tone, and its alpha.
+    fn developed(&self, film: &Film) -> impl Iterator<Item = ([f32; 3], f32)> {
+        let (toning, transparent) = (self.toning(), self.transparent);
+        film.light().iter().map(move |&[r, g, b, alpha]| {
+            let color = [r, g, b];
+            if !transparent {
+                return (toning.of(color), 1.0);
+            }
+            // NaN counts as nothing there.
+            let alpha = alpha.clamp(0.0, 1.0).max(0.0);
+            if alpha == 0.0 {
+                return ([0.0; 3], 0.0);
+            }
+            (toning.of(color.map(|value| value / alpha)), alpha)
+        })
     }
 
     /// The picture as bytes, red, green and blue of each pixel, without alpha: a transparent background is black.
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
-        let steps = Steps::new(self.encoding);
-        let mut bytes = Vec::with_capacity(3 * film.light().len());
-        for &[r, g, b, _] in film.light() {
-            let [r, g, b] = self.toned([r, g, b]);
-            bytes.extend_from_slice(&[steps.byte(r), steps.byte(g), steps.byte(b)]);
-        }
+        let (steps, toning) = (Steps::new(self.encoding), self.toning());
+        let mut bytes = vec![0; 3 * film.light().len()];
+        // The quickest conversions that the machine has.
+        pulp::Arch::new().dispatch(|| {
+            for (to, &[r, g, b, _]) in bytes.chunks_exact_mut(3).zip(film.light()) {
+                to.copy_from_slice(&toning.of([r, g, b]).map(|value| steps.byte(value)));
+            }
+        });
         bytes
     }
 
     /// Red, green, blue and alpha of each pixel, colour apart from alpha.
     fn rgba8(&self, film: &Film) -> Vec<u8> {
         let steps = Steps::new(self.encoding);
-        let pixels = film.light().iter().map(|light| self.developed(*light));
-        pixels
+        self.developed(film)
             .flat_map(|([r, g, b], alpha)| {
                 [steps.byte(r), steps.byte(g), steps.byte(b), (255.0 * alpha).round() as u8]
             })
@@ -111,8 +102,7 @@ impl Development {
     /// Red, green, blue and, where the background is transparent, alpha of each pixel in 16 bits, in the machine's order of bytes.
     fn deep(&self, film: &Film) -> Vec<u8> {
         let channels = if self.transparent { 4 } else { 3 };
-        let pixels = film.light().iter().map(|light| self.developed(*light));
-        let values = pixels.flat_map(|(color, alpha)| {
+        let values = self.developed(film).flat_map(|(color, alpha)| {
             let [r, g, b] = color.map(|value| encoded(value, self.encoding));
             [r, g, b, alpha].into_iter().take(channels)
         });
@@ -134,6 +124,27 @@ impl Development {
         let encoder = image::codecs::png::PngEncoder::new(&mut file);
         encoder.write_image(&values, film.width(), film.height(), kind)?;
         Ok(file)
+    }
+}
+
+/// Exposure and tone.
+#[derive(Clone, Copy)]
+struct Toning {
+    /// The factor of the exposure.
+    gain: f32,
+    tone: Tone,
+}
+
+impl Toning {
+    /// Linear values after both, not yet cut to [0, 1].
+    #[inline(always)]
+    fn of(self, [r, g, b]: [f32; 3]) -> [f32; 3] {
+        let exposed = [r * self.gain, g * self.gain, b * self.gain];
+        match self.tone {
+            Tone::None => exposed,
+            Tone::Reinhard => reinhard(exposed),
+            Tone::Filmic => exposed.map(filmic),
+        }
     }
 }
 
@@ -189,6 +200,7 @@ impl Steps {
         Self { least, first }
     }
 
+    #[inline(always)]
     fn byte(&self, value: f32) -> u8 {
         // NaN becomes 0, like what is below.
         let value = value.clamp(0.0, 1.0);

@@ -189,7 +189,8 @@ impl WithSimd for Shine<'_> {
             let cos_half = (dot(normal, half) * inverse_length(half)).max(zero);
             let exponent = lane(&finish.exponent);
             // 0 to the power of 0 is 1; a logarithm of 0 is large enough for other powers to be nothing.
-            let highlight = lane(&finish.specular) * (exponent * cos_half.log2()).exp2();
+            let log_cos = cos_half.max(splat(f32::MIN_POSITIVE)).log2_quick();
+            let highlight = lane(&finish.specular) * (exponent * log_cos).exp2();
             let falloff = one / splat(light.falloff).mul_add(dot(way, way), one);
             for (axis, diffuse) in finish.diffuse.iter().enumerate() {
                 let color = splat(light.color[axis]) * falloff * lane(diffuse).mul_add(cos, highlight);
@@ -209,5 +210,5 @@ fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
 #[inline(always)]
 fn inverse_length<S: Simd>(v: [Lanes<S>; 3]) -> Lanes<S> {
     let square = dot(v, v);
-    square.all(1.0) / square.max(square.all(f32::MIN_POSITIVE)).sqrt()
+    square.max(square.all(f32::MIN_POSITIVE)).rsqrt()
 }

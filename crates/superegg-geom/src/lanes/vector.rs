@@ -173,6 +173,20 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         (-self).mul_add(rough, self.all(1.0)).mul_add(rough, rough)
     }
 
+    /// 1 / sqrt x to three units of the last place, for x from 1e-38 to 1e38.
+    #[inline(always)]
+    pub fn rsqrt(self) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+            let rough =
+                self.each(|_, x| pulp::bytemuck::cast(v4.avx512f._mm512_rsqrt14_ps(pulp::bytemuck::cast(x))));
+            // One step of Newton's for 1 / y^2 = x.
+            let rest = (-(self * rough)).mul_add(rough, self.all(1.0));
+            return (rough * self.all(0.5)).mul_add(rest, rough);
+        }
+        self.all(1.0) / self.sqrt()
+    }
+
     /// `self` with the sign of `other`, for `self` >= 0.
     #[inline(always)]
     pub fn with_sign_of(self, other: Self) -> Self {
@@ -466,6 +480,34 @@ mod tests {
         assert!(worst(normal().chain(near_one()), Lanes::log2_quick, f64::log2) < 3e-7);
         let up_to_one = (1..=1_000_000).map(|i| i as f32 / 1e6);
         assert!(worst(up_to_one, Lanes::log2_of_one_plus, |x| x.ln_1p() / std::f64::consts::LN_2) < 3e-7);
+    }
+
+    struct Rsqrt<'a>(&'a mut [f32; 16]);
+
+    impl pulp::WithSimd for Rsqrt<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            for register in S::as_mut_simd_f32s(self.0).0 {
+                *register = Lanes::<S>::new(simd, *register).rsqrt().register();
+            }
+        }
+    }
+
+    #[test]
+    fn reciprocal_roots_have_their_stated_error() {
+        let bits: Vec<u32> = (0x006c_e3eeu32..0x7e96_7699).step_by(9_973).collect();
+        for bits in bits.as_chunks().0 {
+            let x = bits.map(f32::from_bits);
+            let mut roots = x;
+            pulp::Arch::new().dispatch(Rsqrt(&mut roots));
+            for (x, root) in x.into_iter().zip(roots) {
+                let truth = 1.0 / f64::from(x).sqrt();
+                let error = (f64::from(root) - truth).abs() / truth;
+                assert!(error < 3.0 * f64::from(f32::EPSILON) / 2.0, "{x}: {error}");
+            }
+        }
     }
 
     struct Bits(u32);
