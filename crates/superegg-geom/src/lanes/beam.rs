@@ -859,18 +859,6 @@ struct SurfaceKernel<'a> {
 /// Squares of normals' lengths that leave their roots and reciprocals in the range of f32.
 const SQUARES: [f32; 2] = [1e-30, 1e30];
 
-/// How far along a ray of a shape's space the level 1 is, by the slope of N at t; and the gradient of N there, times a positive number.
-#[inline(always)]
-fn newton_step<S: Simd>(
-    norm: impl Evaluate<S>,
-    setting: &Setting<S>,
-    t: Lanes<S>,
-    d: Triple<S>,
-) -> (Lanes<S>, Triple<S>) {
-    let Rise { norm, gradient, scale } = norm.rise(setting.origin.along(t, d));
-    ((t.all(1.0) - norm) * scale * recip(gradient.dot(d)), gradient)
-}
-
 /// Puts values into those lanes of a column's register `i`.
 #[inline(always)]
 fn put<S: Simd>(simd: S, lanes: Mask<S>, values: Lanes<S>, column: &mut PacketOf<f32>, i: usize) {
@@ -907,18 +895,18 @@ impl<S: Simd> WithNorm<S> for Surface<'_, S> {
             let lane = |column: &PacketOf<f32>| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
             let d = setting.map.image(Triple::of_packet(simd, directions, i));
             let t = lane(&hits.t) * setting.inverse_t_scale;
-            // The place was found at the level 1 + tolerance. One step of Newton's goes on to 1; what another would be tells how good that is, for
-            // there may be an edge between.
-            let (step, _) = newton_step(one, &setting, t, d);
-            let (rest, gradient) = newton_step(one, &setting, t + step, d);
+            // The place was found without a look at it. What a step of Newton's would be from there tells how good it is, for there may be an edge
+            // between.
+            let Rise { norm, gradient, scale } = one.rise(setting.origin.along(t, d));
+            let step = (t.all(1.0) - norm) * scale * recip(gradient.dot(d));
             let most = lane(&hits.error) * setting.inverse_t_scale;
             let normal = to_normal.image(gradient);
             let square = normal.dot(normal);
-            let is_near = (step.abs() + rest.abs()).le(most) & gradient.dot(d).lt(t.all(0.0));
+            let is_near = step.abs().le(most) & gradient.dot(d).lt(t.all(0.0));
             let is_told = is_near & t.all(SQUARES[0]).lt(square) & square.lt(t.all(SQUARES[1]));
             let is_told = is_told & Mask::of_bits(simd, wanted);
-            let inverse = t.all(1.0) / square.sqrt();
-            let place = (t + step + rest) * setting.t_scale;
+            let inverse = square.rsqrt();
+            let place = (t + step) * setting.t_scale;
             put(simd, is_told, place, &mut surfaces.t, i);
             put(simd, is_told, lane(&hits.error), &mut surfaces.error, i);
             for (axis, part) in [normal.x, normal.y, normal.z].into_iter().enumerate() {

@@ -82,10 +82,10 @@ impl<S: Simd, const K: usize> Passage<S, K> {
     }
 }
 
-/// The first crossing of each ray with the shape at the level 1 + tolerance.
+/// The first crossing of each ray with the shape, of those that come to the level 1 + tolerance.
 #[derive(Clone, Copy)]
 pub(super) struct Crossing<S: Simd, const K: usize = 1> {
-    /// The way to it. The shape itself is not met before it, but for `error`.
+    /// The way to the level 1, by the slope of N before the last step. The shape itself is not met before it, but for `error`.
     pub(super) s: Lanes<S, K>,
     pub(super) found: Mask<S, K>,
     /// By how much `s` is off; where N has an edge it may be more, which f64 tells.
@@ -121,8 +121,8 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
         // Where N rises it is met only where it is already.
         let arrived = active & excess.le(falls.select(near, close));
         found = found | arrived;
-        // A place past the crossing, by rounding, is as good.
-        let last = falls.select(step.max(zero), zero);
+        // A place past the crossing, by rounding, is as good. The last step goes on to the level 1.
+        let last = falls.select((tolerance.mul_add(-way, step)).max(zero), zero);
         error = arrived.select(slack.mul_add(way.abs(), last * tolerance.all(LAST_STEP)), error);
         active = (active & falls).and_not(arrived);
         s = arrived.select((s + last).min(length.max(s)), active.select(s + step, s));
