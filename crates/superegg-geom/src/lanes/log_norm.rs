@@ -35,7 +35,8 @@ impl<S: Simd, const K: usize> AnyPower<S, K> {
     fn log_sum(self, log_a: Lanes<S, K>, log_b: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
         let one = self.p.all(1.0);
         let (a, b) = (self.p * log_a, self.p * log_b);
-        let w = (-(a - b).abs()).exp2();
+        // What is nothing beside 1 stays large enough that products of it are no subnormal numbers, which take many times as long.
+        let w = (-(a - b).abs()).max(one.all(-60.0)).exp2();
         let log = (a.max(b) + w.log2_of_one_plus()) * self.inverse;
         let a_is_larger = b.le(a);
         (log, [a_is_larger.select(one, w), a_is_larger.select(w, one), w + one])
