@@ -190,7 +190,9 @@ impl WithSimd for Shine<'_> {
             let exponent = lane(&finish.exponent);
             // 0 to the power of 0 is 1; a logarithm of 0 is large enough for other powers to be nothing.
             let log_cos = cos_half.max(splat(f32::MIN_POSITIVE)).log2_quick();
-            let highlight = lane(&finish.specular) * (exponent * log_cos).exp2();
+            // Not a subnormal number, which would take many times as long.
+            let power = (exponent * log_cos).max(splat(-60.0));
+            let highlight = lane(&finish.specular) * power.exp2();
             let falloff = one / splat(light.falloff).mul_add(dot(way, way), one);
             for (axis, diffuse) in finish.diffuse.iter().enumerate() {
                 let color = splat(light.color[axis]) * falloff * lane(diffuse).mul_add(cos, highlight);
