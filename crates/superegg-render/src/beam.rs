@@ -205,29 +205,12 @@ pub(crate) struct ShadowRay {
     pub(crate) width: f64,
 }
 
-/// Shadow rays of a tile.
+/// Shadow rays of a tile in the order of their lanes. Neighbours on one surface have neighbouring rays, so they are to be beside each other.
 #[derive(Clone, Copy)]
 pub(crate) struct ShadowRays<'a> {
     pub(crate) ways: &'a [ShadowWay],
     /// All of a ray, by its number: few are asked for.
     pub(crate) ray: &'a dyn Fn(usize) -> ShadowRay,
-}
-
-/// Shadow rays in the order of their lanes.
-#[derive(Clone, Copy)]
-struct Shadow<'a> {
-    rays: ShadowRays<'a>,
-    order: &'a [u32],
-}
-
-impl<'a> Shadow<'a> {
-    fn way(self, lane: usize) -> Option<&'a ShadowWay> {
-        self.order.get(lane).map(|&i| &self.rays.ways[i as usize])
-    }
-
-    fn ray(self, lane: usize) -> Option<ShadowRay> {
-        self.order.get(lane).map(|&i| (self.rays.ray)(i as usize))
-    }
 }
 
 /// What the rays of a tile see first.
@@ -253,6 +236,14 @@ pub(crate) struct Told {
     pub(crate) candidate: u32,
     /// A bit for each.
     pub(crate) lanes: u32,
+}
+
+/// A candidate that rays of a packet meet first.
+#[derive(Clone, Copy, Debug)]
+struct Met {
+    told: Told,
+    /// The lanes that are near enough to be told of.
+    near: u32,
 }
 
 impl Sight {
@@ -281,9 +272,9 @@ pub(crate) struct Beam<'s> {
     exact: Vec<u32>,
     batch: SettleBatch,
     unsettled: Vec<Unsettled>,
-    /// The order of shadow rays, the candidate from which all of a packet come outwards ([`NO_CANDIDATE`] where there is none such), and their
+    met: Vec<Met>,
+    /// Of each packet of shadow rays the candidate from which all of them come outwards ([`NO_CANDIDATE`] where there is none such), and their
     /// directions from the light.
-    order: Vec<u32>,
     packet_own: Vec<u32>,
     from_light: Vec<PacketVectors64>,
     /// The nodes of open groups that are still to be visited.
@@ -314,14 +305,14 @@ enum Question<'a> {
     /// The closest crossing of each ray.
     Closest { rays: Pencil<'a> },
     /// Whether there is one before the end.
-    Any { shadow: Shadow<'a>, occluded: Vec<u32> },
+    Any { shadow: ShadowRays<'a>, occluded: Vec<u32> },
 }
 
 impl Question<'_> {
     fn ray(&self, i: usize) -> Option<Ray> {
         match self {
             Self::Closest { rays } => (i < rays.count).then(|| rays.ray(i)),
-            Self::Any { shadow, .. } => shadow.ray(i).map(|shadow| shadow.ray),
+            Self::Any { shadow, .. } => (i < shadow.ways.len()).then(|| (shadow.ray)(i).ray),
         }
     }
 }
@@ -340,7 +331,7 @@ impl<'s> Beam<'s> {
             exact: Vec::new(),
             batch: SettleBatch::default(),
             unsettled: Vec::new(),
-            order: Vec::new(),
+            met: Vec::new(),
             packet_own: Vec::new(),
             from_light: Vec::new(),
             pending: Vec::new(),
@@ -409,28 +400,39 @@ impl<'s> Beam<'s> {
         let mut unsettled = std::mem::take(&mut self.unsettled);
         batch.clear();
         unsettled.clear();
+        let mut met = std::mem::take(&mut self.met);
+        met.clear();
         for packet in 0..self.hits.len() {
-            let hits = self.hits[packet];
-            let first = packet * PACKET;
             let exact = self.exact[packet] & rays.asked(packet);
-            let met = self.kernels.candidates(&hits, rays.asked(packet) & !exact, width);
-            for lane in lanes(met.doubtful | exact) {
-                self.push_exact_hit(rays, first + lane, footprint, sight);
+            let found = self.kernels.candidates(&self.hits[packet], rays.asked(packet) & !exact, width);
+            for lane in lanes(found.doubtful | exact) {
+                self.push_exact_hit(rays, packet * PACKET + lane, footprint, sight);
             }
-            for (&candidate, &with_it) in met.ids.iter().zip(&met.lanes).take(met.count) {
-                let mut left = with_it;
-                let seen = self.candidates[candidate as usize].seen;
-                if let Some((shape, map)) =
-                    seen.and_then(|seen| Some((seen, told_by_lanes(self, candidate)?)))
-                {
-                    let (directions, near) = (&self.directions[packet], with_it & met.near);
-                    self.kernels.surfaces(&shape, &map, directions, &hits, near, &mut sight.surfaces[packet]);
-                    left &= !sight.surfaces[packet].lanes;
-                    sight.told.push(Told { packet, candidate, lanes: with_it & !left });
+            let with_lanes = found.ids.iter().zip(&found.lanes).take(found.count);
+            met.extend(with_lanes.map(|(&candidate, &lanes)| Met {
+                told: Told { packet, candidate, lanes },
+                near: lanes & found.near,
+            }));
+        }
+        // What is on one surface comes together.
+        met.sort_unstable_by_key(|met| (met.told.candidate, met.told.packet));
+        for same in met.chunk_by(|a, b| a.told.candidate == b.told.candidate) {
+            let candidate = same[0].told.candidate;
+            let seen = self.candidates[candidate as usize].seen;
+            let seen = seen.and_then(|seen| Some((seen, told_by_lanes(self, candidate)?)));
+            let Candidate { unit_from_world, lens, .. } = self.candidates[candidate as usize];
+            for &Met { told: Told { packet, lanes: all, .. }, near } in same {
+                let surfaces = &mut sight.surfaces[packet];
+                if let Some((shape, map)) = &seen {
+                    let (directions, hits) = (&self.directions[packet], &self.hits[packet]);
+                    self.kernels.surfaces(shape, map, directions, hits, near, surfaces);
                 }
-                let Candidate { unit_from_world, lens, .. } = self.candidates[candidate as usize];
-                for lane in lanes(left) {
-                    let ray = first + lane;
+                let told = all & surfaces.lanes;
+                if told != 0 {
+                    sight.told.push(Told { packet, candidate, lanes: told });
+                }
+                for lane in lanes(all & !told) {
+                    let (ray, hits) = (packet * PACKET + lane, &self.hits[packet]);
                     let Some(Lens { origin, powers }) = lens else {
                         match self.settle(&rays.ray(ray), candidate) {
                             Some(hit) => sight.hits.push((ray as u32, hit)),
@@ -459,7 +461,7 @@ impl<'s> Beam<'s> {
                 None => self.push_exact_hit(rays, ray as usize, footprint, sight),
             }
         }
-        (self.batch, self.unsettled) = (batch, unsettled);
+        (self.batch, self.unsettled, self.met) = (batch, unsettled, met);
         std::mem::swap(&mut self.directions, &mut sight.directions);
     }
 
@@ -477,121 +479,63 @@ impl<'s> Beam<'s> {
     /// Fills `hits`, and returns what brings their t back; `None` for rays that f32 cannot hold.
     fn find_candidates(&mut self, rays: Pencil<'_>, footprint: Footprint) -> Option<f64> {
         debug_assert!(rays.count <= MOST_RAYS);
-        let scale = self.take_directions(rays.directions, f32::INFINITY)?;
+        let scale = self.take_directions(rays.directions, f64::INFINITY)?;
         self.footprint = Footprint { spread: footprint.spread * scale, ..footprint };
         self.traverse(rays.origin, scale, &mut Question::Closest { rays });
         Some(scale)
     }
 
-    /// Which rays do not reach the light.
+    /// Which rays do not reach the light, at most [`MOST_RAYS`]: by packets, a bit for each lane.
     pub(crate) fn occluded(
         &mut self,
         light: DVec3,
-        rays: ShadowRays<'_>,
-        footprint_of_light: Footprint,
-        stopped: &mut Vec<bool>,
-    ) {
-        let order = self.by_surfaces(rays.ways);
-        self.packet_own.clear();
-        self.packet_own.extend(order.chunks(PACKET).map(|lanes| {
-            let ways = lanes.iter().map(|&i| &rays.ways[i as usize]);
-            let own = rays.ways[lanes[0] as usize].own;
-            let is_own = |way: &ShadowWay| way.own == own && way.start == RayStart::SurfaceOutward;
-            if ways.clone().all(is_own) { own } else { NO_CANDIDATE }
-        }));
-        let shadow = Shadow { rays, order: &order };
-        let answers = self.occluded_in_order(light, shadow, footprint_of_light);
-        stopped.clear();
-        stopped.resize(rays.ways.len(), false);
-        for (lane, &i) in order.iter().enumerate() {
-            stopped[i as usize] = answers[lane / PACKET] >> (lane % PACKET) & 1 == 1;
-        }
-        self.order = order;
-    }
-
-    /// The numbers of the rays, those from one candidate after those from another: neighbours on one surface have neighbouring shadow rays, and packets
-    /// are made of those.
-    fn by_surfaces(&mut self, ways: &[ShadowWay]) -> Vec<u32> {
-        // Those from no candidate come first.
-        let group = |way: &ShadowWay| way.own.wrapping_add(1) as usize;
-        let mut next = vec![0; self.candidates.len() + 2];
-        for way in ways {
-            next[group(way) + 1] += 1;
-        }
-        for i in 1..next.len() {
-            next[i] += next[i - 1];
-        }
-        let mut order = std::mem::take(&mut self.order);
-        order.resize(ways.len(), 0);
-        for (i, way) in ways.iter().enumerate() {
-            let place: &mut u32 = &mut next[group(way)];
-            order[*place as usize] = i as u32;
-            *place += 1;
-        }
-        order
-    }
-
-    fn occluded_in_order(
-        &mut self,
-        light: DVec3,
-        shadow: Shadow<'_>,
+        shadow: ShadowRays<'_>,
         footprint_of_light: Footprint,
     ) -> Vec<u32> {
+        self.packet_own.clear();
+        self.packet_own.extend(shadow.ways.chunks(PACKET).map(|ways| {
+            let own = ways[0].own;
+            let is_own = |way: &ShadowWay| way.own == own && way.start == RayStart::SurfaceOutward;
+            if ways.iter().all(is_own) { own } else { NO_CANDIDATE }
+        }));
         let mut from_light = std::mem::take(&mut self.from_light);
-        let ways = shadow.order.iter().map(|&i| -shadow.rays.ways[i as usize].direction);
-        take_directions(ways, &mut from_light);
+        take_directions(shadow.ways.iter().map(|way| -way.direction), &mut from_light);
         let scale = self.take_directions(&from_light, 1.0);
+        let occluded = vec![0; from_light.len()];
         self.from_light = from_light;
-        let none = vec![0; self.from_light.len()];
         let Some(scale) = scale else {
-            return self.occluded_exactly(shadow, |_, _| true, none);
+            let all = vec![u32::MAX; occluded.len()];
+            return self.occluded_exactly(shadow, &all, occluded);
         };
         self.footprint = footprint_of_light;
-        let end = (1.0 / scale) as f32;
-        for (hits, packet_end) in self.hits.iter_mut().zip(&mut self.ends.0) {
-            for t in &mut hits.t.0 {
-                *t = if *t > 0.0 { end } else { -1.0 };
-            }
-            *packet_end = hits.end();
-        }
-        let mut question = Question::Any { shadow, occluded: none };
+        let mut question = Question::Any { shadow, occluded };
         self.traverse(light, scale, &mut question);
         let Question::Any { occluded, .. } = question else { return Vec::new() };
-        let exact = std::mem::take(&mut self.exact);
-        let occluded = self.occluded_exactly(shadow, |packet, lane| exact[packet] >> lane & 1 == 1, occluded);
-        self.exact = exact;
-        occluded
+        self.occluded_exactly(shadow, &self.exact, occluded)
     }
 
-    /// Asks the exact way for the rays of which `asks` is true.
-    fn occluded_exactly(
-        &self,
-        shadow: Shadow<'_>,
-        asks: impl Fn(usize, usize) -> bool,
-        mut occluded: Vec<u32>,
-    ) -> Vec<u32> {
-        for i in 0..shadow.order.len() {
-            let (packet, lane) = (i / PACKET, i % PACKET);
-            if occluded[packet] >> lane & 1 == 1 || !asks(packet, lane) {
-                continue;
-            }
-            let (Some(&ShadowWay { own, start, .. }), Some(ShadowRay { ray, width })) =
-                (shadow.way(i), shadow.ray(i))
-            else {
-                continue;
-            };
-            let departure = if own == NO_CANDIDATE { None } else { Departure::of(self.path(own), start) };
-            let width = Footprint { width, spread: 0.0 };
-            if self.scene.occluded_footprint(&ray, departure.as_ref(), 1.0, width) {
-                occluded[packet] |= 1 << lane;
+    /// Asks the exact way for the rays whose bits are set in `asked`, but for those that are stopped already.
+    fn occluded_exactly(&self, shadow: ShadowRays<'_>, asked: &[u32], mut occluded: Vec<u32>) -> Vec<u32> {
+        for (packet, (occluded, asked)) in occluded.iter_mut().zip(asked).enumerate() {
+            for lane in lanes(asked & !*occluded & ((1 << PACKET) - 1)) {
+                let i = packet * PACKET + lane;
+                let Some(&ShadowWay { own, start, .. }) = shadow.ways.get(i) else { continue };
+                let ShadowRay { ray, width } = (shadow.ray)(i);
+                let departure = if own == NO_CANDIDATE { None } else { Departure::of(self.path(own), start) };
+                let width = Footprint { width, spread: 0.0 };
+                if self.scene.occluded_footprint(&ray, departure.as_ref(), 1.0, width) {
+                    *occluded |= 1 << lane;
+                }
             }
         }
         occluded
     }
 
-    /// Takes directions, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them.
-    fn take_directions(&mut self, directions: &[PacketVectors64], t_max: f32) -> Option<f64> {
+    /// Takes directions, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them. Nothing beyond
+    /// `end` counts.
+    fn take_directions(&mut self, directions: &[PacketVectors64], end: f64) -> Option<f64> {
         self.box_of_directions = self.kernels.directions(directions, &mut self.directions)?;
+        let t_max = (end / self.box_of_directions.scale) as f32;
         let packets = directions.len();
         self.live.resize(packets, 0);
         self.kernels.live(&mut self.directions, &mut self.live);
@@ -980,7 +924,7 @@ impl<'s> Beam<'s> {
         frame: &Frame,
         target: &LeafTarget,
         shape: Option<&BeamShape>,
-        shadow: Shadow<'_>,
+        shadow: ShadowRays<'_>,
         occluded: &mut [u32],
         mask: u32,
     ) {
@@ -1006,7 +950,7 @@ impl<'s> Beam<'s> {
             let before = occluded[packet];
             for lane in lanes(hit | ask) {
                 let i = packet * PACKET + lane;
-                let Some(&ShadowWay { own, start, .. }) = shadow.way(i) else { continue };
+                let Some(&ShadowWay { own, start, .. }) = shadow.ways.get(i) else { continue };
                 if self.hits[packet].t.0[lane] <= 0.0 {
                     continue;
                 }
@@ -1017,8 +961,8 @@ impl<'s> Beam<'s> {
                     false
                 } else if is_own || ask >> lane & 1 == 1 {
                     let start = if is_own { start } else { RayStart::Free };
-                    let local = shadow.ray(i).map(|shadow| shadow.ray.through(&target.unit_from_world));
-                    local.is_some_and(|local| target.shape.occluded(&local, start, 1.0))
+                    let local = (shadow.ray)(i).ray.through(&target.unit_from_world);
+                    target.shape.occluded(&local, start, 1.0)
                 } else {
                     true
                 };
@@ -1191,7 +1135,6 @@ mod tests {
     fn beams_meet_what_single_rays_meet_and_stop_where_they_stop() {
         let scene = scene();
         let mut beam = Beam::new(&scene);
-        let mut occluded = Vec::new();
         let (mut met, mut stopped, mut exact) = (0, 0, 0);
         for view in views() {
             for rays in (0..36).map(|i| tile(&view, i)) {
@@ -1217,9 +1160,9 @@ mod tests {
                     }
                 }
                 let asked = ShadowRays { ways: &ways, ray: &|i| shadow_rays[i] };
-                beam.occluded(light, asked, Footprint::NONE, &mut occluded);
-                for ((ShadowRay { ray, .. }, way), &occluded) in shadow_rays.iter().zip(&ways).zip(&occluded)
-                {
+                let occluded = beam.occluded(light, asked, Footprint::NONE);
+                for (i, (ShadowRay { ray, .. }, way)) in shadow_rays.iter().zip(&ways).enumerate() {
+                    let occluded = occluded[i / PACKET] >> (i % PACKET) & 1 == 1;
                     let departure = Departure::of(beam.path(way.own), way.start);
                     let expected = scene.occluded(ray, departure.as_ref(), 1.0);
                     stopped += usize::from(expected);

@@ -83,7 +83,8 @@ impl Development {
         // The quickest conversions that the machine has.
         pulp::Arch::new().dispatch(|| {
             for (to, &[r, g, b, _]) in bytes.chunks_exact_mut(3).zip(film.light()) {
-                to.copy_from_slice(&toning.of([r, g, b]).map(|value| steps.byte(value)));
+                let [r, g, b] = toning.of([r, g, b]);
+                (to[0], to[1], to[2]) = (steps.byte(r), steps.byte(g), steps.byte(b));
             }
         });
         bytes

@@ -73,10 +73,9 @@ impl<'s> TileProbe<'s> {
         let width = rays.iter().map(|ray| ray.width).reduce(f64::min).unwrap_or(0.0);
         let footprint = Footprint { width, spread: 0.0 };
         let asked = ShadowRays { ways: &ways, ray: &|i| rays[i] };
-        let mut stopped = Vec::new();
         let before = clock();
-        self.beam.occluded(place, asked, footprint, &mut stopped);
+        let stopped = self.beam.occluded(place, asked, footprint);
         let seconds = clock() - before;
-        (rays.len(), stopped.into_iter().filter(|&stops| stops).count(), seconds)
+        (rays.len(), stopped.into_iter().map(u32::count_ones).sum::<u32>() as usize, seconds)
     }
 }

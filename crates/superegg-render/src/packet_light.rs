@@ -137,15 +137,17 @@ impl WithSimd for SetFinish<'_> {
 /// What a light brings to the surfaces of a packet if nothing is between.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PacketShine {
+    /// The lanes that it shines on, a bit for each.
+    pub(crate) lanes: u32,
     pub(crate) color: PacketVectors,
 }
 
 impl PacketShine {
     /// Of no light yet.
-    pub(crate) const NONE: Self = Self { color: [PacketOf([0.0; PACKET]); 3] };
+    pub(crate) const NONE: Self = Self { lanes: 0, color: [PacketOf([0.0; PACKET]); 3] };
 }
 
-/// One light on the surfaces that a packet sees, as [`shading::direct`] has it. The answer has a bit for each lane that it shines on.
+/// One light on the surfaces that a packet sees, as [`shading::direct`] has it.
 pub(crate) struct Shine<'a> {
     pub(crate) light: &'a PacketLight,
     /// The beam's directions.
@@ -157,12 +159,15 @@ pub(crate) struct Shine<'a> {
 }
 
 impl WithSimd for Shine<'_> {
-    type Output = u32;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> u32 {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { light, directions, surfaces, finish, shine } = self;
-        let mut lanes = 0;
+        shine.lanes = 0;
+        if surfaces.lanes == 0 {
+            return;
+        }
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
         for i in 0..PACKET / S::F32_LANES {
@@ -177,7 +182,7 @@ impl WithSimd for Shine<'_> {
             let to_light = [way[0] * scale, way[1] * scale, way[2] * scale];
             let cos = dot(normal, to_light);
             let lit = zero.lt(cos);
-            lanes |= (lit.bits() << (i * S::F32_LANES)) & surfaces.lanes;
+            shine.lanes |= (lit.bits() << (i * S::F32_LANES)) & surfaces.lanes;
             if !lit.any() {
                 continue;
             }
@@ -199,7 +204,6 @@ impl WithSimd for Shine<'_> {
                 S::as_mut_simd_f32s(&mut shine.color[axis].0).0[i] = color.register();
             }
         }
-        lanes
     }
 }
 

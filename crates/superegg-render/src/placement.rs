@@ -16,6 +16,13 @@ pub(crate) struct Place {
     pub(crate) is_negative: bool,
 }
 
+impl Place {
+    /// The same place in another pixel than the first.
+    pub(crate) fn in_pixel(self, (x, y): (u32, u32)) -> Self {
+        Self { film_px: self.film_px + DVec2::new(f64::from(x), f64::from(y)), ..self }
+    }
+}
+
 /// The choice of a [`SampleKey`] for the place on the film.
 const FILM: u32 = 4;
 
@@ -43,11 +50,18 @@ impl Placement {
 
     /// The place of a pixel's sample, by its index from 0.
     pub(crate) fn place(&self, (x, y): (u32, u32), index: u32) -> Place {
-        let corner = DVec2::new(f64::from(x), f64::from(y));
-        let own = || SampleKey::new((x, y), index).branch(FILM).point(0, 1);
-        let (within, is_negative) =
-            self.filter.place(self.pattern.get(index as usize).copied().unwrap_or_else(own));
-        Place { film_px: corner + within, is_negative }
+        let within = self.same_place(index).unwrap_or_else(|| {
+            let (film_px, is_negative) =
+                self.filter.place(SampleKey::new((x, y), index).branch(FILM).point(0, 1));
+            Place { film_px, is_negative }
+        });
+        within.in_pixel((x, y))
+    }
+
+    /// The place of a sample in the first pixel, by its index from 0, where it is the same in every pixel.
+    pub(crate) fn same_place(&self, index: u32) -> Option<Place> {
+        let (film_px, is_negative) = self.filter.place(*self.pattern.get(index as usize)?);
+        Some(Place { film_px, is_negative })
     }
 }
 

@@ -250,6 +250,7 @@ impl<'j, 'a> Worker<'j, 'a> {
             let begun: Vec<u32> = (0..tile.pixel_count()).map(|place| self.gathered.count(place)).collect();
             // One sample of each pixel that goes on, then the next of each.
             for step in 0..longest {
+                let same_place = job.placement.same_place(step);
                 for i in 0..self.by_block.len() {
                     let (x, y) = self.by_block[i];
                     let place = y as usize * columns + x as usize;
@@ -257,7 +258,8 @@ impl<'j, 'a> Worker<'j, 'a> {
                         continue;
                     }
                     let (pixel, index) = ((tile.x.start + x, tile.y.start + y), begun[place] + step);
-                    let Place { film_px, is_negative } = job.placement.place(pixel, index);
+                    let Place { film_px, is_negative } = same_place
+                        .map_or_else(|| job.placement.place(pixel, index), |same| same.in_pixel(pixel));
                     self.batch.samples.push(FilmSample { pixel, index, film_px });
                     self.batch.of.push((place, is_negative));
                     if self.batch.of.len() == tile.pixel_count() {

@@ -88,7 +88,6 @@ pub(crate) struct TileTracer<'a> {
     /// Shadow rays, and where each comes from.
     ways: Vec<ShadowWay>,
     lit: Vec<Lit>,
-    stopped: Vec<bool>,
 }
 
 /// What a shadow ray is to bring light to.
@@ -146,7 +145,6 @@ impl<'a> TileTracer<'a> {
             arch: Arch::new(),
             ways: Vec::new(),
             lit: Vec::new(),
-            stopped: Vec::new(),
         }
     }
 
@@ -422,7 +420,7 @@ impl<'a> TileTracer<'a> {
         }
         self.taken.rays.shadow += self.lit.len() as u64;
         let footprint = Footprint { width: least_width, spread: 0.0 };
-        let Self { setting, beam, sight, points, lit, ways, directions, stopped, .. } = self;
+        let Self { setting, beam, sight, points, lit, ways, directions, .. } = self;
         let origin = self.view.position();
         let ray = |i: usize| match lit[i] {
             Lit::Point(number, _) => shadow_ray_of_point(&points[number as usize], place),
@@ -433,9 +431,10 @@ impl<'a> TileTracer<'a> {
                 ShadowRay { ray, width: self.footprint.at(t) }
             }
         };
-        beam.occluded(place, beam::ShadowRays { ways, ray: &ray }, footprint, stopped);
+        let stopped = beam.occluded(place, beam::ShadowRays { ways, ray: &ray }, footprint);
         let mut dimmed = ShadowRays::default();
-        for (lit, &stopped) in lit.iter().zip(&*stopped) {
+        for (i, lit) in lit.iter().enumerate() {
+            let stopped = stopped[i / LANES] >> (i % LANES) & 1 == 1;
             match *lit {
                 Lit::Lane(pixel) => {
                     if !stopped {
@@ -465,17 +464,17 @@ impl<'a> TileTracer<'a> {
     fn shine_on_packets(&mut self, number: usize, place: DVec3, least_width: &mut f64) {
         let Some(light) = self.packet_lights.as_ref().and_then(|lights| lights.get(number)) else { return };
         self.shines.resize(self.finishes.len(), PacketShine::NONE);
-        let origin = self.view.position();
         for (packet, (surfaces, finish)) in self.sight.surfaces.iter().zip(&self.finishes).enumerate() {
-            if surfaces.lanes == 0 {
-                continue;
-            }
             let directions = &self.sight.directions[packet];
             let shine = &mut self.shines[packet];
-            let lit = self.arch.dispatch(Shine { light, directions, surfaces, finish, shine });
-            for lane in lanes(lit) {
+            self.arch.dispatch(Shine { light, directions, surfaces, finish, shine });
+        }
+        let origin = self.view.position();
+        for &Told { packet, candidate, lanes: told } in &self.sight.told {
+            let shine = &mut self.shines[packet];
+            for lane in lanes(told & shine.lanes) {
                 let pixel = packet * LANES + lane;
-                let (own, t, origin_error) = self.sight.told(pixel);
+                let (_, t, origin_error) = self.sight.told(pixel);
                 let point = origin + t * direction_of(&self.directions, pixel);
                 let direction = place - point;
                 if self.setting.ground.is_some() {
@@ -487,7 +486,7 @@ impl<'a> TileTracer<'a> {
                     shine.color.iter_mut().for_each(|column| column.0[lane] *= past_ground as f32);
                 }
                 *least_width = least_width.min(self.footprint.at(t));
-                self.ways.push(ShadowWay { direction, own, start: RayStart::SurfaceOutward });
+                self.ways.push(ShadowWay { direction, own: candidate, start: RayStart::SurfaceOutward });
                 self.lit.push(Lit::Lane(pixel as u32));
             }
         }
