@@ -19,6 +19,7 @@ use crate::bvh::Slot;
 use crate::compiled::{CompiledScene, Group, Instance};
 use crate::footprint::{Footprint, chance};
 use crate::path::InstancePath;
+use crate::pencil::Pencil;
 use crate::stand_in::StandIn;
 use crate::traverse::{Departure, Hit};
 
@@ -139,58 +140,10 @@ fn least_along(directions: &Directions, row: DVec3) -> f64 {
     (row.dot(0.5 * (least + most)).abs() - row.abs().dot(0.5 * (most - least))).max(0.0)
 }
 
-/// Rays from one place, in the order of their lanes.
+/// Where a shadow ray of a tile starts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pencil<'a> {
-    pub(crate) origin: DVec3,
-    /// By packets.
-    pub(crate) directions: &'a [PacketVectors64],
-    pub(crate) count: usize,
-}
-
-impl Pencil<'_> {
-    fn direction(&self, ray: usize) -> DVec3 {
-        direction_of(self.directions, ray)
-    }
-
-    pub(crate) fn ray(&self, ray: usize) -> Ray {
-        Ray::new(self.origin, self.direction(ray))
-    }
-
-    /// The lanes of a packet that have a ray.
-    fn asked(&self, packet: usize) -> u32 {
-        u32::MAX >> (32 - PACKET.min(self.count - packet * PACKET))
-    }
-}
-
-/// Directions by packets; what is left of the last one has none.
-pub(crate) fn take_directions(
-    directions: impl ExactSizeIterator<Item = DVec3>,
-    packets: &mut Vec<PacketVectors64>,
-) {
-    packets.resize(directions.len().div_ceil(PACKET), [PacketOf::splat(f64::NAN); 3]);
-    if let Some(last) = packets.last_mut() {
-        *last = [PacketOf::splat(f64::NAN); 3];
-    }
-    for (i, direction) in directions.enumerate() {
-        let columns = &mut packets[i / PACKET];
-        for axis in 0..3 {
-            columns[axis].0[i % PACKET] = direction[axis];
-        }
-    }
-}
-
-/// One direction of many by packets.
-pub(crate) fn direction_of(packets: &[PacketVectors64], i: usize) -> DVec3 {
-    DVec3::from_array(packets[i / PACKET].each_ref().map(|column| column.0[i % PACKET]))
-}
-
-/// The way of a shadow ray of a tile.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ShadowWay {
-    /// From the surface to the light.
-    pub(crate) direction: DVec3,
-    /// The candidate on whose surface it starts, or [`NO_CANDIDATE`].
+pub(crate) struct ShadowStart {
+    /// The candidate on whose surface, or [`NO_CANDIDATE`].
     pub(crate) own: u32,
     /// Where it goes from there.
     pub(crate) start: RayStart,
@@ -208,7 +161,9 @@ pub(crate) struct ShadowRay {
 /// Shadow rays of a tile in the order of their lanes. Neighbours on one surface have neighbouring rays, so they are to be beside each other.
 #[derive(Clone, Copy)]
 pub(crate) struct ShadowRays<'a> {
-    pub(crate) ways: &'a [ShadowWay],
+    /// The rays backwards, from the light: they end at t = 1.
+    pub(crate) from_light: &'a Pencil,
+    pub(crate) starts: &'a [ShadowStart],
     /// All of a ray, by its number: few are asked for.
     pub(crate) ray: &'a dyn Fn(usize) -> ShadowRay,
 }
@@ -273,10 +228,8 @@ pub(crate) struct Beam<'s> {
     batch: SettleBatch,
     unsettled: Vec<Unsettled>,
     met: Vec<Met>,
-    /// Of each packet of shadow rays the candidate from which all of them come outwards ([`NO_CANDIDATE`] where there is none such), and their
-    /// directions from the light.
+    /// Of each packet of shadow rays the candidate from which all of them come outwards ([`NO_CANDIDATE`] where there is none such).
     packet_own: Vec<u32>,
-    from_light: Vec<PacketVectors64>,
     /// The nodes of open groups that are still to be visited.
     pending: Vec<Pending>,
     /// The reciprocals of directions in the spaces of open groups.
@@ -303,7 +256,7 @@ struct Unsettled {
 /// What a beam is asked.
 enum Question<'a> {
     /// The closest crossing of each ray.
-    Closest { rays: Pencil<'a> },
+    Closest { rays: &'a Pencil },
     /// Whether there is one before the end.
     Any { shadow: ShadowRays<'a>, occluded: Vec<u32> },
 }
@@ -311,8 +264,8 @@ enum Question<'a> {
 impl Question<'_> {
     fn ray(&self, i: usize) -> Option<Ray> {
         match self {
-            Self::Closest { rays } => (i < rays.count).then(|| rays.ray(i)),
-            Self::Any { shadow, .. } => (i < shadow.ways.len()).then(|| (shadow.ray)(i).ray),
+            Self::Closest { rays } => (i < rays.count()).then(|| rays.ray(i)),
+            Self::Any { shadow, .. } => (i < shadow.starts.len()).then(|| (shadow.ray)(i).ray),
         }
     }
 }
@@ -333,7 +286,6 @@ impl<'s> Beam<'s> {
             unsettled: Vec::new(),
             met: Vec::new(),
             packet_own: Vec::new(),
-            from_light: Vec::new(),
             pending: Vec::new(),
             inverses: Vec::new(),
             open_inverses: 0,
@@ -367,7 +319,7 @@ impl<'s> Beam<'s> {
     }
 
     /// The closest crossing of each ray, settled in f64. There are at most [`MOST_RAYS`].
-    pub(crate) fn closest(&mut self, rays: Pencil<'_>, footprint: Footprint, sight: &mut Sight) {
+    pub(crate) fn closest(&mut self, rays: &Pencil, footprint: Footprint, sight: &mut Sight) {
         self.closest_but(rays, footprint, sight, |_, _| None);
     }
 
@@ -375,7 +327,7 @@ impl<'s> Beam<'s> {
     /// small part of the ray's width, what they know is enough.
     pub(crate) fn closest_but(
         &mut self,
-        rays: Pencil<'_>,
+        rays: &Pencil,
         footprint: Footprint,
         sight: &mut Sight,
         mut told_by_lanes: impl FnMut(&Self, u32) -> Option<[[f32; 3]; 3]>,
@@ -383,9 +335,9 @@ impl<'s> Beam<'s> {
         sight.hits.clear();
         sight.told.clear();
         sight.surfaces.clear();
-        sight.surfaces.resize(rays.directions.len(), PacketSurfaces::NONE);
+        sight.surfaces.resize(rays.directions().len(), PacketSurfaces::NONE);
         let Some(scale) = self.find_candidates(rays, footprint) else {
-            for ray in 0..rays.count {
+            for ray in 0..rays.count() {
                 self.push_exact_hit(rays, ray, footprint, sight);
             }
             return;
@@ -465,51 +417,42 @@ impl<'s> Beam<'s> {
         std::mem::swap(&mut self.directions, &mut sight.directions);
     }
 
-    fn push_exact_hit(&mut self, rays: Pencil<'_>, ray: usize, footprint: Footprint, sight: &mut Sight) {
+    fn push_exact_hit(&mut self, rays: &Pencil, ray: usize, footprint: Footprint, sight: &mut Sight) {
         let hit = self.exact_hit(&rays.ray(ray), footprint);
         sight.hits.extend(hit.map(|hit| (ray as u32, hit)));
     }
 
     /// How many rays meet something, as far as the lanes can tell.
-    pub(crate) fn find(&mut self, rays: Pencil<'_>, footprint: Footprint) -> usize {
+    pub(crate) fn find(&mut self, rays: &Pencil, footprint: Footprint) -> usize {
         self.find_candidates(rays, footprint);
         self.hits.iter().flat_map(|hits| hits.id.0).filter(|&id| id != u32::MAX).count()
     }
 
     /// Fills `hits`, and returns what brings their t back; `None` for rays that f32 cannot hold.
-    fn find_candidates(&mut self, rays: Pencil<'_>, footprint: Footprint) -> Option<f64> {
-        debug_assert!(rays.count <= MOST_RAYS);
-        let scale = self.take_directions(rays.directions, f64::INFINITY)?;
+    fn find_candidates(&mut self, rays: &Pencil, footprint: Footprint) -> Option<f64> {
+        debug_assert!(rays.count() <= MOST_RAYS);
+        let scale = self.take_directions(rays.directions(), f64::INFINITY)?;
         self.footprint = Footprint { spread: footprint.spread * scale, ..footprint };
         self.traverse(rays.origin, scale, &mut Question::Closest { rays });
         Some(scale)
     }
 
     /// Which rays do not reach the light, at most [`MOST_RAYS`]: by packets, a bit for each lane.
-    pub(crate) fn occluded(
-        &mut self,
-        light: DVec3,
-        shadow: ShadowRays<'_>,
-        footprint_of_light: Footprint,
-    ) -> Vec<u32> {
+    pub(crate) fn occluded(&mut self, shadow: ShadowRays<'_>, footprint_of_light: Footprint) -> Vec<u32> {
         self.packet_own.clear();
-        self.packet_own.extend(shadow.ways.chunks(PACKET).map(|ways| {
-            let own = ways[0].own;
-            let is_own = |way: &ShadowWay| way.own == own && way.start == RayStart::SurfaceOutward;
-            if ways.iter().all(is_own) { own } else { NO_CANDIDATE }
+        self.packet_own.extend(shadow.starts.chunks(PACKET).map(|starts| {
+            let own = starts[0].own;
+            let is_own = |one: &ShadowStart| one.own == own && one.start == RayStart::SurfaceOutward;
+            if starts.iter().all(is_own) { own } else { NO_CANDIDATE }
         }));
-        let mut from_light = std::mem::take(&mut self.from_light);
-        take_directions(shadow.ways.iter().map(|way| -way.direction), &mut from_light);
-        let scale = self.take_directions(&from_light, 1.0);
-        let occluded = vec![0; from_light.len()];
-        self.from_light = from_light;
-        let Some(scale) = scale else {
+        let occluded = vec![0; shadow.from_light.directions().len()];
+        let Some(scale) = self.take_directions(shadow.from_light.directions(), 1.0) else {
             let all = vec![u32::MAX; occluded.len()];
             return self.occluded_exactly(shadow, &all, occluded);
         };
         self.footprint = footprint_of_light;
         let mut question = Question::Any { shadow, occluded };
-        self.traverse(light, scale, &mut question);
+        self.traverse(shadow.from_light.origin, scale, &mut question);
         let Question::Any { occluded, .. } = question else { return Vec::new() };
         self.occluded_exactly(shadow, &self.exact, occluded)
     }
@@ -519,7 +462,7 @@ impl<'s> Beam<'s> {
         for (packet, (occluded, asked)) in occluded.iter_mut().zip(asked).enumerate() {
             for lane in lanes(asked & !*occluded & ((1 << PACKET) - 1)) {
                 let i = packet * PACKET + lane;
-                let Some(&ShadowWay { own, start, .. }) = shadow.ways.get(i) else { continue };
+                let Some(&ShadowStart { own, start, .. }) = shadow.starts.get(i) else { continue };
                 let ShadowRay { ray, width } = (shadow.ray)(i);
                 let departure = if own == NO_CANDIDATE { None } else { Departure::of(self.path(own), start) };
                 let width = Footprint { width, spread: 0.0 };
@@ -830,7 +773,7 @@ impl<'s> Beam<'s> {
         match question {
             Question::Closest { rays } => match shape {
                 Some(shape) if target.shape.is_convex() => self.meet(frame, target, &shape, mask),
-                shape => self.meet_exactly(frame, target, shape.as_ref(), *rays, scale, mask),
+                shape => self.meet_exactly(frame, target, shape.as_ref(), rays, scale, mask),
             },
             Question::Any { shadow, occluded, .. } => {
                 self.occlude(frame, target, shape.as_ref(), *shadow, occluded, mask);
@@ -885,7 +828,7 @@ impl<'s> Beam<'s> {
         frame: &Frame,
         target: &LeafTarget,
         around: Option<&BeamShape>,
-        rays: Pencil<'_>,
+        rays: &Pencil,
         scale: f64,
         mask: u32,
     ) {
@@ -950,7 +893,7 @@ impl<'s> Beam<'s> {
             let before = occluded[packet];
             for lane in lanes(hit | ask) {
                 let i = packet * PACKET + lane;
-                let Some(&ShadowWay { own, start, .. }) = shadow.ways.get(i) else { continue };
+                let Some(&ShadowStart { own, start, .. }) = shadow.starts.get(i) else { continue };
                 if self.hits[packet].t.0[lane] <= 0.0 {
                     continue;
                 }
@@ -1121,11 +1064,11 @@ mod tests {
 
     /// The closest crossings of rays from one place.
     fn closest(beam: &mut Beam<'_>, rays: &[Ray]) -> Vec<Option<BeamHit>> {
-        let (mut directions, mut sight) = (Vec::new(), Sight::default());
-        take_directions(rays.iter().map(|ray| ray.direction), &mut directions);
-        let pencil = Pencil { origin: rays[0].origin, directions: &directions, count: rays.len() };
+        let (mut pencil, mut sight) = (Pencil::default(), Sight::default());
+        pencil.start(rays[0].origin);
+        rays.iter().for_each(|ray| pencil.push(ray.direction));
         beam.start_tile();
-        beam.closest(pencil, Footprint::NONE, &mut sight);
+        beam.closest(&pencil, Footprint::NONE, &mut sight);
         let mut hits = vec![None; rays.len()];
         sight.hits.into_iter().for_each(|(ray, hit)| hits[ray as usize] = Some(hit));
         hits
@@ -1141,7 +1084,9 @@ mod tests {
                 let hits = closest(&mut beam, &rays);
                 exact += beam.exact.iter().map(|lanes| lanes.count_ones()).sum::<u32>();
                 let light = DVec3::new(3.0, -5.0, 8.0);
-                let (mut shadow_rays, mut ways) = (Vec::new(), Vec::new());
+                let (mut shadow_rays, mut starts) = (Vec::new(), Vec::new());
+                let mut from_light = Pencil::default();
+                from_light.start(light);
                 for (ray, hit) in rays.iter().zip(&hits) {
                     let expected = scene.intersect(ray, None);
                     assert_eq!(hit.is_some(), expected.is_some(), "{ray:?} {hit:?} {expected:?}");
@@ -1155,15 +1100,16 @@ mod tests {
                     let direction = light - surface.position;
                     if surface.facing_normal().dot(direction) > 0.0 {
                         let (ray, departure) = surface.spawn_ray(direction);
-                        ways.push(ShadowWay { direction, own: hit.candidate, start: departure.start() });
+                        starts.push(ShadowStart { own: hit.candidate, start: departure.start() });
+                        from_light.push(-direction);
                         shadow_rays.push(ShadowRay { ray, width: 0.0 });
                     }
                 }
-                let asked = ShadowRays { ways: &ways, ray: &|i| shadow_rays[i] };
-                let occluded = beam.occluded(light, asked, Footprint::NONE);
-                for (i, (ShadowRay { ray, .. }, way)) in shadow_rays.iter().zip(&ways).enumerate() {
+                let asked = ShadowRays { from_light: &from_light, starts: &starts, ray: &|i| shadow_rays[i] };
+                let occluded = beam.occluded(asked, Footprint::NONE);
+                for (i, (ShadowRay { ray, .. }, one)) in shadow_rays.iter().zip(&starts).enumerate() {
                     let occluded = occluded[i / PACKET] >> (i % PACKET) & 1 == 1;
-                    let departure = Departure::of(beam.path(way.own), way.start);
+                    let departure = Departure::of(beam.path(one.own), one.start);
                     let expected = scene.occluded(ray, departure.as_ref(), 1.0);
                     stopped += usize::from(expected);
                     assert_eq!(occluded, expected, "{ray:?}");
@@ -1208,18 +1154,18 @@ mod tests {
         };
         let view = View::new(&camera, 1280, 960);
         let (mut beam, mut sight) = (Beam::new(&scene), Sight::default());
-        let (mut told, mut met, mut directions) = (0, 0, Vec::new());
+        let (mut told, mut met, mut pencil) = (0, 0, Pencil::default());
         for i in (0..4800).step_by(37) {
             let (x, y) = (16 * (i % 80), 16 * (i / 80));
             let film = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
-            take_directions((0..256).map(|i| view.ray(film(i)).direction), &mut directions);
-            let pencil = Pencil { origin: camera.position, directions: &directions, count: 256 };
+            pencil.start(camera.position);
+            (0..256).for_each(|i| pencil.push(view.ray(film(i)).direction));
             beam.start_tile();
             let map = |beam: &Beam<'_>, candidate: u32| {
                 let to_unit = beam.candidates[candidate as usize].unit_from_world.matrix3;
                 f32_columns(&to_unit.transpose()).map(|(columns, _)| columns)
             };
-            beam.closest_but(pencil, view.footprint(1), &mut sight, map);
+            beam.closest_but(&pencil, view.footprint(1), &mut sight, map);
             let lanes: u32 = sight.told.iter().map(|told| told.lanes.count_ones()).sum();
             told += lanes;
             met += lanes + sight.hits.len() as u32;

@@ -28,6 +28,7 @@ mod packet_light;
 mod partial;
 mod path;
 mod pattern;
+mod pencil;
 mod placement;
 mod point;
 mod point_query;

@@ -207,6 +207,32 @@ impl WithSimd for Shine<'_> {
     }
 }
 
+/// Adds what a light brings to lanes of a packet.
+pub(crate) struct AddShine<'a> {
+    pub(crate) light: &'a mut PacketVectors,
+    pub(crate) shine: &'a PacketShine,
+    /// A bit for each.
+    pub(crate) lanes: u32,
+}
+
+impl WithSimd for AddShine<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { light, shine, lanes } = self;
+        for i in 0..PACKET / S::F32_LANES {
+            let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
+            for axis in 0..3 {
+                let register = &mut S::as_mut_simd_f32s(&mut light[axis].0).0[i];
+                let old = Lanes::new(simd, *register);
+                let added = old + Lanes::new(simd, S::as_simd_f32s(&shine.color[axis].0).0[i]);
+                *register = lanes.select(added, old).register();
+            }
+        }
+    }
+}
+
 #[inline(always)]
 fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))

@@ -39,7 +39,8 @@ pub(crate) struct Placement {
 impl Placement {
     pub(crate) fn of(picture: &Picture) -> Self {
         let is_fixed = picture.noise <= 0.0;
-        let pattern = if is_fixed { Sampler::new(picture.samples).places().collect() } else { Vec::new() };
+        let pattern =
+            if is_fixed { Sampler::new(picture.samples.max(1)).places().collect() } else { Vec::new() };
         Self { filter: FilterSampler::new(picture.filter), pattern }
     }
 

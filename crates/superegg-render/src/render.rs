@@ -245,12 +245,45 @@ impl<'j, 'a> Worker<'j, 'a> {
         self.gathered.start(tile.pixel_count(), job.keeps);
         self.batch.clear();
         self.tracer.taken = Taken::default();
+        if job.stopping.is_fixed() {
+            self.take_as_many(tile)?;
+        } else {
+            self.take_rounds(tile)?;
+        }
+        let is_transparent = job.settings.picture.transparent;
+        let pixel = |place| self.gathered.pixel(place, is_transparent);
+        Some(((0..tile.pixel_count()).map(pixel).collect(), self.tracer.taken))
+    }
+
+    /// As many samples of each pixel; `None` when it was cancelled.
+    fn take_as_many(&mut self, tile: &Tile) -> Option<()> {
+        let job = self.job;
+        for index in 0..job.stopping.first {
+            let same_place = job.placement.same_place(index)?;
+            let columns = tile.x.len() as u32;
+            let Batch { samples, of } = &mut self.batch;
+            samples.extend(self.by_block.iter().map(|&(x, y)| {
+                let pixel = (tile.x.start + x, tile.y.start + y);
+                FilmSample { pixel, index, film_px: same_place.in_pixel(pixel).film_px }
+            }));
+            of.extend(self.by_block.iter().map(|&(x, y)| (y * columns + x, same_place.is_negative)));
+            self.take();
+            if job.cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+        }
+        Some(())
+    }
+
+    /// Samples of each pixel until it needs no more; `None` when it was cancelled.
+    fn take_rounds(&mut self, tile: &Tile) -> Option<()> {
+        let job = self.job;
+        let columns = tile.x.len();
         let mut round = vec![job.stopping.first; tile.pixel_count()];
         while let Some(&longest) = round.iter().max().filter(|longest| **longest > 0) {
             let begun: Vec<u32> = (0..tile.pixel_count()).map(|place| self.gathered.count(place)).collect();
             // One sample of each pixel that goes on, then the next of each.
             for step in 0..longest {
-                let same_place = job.placement.same_place(step);
                 for i in 0..self.by_block.len() {
                     let (x, y) = self.by_block[i];
                     let place = y as usize * columns + x as usize;
@@ -258,10 +291,9 @@ impl<'j, 'a> Worker<'j, 'a> {
                         continue;
                     }
                     let (pixel, index) = ((tile.x.start + x, tile.y.start + y), begun[place] + step);
-                    let Place { film_px, is_negative } = same_place
-                        .map_or_else(|| job.placement.place(pixel, index), |same| same.in_pixel(pixel));
+                    let Place { film_px, is_negative } = job.placement.place(pixel, index);
                     self.batch.samples.push(FilmSample { pixel, index, film_px });
-                    self.batch.of.push((place, is_negative));
+                    self.batch.of.push((place as u32, is_negative));
                     if self.batch.of.len() == tile.pixel_count() {
                         self.take();
                     }
@@ -273,9 +305,7 @@ impl<'j, 'a> Worker<'j, 'a> {
             self.take();
             round = job.stopping.next_round(columns, &self.gathered);
         }
-        let is_transparent = job.settings.picture.transparent;
-        let pixel = |place| self.gathered.pixel(place, is_transparent);
-        Some(((0..tile.pixel_count()).map(pixel).collect(), self.tracer.taken))
+        Some(())
     }
 
     /// Traces the samples of the batch, and adds what they see to their pixels.
@@ -290,7 +320,7 @@ impl<'j, 'a> Worker<'j, 'a> {
         let mut firsts = seen.firsts.iter();
         for (&(place, is_negative), &color) in of.iter().zip(&seen.colors) {
             let first = firsts.next().and_then(Option::as_ref);
-            gathered.add(place, color, first, is_negative);
+            gathered.add(place as usize, color, first, is_negative);
         }
         self.batch.clear();
     }
@@ -329,7 +359,7 @@ impl Job<'_> {
 struct Batch {
     samples: Vec<FilmSample>,
     /// The place of each one's pixel in its tile, and whether the filter is negative there.
-    of: Vec<(usize, bool)>,
+    of: Vec<(u32, bool)>,
 }
 
 impl Batch {

@@ -6,13 +6,12 @@ use std::rc::Rc;
 
 use pulp::Arch;
 use superegg_geom::glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
-use superegg_geom::lanes::beam::{PacketVectors, PacketVectors64};
+use superegg_geom::lanes::beam::PacketVectors;
 use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::{AmbientOcclusion, Light, Pattern};
 
 use crate::beam::{
-    self, Beam, BeamHit, Kind, LANES, NO_CANDIDATE, Pencil, ShadowRay, ShadowWay, Sight, Told, direction_of,
-    f32_columns, lanes, take_directions,
+    self, Beam, BeamHit, Kind, LANES, NO_CANDIDATE, ShadowRay, ShadowStart, Sight, Told, f32_columns, lanes,
 };
 use crate::compiled::CompiledScene;
 use crate::flight::FlightRay;
@@ -20,8 +19,9 @@ use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken, Wave, at_surface};
 use crate::lighting::{self, LightWay, ShadowRays};
 use crate::medium::Media;
-use crate::packet_light::{Finish, PacketFinish, PacketLight, PacketShine, SetFinish, Shine};
+use crate::packet_light::{AddShine, Finish, PacketFinish, PacketLight, PacketShine, SetFinish, Shine};
 use crate::path::InstancePath;
+use crate::pencil::Pencil;
 use crate::point::{Arrival, MaterialRef, Place, Seen, SurfacePoint, albedo_of_shape};
 use crate::sequence::SampleKey;
 use crate::shading::Shares;
@@ -68,8 +68,8 @@ pub(crate) struct TileTracer<'a> {
     media: Media,
     pub(crate) taken: Taken,
     beam: Beam<'a>,
-    /// The directions of rays from one place, and what they see.
-    directions: Vec<PacketVectors64>,
+    /// Camera rays from one place, and what they see.
+    rays: Pencil,
     sight: Sight,
     looks: Looks<'a>,
     /// The lights, where opaque surfaces are lit in lanes, and what they are lit by.
@@ -85,18 +85,14 @@ pub(crate) struct TileTracer<'a> {
     /// The candidate of each point, or [`NO_CANDIDATE`].
     candidates: Vec<u32>,
     arch: Arch,
-    /// Shadow rays, and where each comes from.
-    ways: Vec<ShadowWay>,
-    lit: Vec<Lit>,
-}
-
-/// What a shadow ray is to bring light to.
-#[derive(Clone, Copy, Debug)]
-enum Lit {
-    /// A surface that lanes tell of, by its sample.
-    Lane(u32),
-    /// A point by its number, and the light that it gets if nothing is between.
-    Point(u32, DVec3),
+    /// Shadow rays: those of points, with the light that each gets if nothing is between, and then those of surfaces that lanes tell of, by their
+    /// samples.
+    from_light: Pencil,
+    starts: Vec<ShadowStart>,
+    lit_points: Vec<(u32, DVec3)>,
+    lit_lanes: Vec<u32>,
+    /// By packets the lanes of those that the light reaches.
+    open: Vec<u32>,
 }
 
 /// What shading needs of candidates, each made when it is first shaded.
@@ -131,7 +127,7 @@ impl<'a> TileTracer<'a> {
             media: setting.media_at(view.position()),
             taken: Taken::default(),
             beam: Beam::new(setting.scene),
-            directions: Vec::new(),
+            rays: Pencil::default(),
             sight: Sight::default(),
             looks: Looks { scene: setting.scene, by_candidate: Vec::new() },
             packet_lights: PacketLight::all(&setting, view),
@@ -143,8 +139,11 @@ impl<'a> TileTracer<'a> {
             asks_firsts,
             candidates: Vec::new(),
             arch: Arch::new(),
-            ways: Vec::new(),
-            lit: Vec::new(),
+            from_light: Pencil::default(),
+            starts: Vec::new(),
+            lit_points: Vec::new(),
+            lit_lanes: Vec::new(),
+            open: Vec::new(),
         }
     }
 
@@ -252,32 +251,25 @@ impl<'a> TileTracer<'a> {
 
     /// Rays from one place.
     fn meet_by_beam(&mut self, samples: &[FilmSample], lanes_may_tell: bool) {
-        let ways = samples.iter().map(|sample| self.view.ray(sample.film_px).direction);
-        take_directions(ways, &mut self.directions);
+        self.rays.start(self.view.position());
+        samples.iter().for_each(|sample| self.rays.push(self.view.ray(sample.film_px).direction));
         self.beam.start_tile();
         self.looks.by_candidate.clear();
         let looks = &mut self.looks;
-        let rays =
-            Pencil { origin: self.view.position(), directions: &self.directions, count: samples.len() };
-        self.beam.closest_but(rays, self.footprint, &mut self.sight, |beam, candidate| {
+        self.beam.closest_but(&self.rays, self.footprint, &mut self.sight, |beam, candidate| {
             if lanes_may_tell { Some(looks.look(beam, candidate).plain?.1) } else { None }
         });
         self.meet_surroundings(samples);
         self.finish_lanes();
         for i in 0..self.sight.hits.len() {
             let (pixel, hit) = self.sight.hits[i];
-            let (pixel, ray) = (pixel as usize, self.camera_ray(pixel as usize));
+            let (pixel, ray) = (pixel as usize, self.rays.ray(pixel as usize));
             let arrival = self.arrival(pixel, &samples[pixel], &ray);
             let point = self.point_of_hit(&ray, &hit, arrival);
             self.seen.colors[pixel] = DVec3::ZERO;
             self.points.push(point);
             self.candidates.push(hit.candidate);
         }
-    }
-
-    /// The ray of a sample, of those that begin at one place.
-    fn camera_ray(&self, pixel: usize) -> Ray {
-        Ray::new(self.view.position(), direction_of(&self.directions, pixel))
     }
 
     /// The colours where nothing is, and the points of the floor, whose rays no longer count as those that meet something else.
@@ -298,7 +290,7 @@ impl<'a> TileTracer<'a> {
             nearest[*pixel as usize] = hit.t;
         }
         for (pixel, sample) in samples.iter().enumerate() {
-            let ray = self.camera_ray(pixel);
+            let ray = self.rays.ray(pixel);
             let on_floor = ground.and_then(|ground| Some((ground, ground.meet(&ray)?)));
             let color = if let Some((ground, t)) = on_floor.filter(|(_, t)| *t < nearest[pixel]) {
                 nearest[pixel] = -1.0;
@@ -399,97 +391,108 @@ impl<'a> TileTracer<'a> {
     /// Adds the light of one lamp, by its number, to all that it reaches.
     fn add_point_light(&mut self, number: usize, light: &Light) {
         let Some(place) = light.position() else { return };
-        self.ways.clear();
-        self.lit.clear();
-        let mut least_width = f64::INFINITY;
-        for (number, (point, &own)) in self.points.iter().zip(&self.candidates).enumerate() {
-            let Some(way) = LightWay::to_middle(light, point.position) else { continue };
-            let Some(color) = lighting::lit(point, &way) else { continue };
-            let ray = shadow_ray_of_point(point, place).ray;
-            let past_ground = self.setting.share_past_ground(&ray, own == NO_CANDIDATE, 1.0);
-            if past_ground == 0.0 {
-                continue;
-            }
-            least_width = least_width.min(point.footprint.width);
-            self.ways.push(ShadowWay { direction: ray.direction, own, start: point.start(ray.direction) });
-            self.lit.push(Lit::Point(number as u32, past_ground * point.arrival.weight * color));
-        }
-        self.shine_on_packets(number, place, &mut least_width);
-        if self.lit.is_empty() {
+        self.from_light.start(place);
+        self.starts.clear();
+        let width_of_points = self.ask_for_points(light, place);
+        let width = width_of_points.min(self.ask_for_lanes(number, place));
+        if self.starts.is_empty() {
             return;
         }
-        self.taken.rays.shadow += self.lit.len() as u64;
-        let footprint = Footprint { width: least_width, spread: 0.0 };
-        let Self { setting, beam, sight, points, lit, ways, directions, .. } = self;
-        let origin = self.view.position();
-        let ray = |i: usize| match lit[i] {
-            Lit::Point(number, _) => shadow_ray_of_point(&points[number as usize], place),
-            Lit::Lane(pixel) => {
-                let (_, t, origin_error) = sight.told(pixel as usize);
-                let origin = origin + t * direction_of(directions, pixel as usize);
-                let ray = Ray { origin, direction: place - origin, origin_error };
+        self.taken.rays.shadow += self.starts.len() as u64;
+        let Self { setting, beam, sight, rays, points, lit_points, lit_lanes, from_light, starts, .. } = self;
+        let ray = |i: usize| match lit_points.get(i) {
+            Some((point, _)) => shadow_ray_of_point(&points[*point as usize], place),
+            None => {
+                let (_, t, origin_error) = sight.told(lit_lanes[i - lit_points.len()] as usize);
+                let direction = -from_light.direction(i);
+                let ray = Ray { origin: place - direction, direction, origin_error };
                 ShadowRay { ray, width: self.footprint.at(t) }
             }
         };
-        let stopped = beam.occluded(place, beam::ShadowRays { ways, ray: &ray }, footprint);
+        let asked = beam::ShadowRays { from_light, starts, ray: &ray };
+        let stopped = beam.occluded(asked, Footprint { width, spread: 0.0 });
+        let is_stopped = |i: usize| stopped[i / LANES] >> (i % LANES) & 1 == 1;
         let mut dimmed = ShadowRays::default();
-        for (i, lit) in lit.iter().enumerate() {
-            let stopped = stopped[i / LANES] >> (i % LANES) & 1 == 1;
-            match *lit {
-                Lit::Lane(pixel) => {
-                    if !stopped {
-                        let (packet, lane) = (pixel as usize / LANES, pixel as usize % LANES);
-                        let shine = &self.shines[packet].color;
-                        for (light, shine) in self.light[packet].iter_mut().zip(shine) {
-                            light.0[lane] += shine.0[lane];
-                        }
-                    }
-                }
-                Lit::Point(number, color) => {
-                    let point = &points[number as usize];
-                    if !stopped {
-                        let media = &point.arrival.media;
-                        self.seen.colors[point.arrival.pixel] +=
-                            color * media.transmittance_between(point.position, place);
-                    } else if setting.lets_light_through {
-                        dimmed.push(point, lighting::toward(point, place - point.position), color);
-                    }
-                }
+        for (i, &(point, color)) in lit_points.iter().enumerate() {
+            let point = &points[point as usize];
+            if !is_stopped(i) {
+                let media = &point.arrival.media;
+                self.seen.colors[point.arrival.pixel] +=
+                    color * media.transmittance_between(point.position, place);
+            } else if setting.lets_light_through {
+                dimmed.push(point, lighting::toward(point, place - point.position), color);
+            }
+        }
+        self.open.clear();
+        self.open.resize(rays.directions().len(), 0);
+        for (i, &pixel) in (lit_points.len()..).zip(&*lit_lanes) {
+            self.open[pixel as usize / LANES] |= u32::from(!is_stopped(i)) << (pixel as usize % LANES);
+        }
+        for ((light, shine), &lanes) in self.light.iter_mut().zip(&self.shines).zip(&self.open) {
+            if lanes != 0 {
+                self.arch.dispatch(AddShine { light, shine, lanes });
             }
         }
         lighting::add_dimmed(*setting, dimmed, 1.0, &mut self.seen.colors, &mut self.taken);
     }
 
-    /// Takes shadow rays from what lanes tell of to a light at `place`, and what they bring.
-    fn shine_on_packets(&mut self, number: usize, place: DVec3, least_width: &mut f64) {
-        let Some(light) = self.packet_lights.as_ref().and_then(|lights| lights.get(number)) else { return };
+    /// Takes shadow rays from points to a light at `place`. Returns the least width of one.
+    fn ask_for_points(&mut self, light: &Light, place: DVec3) -> f64 {
+        self.lit_points.clear();
+        let mut least_width = f64::INFINITY;
+        for (number, (point, &own)) in (0..).zip(self.points.iter().zip(&self.candidates)) {
+            let Some(way) = LightWay::to_middle(light, point.position) else { continue };
+            let Some(color) = lighting::lit(point, &way) else { continue };
+            let ShadowRay { ray, width } = shadow_ray_of_point(point, place);
+            let past_ground = self.setting.share_past_ground(&ray, own == NO_CANDIDATE, 1.0);
+            if past_ground == 0.0 {
+                continue;
+            }
+            least_width = least_width.min(width);
+            self.from_light.push(-ray.direction);
+            self.starts.push(ShadowStart { own, start: point.start(ray.direction) });
+            self.lit_points.push((number, past_ground * point.arrival.weight * color));
+        }
+        least_width
+    }
+
+    /// The same from surfaces that lanes tell of.
+    fn ask_for_lanes(&mut self, number: usize, place: DVec3) -> f64 {
+        self.lit_lanes.clear();
+        let Some(light) = self.packet_lights.as_ref().and_then(|lights| lights.get(number)) else {
+            return f64::INFINITY;
+        };
         self.shines.resize(self.finishes.len(), PacketShine::NONE);
         for (packet, (surfaces, finish)) in self.sight.surfaces.iter().zip(&self.finishes).enumerate() {
             let directions = &self.sight.directions[packet];
             let shine = &mut self.shines[packet];
             self.arch.dispatch(Shine { light, directions, surfaces, finish, shine });
         }
-        let origin = self.view.position();
+        // From the light to the camera.
+        let way = self.rays.origin - place;
+        let mut least_t = f64::INFINITY;
         for &Told { packet, candidate, lanes: told } in &self.sight.told {
             let shine = &mut self.shines[packet];
             for lane in lanes(told & shine.lanes) {
                 let pixel = packet * LANES + lane;
                 let (_, t, origin_error) = self.sight.told(pixel);
-                let point = origin + t * direction_of(&self.directions, pixel);
-                let direction = place - point;
+                let direction = way + t * self.rays.direction(pixel);
                 if self.setting.ground.is_some() {
-                    let ray = Ray { origin: point, direction, origin_error };
+                    let ray = Ray { origin: place + direction, direction: -direction, origin_error };
                     let past_ground = self.setting.share_past_ground(&ray, false, 1.0);
                     if past_ground == 0.0 {
                         continue;
                     }
                     shine.color.iter_mut().for_each(|column| column.0[lane] *= past_ground as f32);
                 }
-                *least_width = least_width.min(self.footprint.at(t));
-                self.ways.push(ShadowWay { direction, own: candidate, start: RayStart::SurfaceOutward });
-                self.lit.push(Lit::Lane(pixel as u32));
+                least_t = least_t.min(t);
+                self.from_light.push(direction);
+                self.starts.push(ShadowStart { own: candidate, start: RayStart::SurfaceOutward });
+                self.lit_lanes.push(pixel as u32);
             }
         }
+        // Rays grow no narrower.
+        if least_t < f64::INFINITY { self.footprint.at(least_t) } else { f64::INFINITY }
     }
 }
 

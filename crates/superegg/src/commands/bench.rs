@@ -10,7 +10,7 @@ use serde::Serialize;
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::load_text;
-use superegg_render::measure::{TileProbe, camera_tiles};
+use superegg_render::measure::{CameraTile, TileProbe, camera_tiles};
 use superegg_render::{CompiledScene, FlightRay, RenderBudget, RenderSettings, View, render};
 use superegg_scene::{Picture, Scene};
 
@@ -181,8 +181,8 @@ fn measure(name: &str, is_first: bool, args: &BenchArgs) -> Result<Row> {
 
     let view = View::new(&scene.camera, args.size.width, args.size.height);
     let tiles = camera_tiles(&view, args.size.width, args.size.height);
-    let rays: usize = tiles.iter().map(Vec::len).sum();
-    let mut probe = TileProbe::new(&compiled, &view);
+    let rays: usize = tiles.iter().map(CameraTile::count).sum();
+    let mut probe = TileProbe::new(&compiled, view.footprint(1));
     let (hits, camera) = best(args.rounds, || tiles.iter().map(|tile| probe.find(tile)).sum::<usize>());
     let (_, settled) = best(args.rounds, || tiles.iter().map(|tile| probe.settle(tile)).sum::<usize>());
     let light = scene.lights().first().copied().context("a scene has a light")?;

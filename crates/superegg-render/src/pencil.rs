@@ -1,0 +1,83 @@
+//! Rays from one place: those of a camera, and shadow rays seen from their light.
+
+use superegg_geom::Ray;
+use superegg_geom::glam::DVec3;
+use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketVectors64};
+
+/// Rays from one place, in the order of their lanes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Pencil {
+    pub(crate) origin: DVec3,
+    directions: Vec<PacketVectors64>,
+    count: usize,
+}
+
+impl Pencil {
+    /// Forgets the rays, and begins with others.
+    pub(crate) fn start(&mut self, origin: DVec3) {
+        self.origin = origin;
+        self.directions.clear();
+        self.count = 0;
+    }
+
+    /// Takes a ray by its direction, of any length.
+    #[inline]
+    pub(crate) fn push(&mut self, direction: DVec3) {
+        let lane = self.count % PACKET;
+        if lane == 0 {
+            self.directions.push([PacketOf::splat(f64::NAN); 3]);
+        }
+        if let Some(packet) = self.directions.last_mut() {
+            for axis in 0..3 {
+                packet[axis].0[lane] = direction[axis];
+            }
+        }
+        self.count += 1;
+    }
+
+    /// How many rays there are.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The directions by packets; what is left of the last one is NaN.
+    pub(crate) fn directions(&self) -> &[PacketVectors64] {
+        &self.directions
+    }
+
+    /// The direction of a ray.
+    pub(crate) fn direction(&self, ray: usize) -> DVec3 {
+        DVec3::from_array(self.directions[ray / PACKET].each_ref().map(|column| column.0[ray % PACKET]))
+    }
+
+    /// A ray.
+    pub(crate) fn ray(&self, ray: usize) -> Ray {
+        Ray::new(self.origin, self.direction(ray))
+    }
+
+    /// The lanes of a packet that have a ray, a bit for each.
+    pub(crate) fn asked(&self, packet: usize) -> u32 {
+        u32::MAX >> (32 - PACKET.min(self.count - packet * PACKET))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_goes_in_comes_out_and_the_rest_is_no_ray() {
+        let mut pencil = Pencil::default();
+        for count in [40usize, 16, 3] {
+            pencil.start(DVec3::X);
+            let direction = |i: usize| DVec3::new(i as f64, -(i as f64), 0.5);
+            (0..count).for_each(|i| pencil.push(direction(i)));
+            assert!((0..count).all(|i| pencil.ray(i) == Ray::new(DVec3::X, direction(i))));
+            assert_eq!((pencil.count(), pencil.directions().len()), (count, count.div_ceil(PACKET)));
+            let lanes: u32 = (0..pencil.directions().len()).map(|i| pencil.asked(i).count_ones()).sum();
+            assert_eq!(lanes as usize, count);
+            let left = pencil.directions().iter().flat_map(|packet| packet[2].0);
+            assert_eq!(left.filter(|x| x.is_nan()).count(), count.next_multiple_of(PACKET) - count);
+        }
+    }
+}
