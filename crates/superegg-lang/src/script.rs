@@ -29,15 +29,19 @@ pub fn run_script(
 ) -> Flow {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
-        let text = String::from_utf8_lossy(line);
         let outcome = match std::str::from_utf8(line) {
-            Ok(line) => session.run_line(line),
+            Ok(text) => {
+                session.run_line(text).and_then(|effect| perform(session, text, effect, diagnostics))
+            }
             Err(error) => Err(not_text(line, error.valid_up_to())),
         };
-        match outcome.and_then(|effect| perform(session, &text, effect, diagnostics)) {
+        match outcome {
             Ok(Flow::Continue) => {}
             Ok(Flow::Stop) => return Flow::Stop,
-            Err(fault) => diagnostics.push(Diagnostic::of_line(file, index + 1, &text, fault)),
+            Err(fault) => {
+                let text = String::from_utf8_lossy(line);
+                diagnostics.push(Diagnostic::of_line(file, index + 1, &text, fault));
+            }
         }
     }
     Flow::Continue

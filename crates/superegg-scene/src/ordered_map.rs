@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use imbl::{HashMap, OrdMap};
+use foldhash::fast::RandomState;
+use imbl::shared_ptr::DefaultSharedPtr;
+use imbl::{GenericHashMap, OrdMap};
 
 /// A persistent map: a clone takes constant time and memory and shares all that neither side changes later. This makes a snapshot of a
 /// scene, or a step of an undo history, cost nothing that grows with the scene. Values are told apart by name; two maps are equal where they
@@ -11,13 +13,13 @@ use imbl::{HashMap, OrdMap};
 pub(crate) struct OrderedMap<V> {
     /// Entries by a number that only grows, so that nothing moves when an entry goes.
     entries: OrdMap<u64, (Arc<str>, Arc<V>)>,
-    number_of: HashMap<Arc<str>, u64>,
+    number_of: GenericHashMap<Arc<str>, u64, RandomState, DefaultSharedPtr>,
 }
 
 // Not derived: no value is needed for an empty map.
 impl<V> Default for OrderedMap<V> {
     fn default() -> Self {
-        Self { entries: OrdMap::new(), number_of: HashMap::new() }
+        Self { entries: OrdMap::new(), number_of: GenericHashMap::default() }
     }
 }
 
