@@ -218,8 +218,6 @@ pub(crate) struct Beam<'s> {
     paths: Vec<PathNode>,
     /// The rays' directions, scaled.
     directions: Vec<PacketVectors>,
-    /// Lanes that have a ray.
-    live: Vec<u32>,
     hits: Vec<PacketHits>,
     /// By packets the largest t of the beam that still counts for some ray; negative where none asks.
     ends: NumberOfPackets,
@@ -278,7 +276,6 @@ impl<'s> Beam<'s> {
             candidates: Vec::new(),
             paths: Vec::new(),
             directions: Vec::new(),
-            live: Vec::new(),
             hits: Vec::new(),
             ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
@@ -480,25 +477,13 @@ impl<'s> Beam<'s> {
         self.box_of_directions = self.kernels.directions(directions, &mut self.directions)?;
         let t_max = (end / self.box_of_directions.scale) as f32;
         let packets = directions.len();
-        self.live.resize(packets, 0);
-        self.kernels.live(&mut self.directions, &mut self.live);
-        self.hits.clear();
+        self.hits.resize(packets, PacketHits::up_to(t_max));
+        self.kernels.start(&mut self.directions, &mut self.hits, &mut self.ends, t_max);
         self.exact.clear();
         self.exact.resize(packets, 0);
-        self.ends = NumberOfPackets::splat(-1.0);
         let mut middle = DVec3::ZERO;
-        for (packet, &live) in self.live.iter().enumerate() {
-            let mut hits = PacketHits::up_to(t_max);
-            if live != 0 {
-                self.ends.0[packet] = t_max;
-                middle += DVec3::from_array(
-                    self.directions[packet].each_ref().map(|column| f64::from(column.0[0])),
-                );
-            }
-            for lane in lanes(!live & ((1 << PACKET) - 1)) {
-                hits.t.0[lane] = -1.0;
-            }
-            self.hits.push(hits);
+        for (packet, _) in self.directions.iter().zip(self.ends.0).filter(|(_, end)| *end > 0.0) {
+            middle += DVec3::from_array(packet.each_ref().map(|column| f64::from(column.0[0])));
         }
         self.middle = middle.normalize_or_zero();
         Some(self.box_of_directions.scale)

@@ -311,9 +311,16 @@ impl Kernels {
         self.0.dispatch(SurfaceKernel { shape, normal_map, directions, hits, lanes, surfaces });
     }
 
-    /// A bit for each lane of a packet whose direction is neither zero nor too large for f32. The others are made to go along with one of those.
-    pub fn live(self, directions: &mut [PacketVectors], live: &mut [u32]) {
-        self.0.dispatch(LiveKernel { directions, live });
+    /// Begins with rays of which nothing is known: nothing beyond `t_max` counts. Rays whose direction is zero or too large for f32 have nothing to
+    /// find, with a t of -1, and are made to go along with one of their packet that is neither; packets of none such have a negative end.
+    pub fn start(
+        self,
+        directions: &mut [PacketVectors],
+        hits: &mut [PacketHits],
+        ends: &mut NumberOfPackets,
+        t_max: f32,
+    ) {
+        self.0.dispatch(StartKernel { directions, hits, ends, t_max });
     }
 
     /// What a tree's boxes know of packets, by the linear map into its space. Of each packet in `mask` every lane counts; the reciprocals of their
@@ -418,29 +425,44 @@ fn lanes_of_mask<S: Simd>(mask: u32, i: usize) -> u32 {
     if S::F32_LANES < 32 { below & ((1 << S::F32_LANES) - 1) } else { below }
 }
 
-struct LiveKernel<'a> {
+struct StartKernel<'a> {
     directions: &'a mut [PacketVectors],
-    live: &'a mut [u32],
+    hits: &'a mut [PacketHits],
+    ends: &'a mut NumberOfPackets,
+    t_max: f32,
 }
 
-impl WithSimd for LiveKernel<'_> {
+impl WithSimd for StartKernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for (packet, live) in self.directions.iter_mut().zip(self.live) {
-            *live = 0;
+        let Self { directions, hits, ends, t_max } = self;
+        let splat = |x: f32| Lanes::<S>::splat(simd, x);
+        let (zero, none) = (splat(0.0), simd.splat_u32s(u32::MAX));
+        *ends = NumberOfPackets::splat(-1.0);
+        for (number, (packet, hits)) in directions.iter_mut().zip(hits).enumerate() {
+            let mut live = 0;
             for i in 0..PACKET / S::F32_LANES {
                 let Triple { x, y, z } = Triple::<S>::of_packet(simd, packet, i);
                 let size = x.abs() + y.abs() + z.abs();
-                let is_live = size.all(0.0).lt(size) & size.lt(size.all(f32::INFINITY));
-                *live |= is_live.bits() << (i * S::F32_LANES);
+                let is_live = zero.lt(size) & size.lt(splat(f32::INFINITY));
+                live |= is_live.bits() << (i * S::F32_LANES);
+                let t = is_live.select(splat(t_max), splat(-1.0));
+                S::as_mut_simd_f32s(&mut hits.t.0).0[i] = t.register();
+                S::as_mut_simd_f32s(&mut hits.error.0).0[i] = zero.register();
+                S::as_mut_simd_f32s(&mut hits.doubt.0).0[i] = zero.register();
+                S::as_mut_simd_u32s(&mut hits.id.0).0[i] = none;
             }
-            if *live != (1 << PACKET) - 1 && *live != 0 {
+            if live == 0 {
+                continue;
+            }
+            ends.0[number] = t_max;
+            if live != (1 << PACKET) - 1 {
                 for column in packet {
                     let along = column.0[live.trailing_zeros() as usize];
                     for lane in 0..PACKET {
-                        column.0[lane] = if *live >> lane & 1 == 1 { column.0[lane] } else { along };
+                        column.0[lane] = if live >> lane & 1 == 1 { column.0[lane] } else { along };
                     }
                 }
             }
@@ -763,25 +785,22 @@ impl WithSimd for DirectionKernel<'_> {
     type Output = Option<Directions>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Option<Directions> {
-        let mut least = [[f64::INFINITY; PACKET]; 3];
-        let mut most = [[f64::NEG_INFINITY; PACKET]; 3];
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Directions> {
+        let mut least = [simd.splat_f64s(f64::INFINITY); 3];
+        let mut most = [simd.splat_f64s(f64::NEG_INFINITY); 3];
         for packet in self.directions {
             for axis in 0..3 {
-                for lane in 0..PACKET {
-                    let x = packet[axis].0[lane];
-                    let (low, high) = (least[axis][lane], most[axis][lane]);
-                    least[axis][lane] = if x < low { x } else { low };
-                    most[axis][lane] = if x > high { x } else { high };
+                for &x in S::as_simd_f64s(&packet[axis].0).0 {
+                    let (low, high) = (least[axis], most[axis]);
+                    least[axis] = simd.select_f64s(simd.less_than_f64s(x, low), x, low);
+                    most[axis] = simd.select_f64s(simd.less_than_f64s(high, x), x, high);
                 }
             }
         }
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for axis in 0..3 {
-            for lane in 0..PACKET {
-                low[axis] = low[axis].min(least[axis][lane]);
-                high[axis] = high[axis].max(most[axis][lane]);
-            }
+            low[axis] = simd.reduce_min_f64s(least[axis]);
+            high[axis] = simd.reduce_max_f64s(most[axis]);
         }
         let (_, scale) = scale_to_unit(low.abs().max(high.abs()))?;
         self.scaled.resize(self.directions.len(), [PacketOf::splat(0.0); 3]);
