@@ -30,9 +30,7 @@ pub fn run_script(
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
         let outcome = match std::str::from_utf8(line) {
-            Ok(text) => {
-                session.run_line(text).and_then(|effect| perform(session, text, effect, diagnostics))
-            }
+            Ok(text) => session.run_line(text).and_then(|effect| perform(session, text, effect, diagnostics)),
             Err(error) => Err(not_text(line, error.valid_up_to())),
         };
         match outcome {

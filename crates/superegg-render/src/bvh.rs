@@ -257,22 +257,28 @@ impl Tree {
                 }
             }
         }
-        joined.nodes.reserve_exact(first_node as usize - joined.nodes.len());
-        joined.order.reserve_exact(trees.iter().map(|(tree, _)| tree.order.len()).sum());
-        for (tree, _) in trees {
-            let (nodes_before, items_before) = (joined.nodes.len() as u32, joined.order.len() as u32);
-            joined.order.extend(tree.order);
-            joined.nodes.extend(tree.nodes.into_iter().map(|mut node| {
-                for slot in &mut node.slots[..node.count as usize] {
-                    *slot = PackedSlot::new(match slot.unpack() {
-                        Slot::Node(i) => Slot::Node(i + nodes_before),
-                        Slot::Leaf(i) => Slot::Leaf(i + items_before),
-                        Slot::Instance(i) => Slot::Instance(i),
-                    });
-                }
-                node
-            }));
+        let items: usize = trees.iter().map(|(tree, _)| tree.order.len()).sum();
+        joined.order.reserve_exact(items);
+        let mut first_items = Vec::with_capacity(trees.len());
+        for (tree, _) in &trees {
+            first_items.push(joined.order.len() as u32);
+            joined.order.extend(&tree.order);
         }
+        let top = joined.nodes.len() as u32;
+        joined.nodes.reserve_exact((first_node - top) as usize);
+        joined.nodes.par_extend((top..first_node).into_par_iter().map(|place| {
+            let tree = roots.partition_point(|root| *root <= place) - 1;
+            let (nodes_before, items_before) = (roots[tree], first_items[tree]);
+            let mut node = trees[tree].0.nodes[(place - nodes_before) as usize];
+            for slot in &mut node.slots[..node.count as usize] {
+                *slot = PackedSlot::new(match slot.unpack() {
+                    Slot::Node(i) => Slot::Node(i + nodes_before),
+                    Slot::Leaf(i) => Slot::Leaf(i + items_before),
+                    Slot::Instance(i) => Slot::Instance(i),
+                });
+            }
+            node
+        }));
         joined
     }
 

@@ -114,7 +114,8 @@ struct Compiler<'a> {
     before: Option<&'a CompiledScene>,
     objects: Vec<&'a Object>,
     object_names: Vec<&'a str>,
-    /// What each object's children are.
+    /// Each object's children, and what they are.
+    children: Vec<Arc<Vec<&'a Child>>>,
     child_places: Vec<Arc<Vec<PackedPlace>>>,
     /// How many levels an object has: 1 for one without objects, [`MAX_DEPTH`] for one that holds itself.
     heights: Vec<u32>,
@@ -150,15 +151,11 @@ impl<'a> Compiler<'a> {
     fn new(scene: &'a Scene, before: Option<&'a CompiledScene>) -> Self {
         let ((places, objects, object_names), (primitives, materials)) =
             rayon::join(|| named(scene), || described(scene));
-        let child_places: Vec<Arc<Vec<PackedPlace>>> = objects
-            .iter()
-            .map(|object: &&Object| {
-                let children: Vec<&Child> = object.children().map(|(_, child)| child).collect();
-                let place = |child: &&Child| places.get(child.target()).copied().unwrap_or(PackedPlace::NONE);
-                let found = each(&children, place).collect();
-                Arc::new(found)
-            })
-            .collect();
+        let children_of = |object: &&'a Object| Arc::new(object.children().map(|(_, child)| child).collect());
+        let children: Vec<Arc<Vec<&Child>>> = objects.iter().map(children_of).collect();
+        let place = |child: &&Child| places.get(child.target()).copied().unwrap_or(PackedPlace::NONE);
+        let child_places: Vec<Arc<Vec<PackedPlace>>> =
+            children.iter().map(|children| Arc::new(each(children, place).collect())).collect();
         Self {
             scene,
             before,
@@ -166,6 +163,7 @@ impl<'a> Compiler<'a> {
             aliases: vec![None; objects.len()],
             objects,
             object_names,
+            children,
             child_places,
             primitives,
             materials: materials.all,
@@ -194,9 +192,9 @@ impl<'a> Compiler<'a> {
     fn names(&mut self, object: u32) -> Arc<Names> {
         let description = self.objects[object as usize];
         let make = || {
-            let bytes = description.children().map(|(alias, _)| alias.len()).sum();
-            let mut names = Names::with_capacity(description.children().len(), bytes);
+            let mut names = Names::with_capacity(description.children().len());
             description.children().for_each(|(alias, _)| names.push(alias));
+            names.shrink();
             Arc::new(names)
         };
         self.aliases[object as usize].get_or_insert_with(make).clone()
@@ -222,7 +220,7 @@ impl<'a> Compiler<'a> {
         let description = self.objects[object as usize];
         let names = self.names(object);
         let mut parts = Parts {
-            children: description.children().map(|(_, child)| child).collect(),
+            children: self.children[object as usize].clone(),
             object: Some(description),
             ..Parts::default()
         };
@@ -563,7 +561,7 @@ impl Survey {
 struct Parts<'a> {
     /// `None` where the root is a primitive.
     object: Option<&'a Object>,
-    children: Vec<&'a Child>,
+    children: Arc<Vec<&'a Child>>,
     /// Child and primitive.
     leaves: Vec<(u32, u32)>,
     folded: Vec<FoldedLeaf>,

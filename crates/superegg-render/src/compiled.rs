@@ -65,8 +65,13 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    pub(crate) fn with_capacity(count: usize, bytes: usize) -> Self {
-        Self { text: String::with_capacity(bytes), ends: Vec::with_capacity(count) }
+    pub(crate) fn with_capacity(count: usize) -> Self {
+        Self { text: String::with_capacity(8 * count), ends: Vec::with_capacity(count) }
+    }
+
+    /// Gives back room that is not used.
+    pub(crate) fn shrink(&mut self) {
+        self.text.shrink_to_fit();
     }
 
     pub(crate) fn push(&mut self, name: &str) {
