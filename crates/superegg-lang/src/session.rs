@@ -241,20 +241,20 @@ impl Session {
 
     /// The commands that change the selected object.
     fn change_object(&mut self, command: &Command) -> Result<(), SceneError> {
-        let name = self.selected.clone().unwrap_or_default();
+        let (name, scene) = (self.selected.as_deref().unwrap_or_default(), &mut self.scene);
         match command {
             Command::AddObject { target, alias } => {
-                self.scene.object(target)?;
-                self.scene.add_child(&name, alias.as_ref().unwrap_or(target), target)
+                scene.object(target)?;
+                scene.add_child(name, alias.as_ref().unwrap_or(target), target)
             }
             Command::AddPrimitive { target, alias } => {
-                self.scene.primitive(target)?;
-                self.scene.add_child(&name, alias.as_ref().unwrap_or(target), target)
+                scene.primitive(target)?;
+                scene.add_child(name, alias.as_ref().unwrap_or(target), target)
             }
-            Command::RemoveChild(alias) => self.scene.remove_child(&name, alias),
-            Command::SetCursor(alias) => self.scene.move_cursor(&name, alias),
-            Command::TransformChild(step) => self.scene.transform_child(&name, *step),
-            Command::TransformWhole(step) => self.scene.transform_whole(&name, *step),
+            Command::RemoveChild(alias) => scene.remove_child(name, alias),
+            Command::SetCursor(alias) => scene.move_cursor(name, alias),
+            Command::TransformChild(step) => scene.transform_child(name, *step),
+            Command::TransformWhole(step) => scene.transform_whole(name, *step),
             _ => Ok(()),
         }
     }
@@ -280,6 +280,9 @@ impl Session {
     }
 
     fn check_selection(&self, parsed: &Parsed) -> Result<(), Fault> {
+        if parsed.spec.needs == Needs::Nothing {
+            return Ok(());
+        }
         let selected = self.selected.as_deref().and_then(|name| Some((name, self.scene.get(name)?)));
         let (wanted, how) = match (parsed.spec.needs, selected) {
             (Needs::Nothing, _)
