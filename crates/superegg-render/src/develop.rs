@@ -80,13 +80,9 @@ impl Development {
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
         let (steps, toning) = (Steps::new(self.encoding), self.toning());
         let mut bytes = vec![0; 3 * film.light().len()];
-        // The quickest conversions that the machine has.
-        pulp::Arch::new().dispatch(|| {
-            for (to, &[r, g, b, _]) in bytes.chunks_exact_mut(3).zip(film.light()) {
-                let [r, g, b] = toning.of([r, g, b]);
-                (to[0], to[1], to[2]) = (steps.byte(r), steps.byte(g), steps.byte(b));
-            }
-        });
+        for (to, &[r, g, b, _]) in bytes.chunks_exact_mut(3).zip(film.light()) {
+            to.copy_from_slice(&toning.of([r, g, b]).map(|value| steps.byte(value)));
+        }
         bytes
     }
 
@@ -138,7 +134,6 @@ struct Toning {
 
 impl Toning {
     /// Linear values after both, not yet cut to [0, 1].
-    #[inline(always)]
     fn of(self, [r, g, b]: [f32; 3]) -> [f32; 3] {
         let exposed = [r * self.gain, g * self.gain, b * self.gain];
         match self.tone {
@@ -201,7 +196,6 @@ impl Steps {
         Self { least, first }
     }
 
-    #[inline(always)]
     fn byte(&self, value: f32) -> u8 {
         // NaN becomes 0, like what is below.
         let value = value.clamp(0.0, 1.0);
