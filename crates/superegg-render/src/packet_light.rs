@@ -154,7 +154,7 @@ pub(crate) struct Shine<'a> {
     pub(crate) directions: &'a PacketVectors,
     pub(crate) surfaces: &'a PacketSurfaces,
     pub(crate) finish: &'a PacketFinish,
-    /// Where what it brings goes, of the lanes that it shines on.
+    /// Where what it brings goes, of no lanes yet.
     pub(crate) shine: &'a mut PacketShine,
 }
 
@@ -164,10 +164,6 @@ impl WithSimd for Shine<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { light, directions, surfaces, finish, shine } = self;
-        shine.lanes = 0;
-        if surfaces.lanes == 0 {
-            return;
-        }
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
         for i in 0..PACKET / S::F32_LANES {

@@ -464,9 +464,12 @@ impl<'a> TileTracer<'a> {
         };
         self.shines.resize(self.finishes.len(), PacketShine::NONE);
         for (packet, (surfaces, finish)) in self.sight.surfaces.iter().zip(&self.finishes).enumerate() {
-            let directions = &self.sight.directions[packet];
             let shine = &mut self.shines[packet];
-            self.arch.dispatch(Shine { light, directions, surfaces, finish, shine });
+            shine.lanes = 0;
+            if surfaces.lanes != 0 {
+                let directions = &self.sight.directions[packet];
+                self.arch.dispatch(Shine { light, directions, surfaces, finish, shine });
+            }
         }
         // From the light to the camera.
         let way = self.rays.origin - place;
