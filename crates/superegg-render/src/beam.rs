@@ -883,9 +883,8 @@ impl<'s> Beam<'s> {
                     continue;
                 }
                 let is_own = self.is_same_path(own, key, frame.path, target.place);
-                let stops = if is_own && target.kind == Kind::StandIn {
-                    false
-                } else if is_own && start == RayStart::SurfaceOutward && is_left {
+                let leaves = start == RayStart::SurfaceOutward && is_left;
+                let stops = if is_own && (leaves || target.kind == Kind::StandIn) {
                     false
                 } else if is_own || ask >> lane & 1 == 1 {
                     let start = if is_own { start } else { RayStart::Free };

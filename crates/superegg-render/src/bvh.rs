@@ -235,11 +235,11 @@ impl Tree {
             })
             .collect();
         drop(order);
-        Self::join(trees)
+        Self::join(&trees)
     }
 
     /// A tree over trees.
-    fn join(trees: Vec<(Self, UnitBox)>) -> Self {
+    fn join(trees: &[(Self, UnitBox)]) -> Self {
         let chunk_boxes: Vec<UnitBox> = trees.iter().map(|(_, bounds)| *bounds).collect();
         let all: Vec<u32> = (0..trees.len() as u32).collect();
         let mut joined = Self::build_chunk(&chunk_boxes, &all);
@@ -260,7 +260,7 @@ impl Tree {
         let items: usize = trees.iter().map(|(tree, _)| tree.order.len()).sum();
         joined.order.reserve_exact(items);
         let mut first_items = Vec::with_capacity(trees.len());
-        for (tree, _) in &trees {
+        for (tree, _) in trees {
             first_items.push(joined.order.len() as u32);
             joined.order.extend(&tree.order);
         }

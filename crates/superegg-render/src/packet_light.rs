@@ -219,10 +219,10 @@ impl WithSimd for AddShine<'_> {
         let Self { light, shine, lanes } = self;
         for i in 0..PACKET / S::F32_LANES {
             let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
-            for axis in 0..3 {
-                let register = &mut S::as_mut_simd_f32s(&mut light[axis].0).0[i];
+            for (light, shine) in light.iter_mut().zip(&shine.color) {
+                let register = &mut S::as_mut_simd_f32s(&mut light.0).0[i];
                 let old = Lanes::new(simd, *register);
-                let added = old + Lanes::new(simd, S::as_simd_f32s(&shine.color[axis].0).0[i]);
+                let added = old + Lanes::new(simd, S::as_simd_f32s(&shine.0).0[i]);
                 *register = lanes.select(added, old).register();
             }
         }
