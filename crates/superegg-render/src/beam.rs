@@ -421,7 +421,9 @@ impl<'s> Beam<'s> {
 
     /// How many rays meet something, as far as the lanes can tell.
     pub(crate) fn find(&mut self, rays: &Pencil, footprint: Footprint) -> usize {
-        self.find_candidates(rays, footprint);
+        if self.find_candidates(rays, footprint).is_none() {
+            return 0;
+        }
         self.hits.iter().flat_map(|hits| hits.id.0).filter(|&id| id != u32::MAX).count()
     }
 

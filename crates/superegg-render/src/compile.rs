@@ -114,8 +114,9 @@ struct Compiler<'a> {
     before: Option<&'a CompiledScene>,
     objects: Vec<&'a Object>,
     object_names: Vec<&'a str>,
-    /// Each object's children, and what they are.
+    /// Each object's children.
     children: Vec<Arc<Vec<&'a Child>>>,
+    /// What they are.
     child_places: Vec<Arc<Vec<PackedPlace>>>,
     /// How many levels an object has: 1 for one without objects, [`MAX_DEPTH`] for one that holds itself.
     heights: Vec<u32>,

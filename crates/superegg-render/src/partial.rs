@@ -86,7 +86,7 @@ impl PartHeader {
         let mut facts = vec![("program", program.to_owned())];
         facts.extend(picture_facts(picture));
         facts.push(("view", format!("{shows:?}")));
-        facts.push(("layers", settings.keeps_layers().to_string()));
+        facts.push((LAYERS, settings.keeps_layers().to_string()));
         facts.push(("root", root.unwrap_or_default().to_owned()));
         facts.push(("depth", depth.to_string()));
         facts.push(("camera", hash(&format!("{camera:?}"))));
@@ -114,7 +114,7 @@ impl PartHeader {
 
     /// Whether the pixels have more than their light.
     pub fn has_layers(&self) -> bool {
-        self.fact("layers") == Some("true")
+        self.fact(LAYERS) == Some("true")
     }
 
     /// The tiles of the whole picture.
@@ -126,10 +126,19 @@ impl PartHeader {
         value_of(&self.facts, name)
     }
 
-    /// The first thing that makes the pictures of two headers different; the shares may differ.
+    /// The first thing that makes the tiles of two headers different; the shares may differ.
     pub fn difference(&self, other: &Self) -> Option<Difference> {
+        self.difference_but(other, "")
+    }
+
+    /// The same but for whether pixels have more than their light: the first thing that makes the pictures different.
+    pub fn difference_of_light(&self, other: &Self) -> Option<Difference> {
+        self.difference_but(other, LAYERS)
+    }
+
+    fn difference_but(&self, other: &Self, but: &str) -> Option<Difference> {
         let names = self.facts.iter().chain(&other.facts).map(|(name, _)| name.as_str());
-        let mut differing = names.filter(|name| self.fact(name) != other.fact(name));
+        let mut differing = names.filter(|name| *name != but && self.fact(name) != other.fact(name));
         let name = differing.next()?;
         let values = [self.fact(name), other.fact(name)].map(|value| value.unwrap_or("(nothing)").to_owned());
         let [one, two] = values;
@@ -226,6 +235,9 @@ impl PartHeader {
         Ok((Self { share, facts, picture, shows }, FIRST_LINE.len() + 4 + CHECK + length))
     }
 }
+
+/// The fact that says whether pixels have more than their light.
+const LAYERS: &str = "layers";
 
 /// What the values begin with that are only good to tell whether two things are the same.
 const HASHED: &str = "xxh3:";

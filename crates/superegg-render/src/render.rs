@@ -259,14 +259,20 @@ impl<'j, 'a> Worker<'j, 'a> {
     fn take_as_many(&mut self, tile: &Tile) -> Option<()> {
         let job = self.job;
         for index in 0..job.stopping.first {
-            let same_place = job.placement.same_place(index)?;
+            let same_place = job.placement.same_place(index);
+            let place_in = |pixel| {
+                same_place.map_or_else(|| job.placement.place(pixel, index), |same| same.in_pixel(pixel))
+            };
             let columns = tile.x.len() as u32;
             let Batch { samples, of } = &mut self.batch;
             samples.extend(self.by_block.iter().map(|&(x, y)| {
                 let pixel = (tile.x.start + x, tile.y.start + y);
-                FilmSample { pixel, index, film_px: same_place.in_pixel(pixel).film_px }
+                FilmSample { pixel, index, film_px: place_in(pixel).film_px }
             }));
-            of.extend(self.by_block.iter().map(|&(x, y)| (y * columns + x, same_place.is_negative)));
+            of.extend(self.by_block.iter().map(|&(x, y)| {
+                let place = place_in((tile.x.start + x, tile.y.start + y));
+                (y * columns + x, place.is_negative)
+            }));
             self.take();
             if job.cancel.load(Ordering::Relaxed) {
                 return None;

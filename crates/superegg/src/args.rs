@@ -140,7 +140,7 @@ pub(crate) struct MergeArgs {
     /// The partial files: shares of one picture, or what a stopped render left
     #[arg(required = true, value_name = "FILE.part")]
     pub(crate) parts: Vec<PathBuf>,
-    /// The picture, .png or .exr, - for standard output
+    /// The picture, .png, or .exr of shares and of what was made for an .exr; - for standard output
     #[arg(short, long, value_name = "OUT.png|.exr")]
     pub(crate) output: PathBuf,
     /// Write the picture even if tiles are missing; they are left black, or transparent

@@ -287,8 +287,8 @@ impl Kernels {
         self.0.dispatch(CandidateKernel { hits, asked, width })
     }
 
-    /// The box around directions, and the directions times a power of two as f32; what is no number does not count for the box. `None` where f32
-    /// cannot hold them.
+    /// The box around directions, and the directions times a power of two as f32; what is no number does not count for the box. `None` where all
+    /// are zero, or some is infinite.
     pub fn directions(
         self,
         directions: &[PacketVectors64],
@@ -1015,6 +1015,73 @@ impl<S: Simd> Occlude<'_, S> {
             answer.packets |= 1 << *packet;
             answer.hit[*packet] |= certain.bits() << (*i * S::F32_LANES);
             answer.doubt[*packet] |= doubt << (*i * S::F32_LANES);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers that are the same on every run, in [0, 1).
+    fn numbers() -> impl FnMut() -> f32 {
+        let mut state = 1u32;
+        move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        }
+    }
+
+    #[test]
+    fn kernels_tell_the_same_with_one_lane_and_with_many() {
+        let mut next = numbers();
+        for round in 0..50 {
+            let mut hits = PacketHits::up_to(f32::INFINITY);
+            for lane in 0..PACKET {
+                if next() < 0.8 {
+                    hits.t.0[lane] = 10.0 * next();
+                    hits.error.0[lane] = 0.01 * next();
+                    hits.id.0[lane] = (4.0 * next()) as u32;
+                    hits.doubt.0[lane] = f32::from(u8::from(next() < 0.2));
+                }
+            }
+            let width = Widening { width: 0.001, spread: 0.0008 };
+            let asked = if round % 2 == 0 { 0xffff } else { 0x3a7c };
+            let one = CandidateKernel { hits: &hits, asked, width }.with_simd(pulp::Scalar);
+            let many = Kernels::default().candidates(&hits, asked, width);
+            let told = |met: &PacketCandidates| {
+                (met.doubtful, met.near, met.ids[..met.count].to_vec(), met.lanes[..met.count].to_vec())
+            };
+            assert_eq!(told(&one), told(&many));
+            assert_eq!(one.lanes.iter().fold(one.doubtful, |all, lanes| all | lanes) & !asked, 0);
+
+            let strange = [0.0, -0.0, f64::NAN, 1e-300, 5e-324, -1.0];
+            let mut vector = || {
+                let mut column = || {
+                    PacketOf(std::array::from_fn(|_| {
+                        let x = next();
+                        if x < 0.2 { strange[(30.0 * x) as usize] } else { f64::from(next()) - 0.4 }
+                    }))
+                };
+                [column(), column(), column()]
+            };
+            let directions = [vector(), vector(), vector()];
+            let (mut of_one, mut of_many) = (Vec::new(), Vec::new());
+            let one =
+                DirectionKernel { directions: &directions, scaled: &mut of_one }.with_simd(pulp::Scalar);
+            let many = Kernels::default().directions(&directions, &mut of_many);
+            assert_eq!(format!("{one:?} {of_one:?}"), format!("{many:?} {of_many:?}"));
+            let (mut hits, mut ends) = ([hits; 3], NumberOfPackets::splat(7.0));
+            let (mut more_hits, mut more_ends) = (hits, ends);
+            StartKernel { directions: &mut of_one, hits: &mut hits, ends: &mut ends, t_max: 3.0 }
+                .with_simd(pulp::Scalar);
+            Kernels::default().start(&mut of_many, &mut more_hits, &mut more_ends, 3.0);
+            let told = |directions: &[PacketVectors], hits: &[PacketHits; 3], ends| {
+                format!("{directions:?} {hits:?} {ends:?}")
+            };
+            assert_eq!(told(&of_one, &hits, ends), told(&of_many, &more_hits, more_ends));
+            let has_ray = hits.iter().flat_map(|hits| hits.t.0).filter(|t| *t > 0.0).count();
+            assert!(has_ray > 10 && of_one.iter().flatten().flat_map(|column| column.0).all(f32::is_finite));
         }
     }
 }

@@ -32,12 +32,12 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
     let settings = RenderSettings {
         picture,
         shows: merged.header.shows(),
-        layers: merged.header.has_layers(),
+        layers: merged.has_layers,
         ..RenderSettings::of(&Scene::default())
     };
     ensure!(
         settings.keeps_layers() || format != PictureFormat::Exr,
-        "the tiles have neither depth nor normals, for they were made for a .png; name one of those, or render them again for an .exr"
+        "not all tiles have depth and normals, for some were made for a .png; name one of those, or render them again for an .exr"
     );
     files::write(&args.output, &format.encode(&merged.film(settings.film()), &settings)?)?;
     if !args.quiet && !files::is_standard_stream(&args.output) {
@@ -54,6 +54,8 @@ struct Merged {
     tiles: HashMap<usize, Vec<Pixel>>,
     /// How many shares there are, where all files agree on it.
     shares: Option<u32>,
+    /// Whether all pixels have more than their light.
+    has_layers: bool,
 }
 
 impl Merged {
@@ -73,17 +75,22 @@ impl Merged {
                 header: part.header.clone(),
                 tiles: HashMap::new(),
                 shares: Some(shares),
+                has_layers: true,
             });
+            merged.has_layers &= part.header.has_layers();
             merged.shares = merged.shares.filter(|known| *known == shares);
             let (one, two) = (paths[0].display(), path.display());
-            if let Some(difference) = merged.header.difference(&part.header) {
+            if let Some(difference) = merged.header.difference_of_light(&part.header) {
                 let told = told(&difference, &format!("in '{one}'"), &format!("in '{two}'"));
                 bail!("'{one}' and '{two}' are of different pictures: {told}");
             }
             for (index, pixels) in part.tiles {
-                let is_same = |known: &Vec<Pixel>| {
-                    known.iter().map(Pixel::to_bytes).eq(pixels.iter().map(Pixel::to_bytes))
+                let bytes = |pixel: &Pixel| {
+                    let &Pixel { color, alpha, samples, .. } = pixel;
+                    let light = Pixel { color, alpha, samples, ..Pixel::EMPTY };
+                    if merged.has_layers { pixel.to_bytes() } else { light.to_bytes() }
                 };
+                let is_same = |known: &Vec<Pixel>| known.iter().map(bytes).eq(pixels.iter().map(bytes));
                 ensure!(
                     merged.tiles.get(&index).is_none_or(is_same),
                     "tile {index} is in '{two}' and in a file before it, and not the same: they were made by different programs or on different kinds of machines; leave one of them out"
