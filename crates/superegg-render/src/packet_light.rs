@@ -121,8 +121,7 @@ impl WithSimd for SetFinish<'_> {
         for i in 0..PACKET / S::F32_LANES {
             let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
             let set = |column: &mut PacketOf<f32>, value: f32| {
-                let register = &mut S::as_mut_simd_f32s(&mut column.0).0[i];
-                *register = lanes.select(Lanes::splat(simd, value), Lanes::new(simd, *register)).register();
+                lanes.put(Lanes::splat(simd, value), &mut S::as_mut_simd_f32s(&mut column.0).0[i]);
             };
             for axis in 0..3 {
                 set(&mut packet.diffuse[axis], finish.diffuse[axis]);
@@ -221,9 +220,8 @@ impl WithSimd for AddShine<'_> {
             let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
             for (light, shine) in light.iter_mut().zip(&shine.color) {
                 let register = &mut S::as_mut_simd_f32s(&mut light.0).0[i];
-                let old = Lanes::new(simd, *register);
-                let added = old + Lanes::new(simd, S::as_simd_f32s(&shine.0).0[i]);
-                *register = lanes.select(added, old).register();
+                let added = Lanes::new(simd, *register) + Lanes::new(simd, S::as_simd_f32s(&shine.0).0[i]);
+                lanes.put(added, register);
             }
         }
     }

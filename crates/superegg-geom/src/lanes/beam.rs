@@ -833,23 +833,23 @@ impl WithSimd for CandidateKernel<'_> {
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
         let mut answer =
             PacketCandidates { doubtful: 0, near: 0, count: 0, ids: [0; PACKET], lanes: [0; PACKET] };
-        let mut left = 0;
+        let mut missing = 0;
         for i in 0..PACKET / S::F32_LANES {
             let lane = |column: &PacketOf<f32>| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
             let (t, error) = (lane(&hits.t), lane(&hits.error));
             let doubtful = splat(0.0).lt(lane(&hits.doubt));
             let ids = S::as_simd_u32s(&hits.id.0).0[i];
-            let missing = Mask::of_equal(simd, ids, simd.splat_u32s(u32::MAX));
+            let has_none = Mask::<S>::of_equal(simd, ids, simd.splat_u32s(u32::MAX));
             let near = splat(RANGE[0]).le(t)
                 & t.lt(splat(RANGE[1]))
                 & error.le(splat(width.spread).mul_add(t, splat(width.width)));
             let first = i * S::F32_LANES;
             answer.doubtful |= doubtful.bits() << first;
             answer.near |= near.bits() << first;
-            left |= (!missing.bits() & lanes_of_mask::<S>(u32::MAX, 0)) << first;
+            missing |= has_none.bits() << first;
         }
         answer.doubtful &= asked;
-        left &= asked & !answer.doubtful;
+        let mut left = asked & !missing & !answer.doubtful;
         while left != 0 {
             let id = hits.id.0[left.trailing_zeros() as usize];
             let mut same = 0;
@@ -877,13 +877,6 @@ struct SurfaceKernel<'a> {
 
 /// Squares of normals' lengths that leave their roots and reciprocals in the range of f32.
 const SQUARES: [f32; 2] = [1e-30, 1e30];
-
-/// Puts values into those lanes of a column's register `i`.
-#[inline(always)]
-fn put<S: Simd>(simd: S, lanes: Mask<S>, values: Lanes<S>, column: &mut PacketOf<f32>, i: usize) {
-    let register = &mut S::as_mut_simd_f32s(&mut column.0).0[i];
-    *register = lanes.select(values, Lanes::new(simd, *register)).register();
-}
 
 /// [`SurfaceKernel`] with the lanes.
 struct Surface<'a, S: Simd>(S, SurfaceKernel<'a>);
@@ -926,10 +919,11 @@ impl<S: Simd> WithNorm<S> for Surface<'_, S> {
             let is_told = is_told & Mask::of_bits(simd, wanted);
             let inverse = square.rsqrt();
             let place = (t + step) * setting.t_scale;
-            put(simd, is_told, place, &mut surfaces.t, i);
-            put(simd, is_told, lane(&hits.error), &mut surfaces.error, i);
+            is_told.put(place, &mut S::as_mut_simd_f32s(&mut surfaces.t.0).0[i]);
+            is_told.put(lane(&hits.error), &mut S::as_mut_simd_f32s(&mut surfaces.error.0).0[i]);
             for (axis, part) in [normal.x, normal.y, normal.z].into_iter().enumerate() {
-                put(simd, is_told, part * inverse, &mut surfaces.normal[axis], i);
+                let column = &mut surfaces.normal[axis].0;
+                is_told.put(part * inverse, &mut S::as_mut_simd_f32s(column).0[i]);
             }
             let old_ids = S::as_simd_u32s(&surfaces.id.0).0[i];
             let ids = is_told.select_u32(S::as_simd_u32s(&hits.id.0).0[i], old_ids);

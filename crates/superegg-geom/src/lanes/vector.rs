@@ -333,6 +333,12 @@ impl<S: Simd> Mask<S> {
         Self { simd, registers: [simd.equal_u32s(a, b)] }
     }
 
+    /// Puts numbers into a register where true.
+    #[inline(always)]
+    pub fn put(self, values: Lanes<S>, register: &mut S::f32s) {
+        *register = self.select(values, Lanes::new(self.simd, *register)).register();
+    }
+
     /// `a` where true, `b` elsewhere, for whole numbers.
     #[inline(always)]
     pub fn select_u32(self, a: S::u32s, b: S::u32s) -> S::u32s {
