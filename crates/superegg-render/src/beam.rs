@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
-    BeamBoxes, BeamShape, Bundles, Directions, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits,
+    BeamBoxes, BeamShape, Bundles, DirectionBoxes, Directions, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits,
     PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, Widening,
 };
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
@@ -208,6 +208,11 @@ impl Sight {
         let t = f64::from(surfaces.t.0[lane]) * self.t_scale;
         (surfaces.id.0[lane], t, self.reach * f64::from(surfaces.error.0[lane]))
     }
+
+    /// The t of the crossings that the lanes of a packet tell of, for the rays as they came.
+    pub(crate) fn t_of_packet(&self, packet: usize) -> PacketOf<f64> {
+        PacketOf(self.surfaces[packet].t.0.map(|t| f64::from(t) * self.t_scale))
+    }
 }
 
 /// The state of a tile.
@@ -216,8 +221,9 @@ pub(crate) struct Beam<'s> {
     kernels: Kernels,
     pub(crate) candidates: Vec<Candidate>,
     paths: Vec<PathNode>,
-    /// The rays' directions, scaled.
+    /// The rays' directions, scaled, and the boxes around those of each packet.
     directions: Vec<PacketVectors>,
+    direction_boxes: DirectionBoxes,
     hits: Vec<PacketHits>,
     /// By packets the largest t of the beam that still counts for some ray; negative where none asks.
     ends: NumberOfPackets,
@@ -276,6 +282,7 @@ impl<'s> Beam<'s> {
             candidates: Vec::new(),
             paths: Vec::new(),
             directions: Vec::new(),
+            direction_boxes: DirectionBoxes::NONE,
             hits: Vec::new(),
             ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
@@ -480,7 +487,8 @@ impl<'s> Beam<'s> {
         let t_max = (end / self.box_of_directions.scale) as f32;
         let packets = directions.len();
         self.hits.resize(packets, PacketHits::up_to(t_max));
-        self.kernels.start(&mut self.directions, &mut self.hits, &mut self.ends, t_max);
+        self.direction_boxes =
+            self.kernels.start(&mut self.directions, &mut self.hits, &mut self.ends, t_max);
         self.exact.clear();
         self.exact.resize(packets, 0);
         let mut middle = DVec3::ZERO;
@@ -523,7 +531,8 @@ impl<'s> Beam<'s> {
             self.inverses.resize(end, [PacketOf::splat(0.0); 3]);
         }
         let inverses = &mut self.inverses[first_inverse..];
-        let bundles = self.kernels.bundles(&columns, &self.directions, mask, inverses);
+        let boxes = &self.direction_boxes;
+        let bundles = self.kernels.bundles(&columns, &self.directions, boxes, mask, inverses);
         self.open_inverses = end;
         let [shortest, longest] = bundles.squares;
         let distance = tree_origin.length() + 2.0;

@@ -163,46 +163,61 @@ fn filmic(value: f32) -> f32 {
     (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
-/// The linear values at which the byte goes up by one: as fast as a look into a table, and the same to the byte as [`encoded`].
-struct Steps {
-    /// The least value of each byte, and infinity for the one that there is not.
-    least: [f32; 257],
-    /// The byte of the least value of each of many equal parts of [0, 1].
-    first: Vec<u8>,
+/// The byte of a linear value by one look into a table, the same as by [`encoded`].
+struct Steps(Vec<Part>);
+
+/// One of many nearly equal parts of [0, 1], within which the byte goes up by one at most.
+#[derive(Clone, Copy)]
+struct Part {
+    /// The value where it does; infinity where it does not.
+    step: f32,
+    /// The byte before.
+    byte: u32,
 }
 
 /// Parts of [0, 1] in the table; the steepest part of the sRGB curve goes up by one byte in 3e-4.
 const PARTS: usize = 4096;
+/// The numbers from here to its double are whole, so what is added to it is rounded to a whole number, in the last bits.
+const WHOLE: f32 = (1 << 23) as f32;
 
 impl Steps {
     fn new(encoding: Encoding) -> Self {
-        let least = std::array::from_fn(|byte| {
-            if byte > 255 {
-                return f32::INFINITY;
-            }
+        let mut parts = vec![Part { step: f32::INFINITY, byte: 0 }; PARTS + 1];
+        for byte in 1..=255u32 {
+            let near = decoded((byte as f32 - 0.5) / 255.0, encoding);
             // Bits of floats >= 0 are in the order of the floats.
-            let (mut low, mut high) = (0u32, 1f32.to_bits());
+            let (mut low, mut high) = ((0.9999 * near).to_bits(), (1.0001 * near).to_bits());
             while low < high {
                 let middle = low.midpoint(high);
-                if usize::from(byte_of(f32::from_bits(middle), encoding)) >= byte {
+                if u32::from(byte_of(f32::from_bits(middle), encoding)) >= byte {
                     high = middle;
                 } else {
                     low = middle + 1;
                 }
             }
-            f32::from_bits(low)
-        });
-        let first = (0..=PARTS).map(|part| byte_of(part as f32 / PARTS as f32, encoding)).collect();
-        Self { least, first }
+            let step = f32::from_bits(low);
+            parts[part_of(step)].step = step;
+        }
+        let mut byte = 0;
+        for part in &mut parts {
+            part.byte = byte;
+            byte += u32::from(part.step <= 1.0);
+        }
+        Self(parts)
     }
 
     fn byte(&self, value: f32) -> u8 {
         // NaN becomes 0, like what is below.
-        let value = value.clamp(0.0, 1.0);
-        let byte = self.first[(value * PARTS as f32) as usize];
-        // No part has two steps.
-        byte + u8::from(self.least[usize::from(byte) + 1] <= value)
+        let value = if value > 0.0 { value } else { 0.0 };
+        let value = if value < 1.0 { value } else { 1.0 };
+        let Part { step, byte } = self.0[part_of(value)];
+        (byte + u32::from(step <= value)) as u8
     }
+}
+
+/// The part in which a value from 0 to 1 is.
+fn part_of(value: f32) -> usize {
+    ((value * PARTS as f32 + WHOLE).to_bits() - WHOLE.to_bits()) as usize
 }
 
 fn byte_of(value: f32, encoding: Encoding) -> u8 {
@@ -216,6 +231,15 @@ fn encoded(value: f32, encoding: Encoding) -> f32 {
         Encoding::Linear => value,
         Encoding::Srgb if value <= 0.003_130_8 => 12.92 * value,
         Encoding::Srgb => 1.055 * value.powf(1.0 / 2.4) - 0.055,
+    }
+}
+
+/// The linear value of one on the curve of the encoding, from 0 to 1.
+fn decoded(value: f32, encoding: Encoding) -> f32 {
+    match encoding {
+        Encoding::Linear => value,
+        Encoding::Srgb if value <= 0.04045 => value / 12.92,
+        Encoding::Srgb => ((value + 0.055) / 1.055).powf(2.4),
     }
 }
 
@@ -261,7 +285,13 @@ mod tests {
         for encoding in [Encoding::Srgb, Encoding::Linear] {
             let steps = Steps::new(encoding);
             let bits = (0..0x3f90_0000u32).step_by(997).map(f32::from_bits);
-            for value in bits.chain(steps.least).chain([f32::NAN, f32::INFINITY, -1.0, -0.0, 0.999_999_94]) {
+            for value in bits.chain(steps.0.iter().map(|part| part.step)).chain([
+                f32::NAN,
+                f32::INFINITY,
+                -1.0,
+                -0.0,
+                0.999_999_94,
+            ]) {
                 assert_eq!(steps.byte(value), byte_of(value, encoding), "{value}");
                 assert_eq!(steps.byte(value.next_down()), byte_of(value.next_down(), encoding), "{value}");
             }
@@ -343,7 +373,7 @@ mod tests {
             for bits in [8, 16] {
                 let file = Development { transparent: true, bits, ..PLAIN }.png(&film).unwrap();
                 let pixel = image::load_from_memory(&file).unwrap().to_rgba32f().get_pixel(0, 0).0;
-                let linear = |v: f32| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+                let linear = |value: f32| decoded(value, Encoding::Srgb);
                 for channel in 0..3 {
                     let over = pixel[3] * linear(pixel[channel]) + (1.0 - pixel[3]) * background[channel];
                     let opaque = share * surface[channel] + (1.0 - share) * background[channel];

@@ -35,11 +35,6 @@ impl Pixel {
         samples: 0,
     };
 
-    const fn layers(&self) -> Layers {
-        let Self { depth, normal, albedo, id, .. } = *self;
-        Layers { depth, normal, albedo, id }
-    }
-
     /// The length of [`Pixel::to_bytes`].
     pub const BYTES: usize = 52;
 
@@ -74,14 +69,24 @@ impl Pixel {
 
 /// What a film may know of a pixel beyond its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Layers {
-    depth: f32,
-    normal: [f32; 3],
-    albedo: [f32; 3],
-    id: u32,
+pub(crate) struct Layers {
+    pub(crate) depth: f32,
+    pub(crate) normal: [f32; 3],
+    pub(crate) albedo: [f32; 3],
+    pub(crate) id: u32,
 }
 
-/// A picture as it is made: linear values, rows from the top.
+impl Layers {
+    /// Of nothing met.
+    pub(crate) const EMPTY: Self = Self {
+        depth: Pixel::EMPTY.depth,
+        normal: Pixel::EMPTY.normal,
+        albedo: Pixel::EMPTY.albedo,
+        id: Pixel::EMPTY.id,
+    };
+}
+
+/// A picture as it is made, or a tile of one: linear values, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     width: u32,
@@ -97,13 +102,32 @@ impl Film {
     /// One of which no pixel has been made.
     pub fn new(width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
-        Self { layers: vec![Pixel::EMPTY.layers(); count], ..Self::without_layers(width, height) }
+        Self { layers: vec![Layers::EMPTY; count], ..Self::without_layers(width, height) }
     }
 
     /// The same that keeps neither depth nor normals, albedo and ids, but takes two fifths of the memory. Its pixels have those of [`Pixel::EMPTY`].
     pub fn without_layers(width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
         Self { width, height, light: vec![[0.0; 4]; count], samples: vec![0; count], layers: Vec::new() }
+    }
+
+    /// One with these pixels; `layers` are empty where they are not kept.
+    pub(crate) fn of_parts(
+        (width, height): (u32, u32),
+        light: Vec<[f32; 4]>,
+        samples: Vec<u32>,
+        layers: Vec<Layers>,
+    ) -> Self {
+        Self { width, height, light, samples, layers }
+    }
+
+    /// One with layers, of these pixels; those that are missing have not been made.
+    pub fn of_pixels(width: u32, height: u32, pixels: impl IntoIterator<Item = Pixel>) -> Self {
+        let mut film = Self::new(width, height);
+        for (place, pixel) in (0..film.light.len()).zip(pixels) {
+            film.put(place, pixel);
+        }
+        film
     }
 
     /// Its width in pixels.
@@ -138,42 +162,47 @@ impl Film {
 
     fn pixel_at(&self, place: usize) -> Pixel {
         let [r, g, b, alpha] = self.light[place];
-        let Layers { depth, normal, albedo, id } =
-            self.layers.get(place).copied().unwrap_or(Pixel::EMPTY.layers());
+        let Layers { depth, normal, albedo, id } = self.layers.get(place).copied().unwrap_or(Layers::EMPTY);
         Pixel { color: [r, g, b], alpha, depth, normal, albedo, id, samples: self.samples[place] }
     }
 
     /// Puts a pixel in its place.
     pub fn set(&mut self, x: u32, y: u32, pixel: Pixel) {
-        let place = self.place(x, y);
-        self.set_run(place, &[pixel]);
+        self.put(self.place(x, y), pixel);
     }
 
-    /// The pixels of a tile of this picture, row by row.
-    pub fn tile(&self, tile: &Tile) -> Vec<Pixel> {
-        tile.pixels().map(|(x, y)| self.pixel(x, y)).collect()
-    }
-
-    /// Puts the pixels of a tile in their places, row by row.
-    pub fn set_tile(&mut self, tile: &Tile, pixels: &[Pixel]) {
-        for (y, row) in tile.y.clone().zip(pixels.chunks_exact(tile.x.len())) {
-            self.set_run(self.place(tile.x.start, y), row);
+    fn put(&mut self, place: usize, pixel: Pixel) {
+        let Pixel { color: [r, g, b], alpha, depth, normal, albedo, id, samples } = pixel;
+        self.light[place] = [r, g, b, alpha];
+        self.samples[place] = samples;
+        if let Some(layers) = self.layers.get_mut(place) {
+            *layers = Layers { depth, normal, albedo, id };
         }
     }
 
-    /// Puts pixels of one row in their places from one on.
-    fn set_run(&mut self, first: usize, pixels: &[Pixel]) {
-        let places = first..first + pixels.len();
-        for (light, pixel) in self.light[places.clone()].iter_mut().zip(pixels) {
-            let [r, g, b] = pixel.color;
-            *light = [r, g, b, pixel.alpha];
+    /// A tile of this picture.
+    pub fn tile(&self, tile: &Tile) -> Self {
+        let mut of_tile =
+            Self { width: tile.x.len() as u32, height: tile.y.len() as u32, ..Self::without_layers(0, 0) };
+        for y in tile.y.clone() {
+            let row = self.place(tile.x.start, y)..self.place(tile.x.end, y);
+            of_tile.light.extend_from_slice(&self.light[row.clone()]);
+            of_tile.samples.extend_from_slice(&self.samples[row.clone()]);
+            of_tile.layers.extend_from_slice(self.layers.get(row).unwrap_or_default());
         }
-        for (samples, pixel) in self.samples[places.clone()].iter_mut().zip(pixels) {
-            *samples = pixel.samples;
-        }
-        if self.has_layers() {
-            for (layers, pixel) in self.layers[places].iter_mut().zip(pixels) {
-                *layers = pixel.layers();
+        of_tile
+    }
+
+    /// Puts a tile in its place; of layers what both know.
+    pub fn set_tile(&mut self, tile: &Tile, pixels: &Self) {
+        let width = tile.x.len();
+        for (row, y) in tile.y.clone().enumerate() {
+            let (to, from) = (self.place(tile.x.start, y), row * width);
+            let (to, from) = (to..to + width, from..from + width);
+            self.light[to.clone()].copy_from_slice(&pixels.light[from.clone()]);
+            self.samples[to.clone()].copy_from_slice(&pixels.samples[from.clone()]);
+            if let (Some(to), Some(from)) = (self.layers.get_mut(to), pixels.layers.get(from)) {
+                to.copy_from_slice(from);
             }
         }
     }

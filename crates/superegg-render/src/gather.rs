@@ -4,7 +4,7 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 
 use crate::develop::Development;
-use crate::film::Pixel;
+use crate::film::{Film, Layers};
 use crate::filter::Shares;
 use crate::tile::FirstSurface;
 
@@ -72,13 +72,13 @@ impl Parts {
         }
     }
 
-    fn sum(&self, place: usize) -> Sum {
-        self.sums.get(place).copied().unwrap_or_default()
+    fn count(&self, place: usize) -> u32 {
+        self.sums.get(place).map_or(0, |sum| sum.count)
     }
 
     /// The variance of the mean colour and of the mean coverage, estimated from the samples; at least two.
     fn variance(&self, place: usize) -> (DVec3, f64) {
-        let sum = self.sum(place);
+        let sum = &self.sums[place];
         let count = f64::from(sum.count);
         let (mean, met) = (sum.color(), sum.met());
         let squares = self.squares.get(place).copied().unwrap_or(DVec3::INFINITY);
@@ -108,19 +108,18 @@ impl LayerSums {
         self.most_seen.add(first.map_or(0, |first| first.id));
     }
 
-    /// A pixel with these layers.
-    fn write(&self, pixel: Pixel) -> Pixel {
+    /// What they come to.
+    fn layers(&self) -> Layers {
         let id = self.most_seen.winner;
         if self.count == 0 {
-            return Pixel { id, ..pixel };
+            return Layers { id, ..Layers::EMPTY };
         }
         let count = f64::from(self.count);
-        Pixel {
+        Layers {
             depth: (self.depth / count) as f32,
             normal: unit_vector(self.normal).unwrap_or(DVec3::ZERO).as_vec3().to_array(),
             albedo: (self.albedo / count).as_vec3().to_array(),
             id,
-            ..pixel
         }
     }
 }
@@ -165,45 +164,47 @@ impl Gathered {
 
     /// How many samples a pixel has.
     pub(crate) fn count(&self, place: usize) -> u32 {
-        self.positive.sum(place).count + self.negative.sum(place).count
+        self.positive.count(place) + self.negative.count(place)
     }
 
     /// The filter's value, from the means of either sign. Where there are samples of one sign only, those of the other are taken for the same.
+    #[inline]
     fn filtered<T>(&self, place: usize, of: impl Fn(&Sum) -> T) -> T
     where
         T: std::ops::Mul<f64, Output = T> + std::ops::Sub<Output = T>,
     {
-        let (positive, negative) = (self.positive.sum(place), self.negative.sum(place));
-        match (positive.count, negative.count) {
-            (_, 0) => of(&positive),
-            (0, _) => of(&negative),
-            _ => of(&positive) * self.shares.positive - of(&negative) * self.shares.negative,
+        let positive = &self.positive.sums[place];
+        match self.negative.sums.get(place) {
+            None | Some(Sum { count: 0, .. }) => of(positive),
+            Some(negative) if positive.count == 0 => of(negative),
+            Some(negative) => of(positive) * self.shares.positive - of(negative) * self.shares.negative,
         }
     }
 
-    /// The pixel that they make; at least one sample.
-    pub(crate) fn pixel(&self, place: usize, is_transparent: bool) -> Pixel {
-        let alpha = if is_transparent { self.filtered(place, Sum::met).clamp(0.0, 1.0) } else { 1.0 };
-        let pixel = Pixel {
-            color: self.filtered(place, Sum::color).as_vec3().to_array(),
-            alpha: alpha as f32,
-            samples: self.count(place),
-            ..Pixel::EMPTY
+    /// The tile that they make, of so many pixels across and down; each has at least one sample.
+    pub(crate) fn film(&self, size: (u32, u32), is_transparent: bool) -> Film {
+        let places = 0..self.pixels();
+        let light = |place| {
+            let alpha = if is_transparent { self.filtered(place, Sum::met).clamp(0.0, 1.0) } else { 1.0 };
+            let [r, g, b] = self.filtered(place, Sum::color).as_vec3().to_array();
+            [r, g, b, alpha as f32]
         };
-        self.layers.get(place).map_or(pixel, |layers| layers.write(pixel))
+        let samples = places.clone().map(|place| self.count(place)).collect();
+        let layers = self.layers.iter().map(LayerSums::layers).collect();
+        Film::of_parts(size, places.map(light).collect(), samples, layers)
     }
 
     /// The standard error of a pixel's value on the screen, the largest of its channels (alpha among them where the background is transparent):
     /// half the way from a standard error of linear light below the mean to one above it, developed. Infinite for less than two samples, or where no squares
     /// are kept.
     pub(crate) fn error(&self, place: usize, development: &Development) -> f64 {
-        if self.positive.sum(place).count < 2 {
+        if self.positive.count(place) < 2 {
             return f64::INFINITY;
         }
         let Shares { positive, negative } = self.shares;
         let (mut color, mut met) = self.positive.variance(place);
         if negative > 0.0 {
-            let below = if self.negative.sum(place).count < 2 { &self.positive } else { &self.negative };
+            let below = if self.negative.count(place) < 2 { &self.positive } else { &self.negative };
             let (below_color, below_met) = below.variance(place);
             let (above, below) = (positive.powi(2), negative.powi(2));
             color = above * color + below * below_color;
@@ -242,6 +243,7 @@ mod tests {
     use superegg_scene::{Filter, Picture};
 
     use super::*;
+    use crate::film::Pixel;
     use crate::filter::FilterSampler;
 
     const BOX: Shares = Shares { positive: 1.0, negative: 0.0 };
@@ -253,6 +255,10 @@ mod tests {
         let mut gathered = Gathered::new(shares);
         gathered.start(1, ALL);
         gathered
+    }
+
+    fn pixel(gathered: &Gathered, place: u32, is_transparent: bool) -> Pixel {
+        gathered.film((gathered.pixels() as u32, 1), is_transparent).pixel(place, 0)
     }
 
     fn grey(gathered: &mut Gathered, value: f64, is_negative: bool) {
@@ -273,13 +279,13 @@ mod tests {
         let first = FirstSurface { depth: 3.0, normal: Vec3::Z, albedo: Vec3::X, id: 9 };
         let mut gathered = one(BOX);
         grey(&mut gathered, 1.0, false);
-        assert_eq!(gathered.pixel(0, false).depth, f32::INFINITY);
+        assert_eq!(pixel(&gathered, 0, false).depth, f32::INFINITY);
         gathered.add(0, DVec3::ZERO, Some(&first), false);
         gathered.add(0, DVec3::ZERO, Some(&FirstSurface { depth: 5.0, ..first }), false);
-        let pixel = gathered.pixel(0, false);
-        assert_eq!((pixel.depth, pixel.normal, pixel.albedo), (4.0, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]));
-        assert_eq!((pixel.color, pixel.id, pixel.samples), ([1.0 / 3.0; 3], 9, 3));
-        assert_eq!((pixel.alpha, gathered.pixel(0, true).alpha), (1.0, 2.0 / 3.0));
+        let two = pixel(&gathered, 0, false);
+        assert_eq!((two.depth, two.normal, two.albedo), (4.0, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]));
+        assert_eq!((two.color, two.id, two.samples), ([1.0 / 3.0; 3], 9, 3));
+        assert_eq!((two.alpha, pixel(&gathered, 0, true).alpha), (1.0, 2.0 / 3.0));
     }
 
     #[test]
@@ -297,7 +303,7 @@ mod tests {
                 }
             }
             for place in 0..3 {
-                let (all, light) = (all.pixel(place, true), light.pixel(place, true));
+                let (all, light) = (pixel(&all, place, true), pixel(&light, place, true));
                 let expected = Pixel { color: all.color, alpha: all.alpha, samples: 10, ..Pixel::EMPTY };
                 assert_eq!(light, expected);
                 assert!(all.depth == 3.0 && all.id == 9);
@@ -312,7 +318,7 @@ mod tests {
             for count in 1..=6 {
                 let mut gathered = one(shares);
                 (0..count).for_each(|i| grey(&mut gathered, 1.0, signs >> i & 1 == 1));
-                let [r, g, b] = gathered.pixel(0, false).color;
+                let [r, g, b] = pixel(&gathered, 0, false).color;
                 assert!([r, g, b].into_iter().all(|value| (value - 1.0).abs() < 1e-6), "{r}");
             }
         }

@@ -18,7 +18,7 @@ use superegg_scene::{Encoding, Filter, Picture, Tone};
 use thiserror::Error;
 use twox_hash::XxHash3_128;
 
-use crate::film::Pixel;
+use crate::film::{Film, Pixel};
 use crate::render::RenderSettings;
 use crate::share::Share;
 use crate::shows::Shows;
@@ -183,14 +183,14 @@ impl PartHeader {
     }
 
     /// A finished tile as a record, with its pixels row by row.
-    pub fn record(&self, tile: usize, pixels: &[Pixel]) -> Vec<u8> {
-        let length = pixels.len() * Pixel::BYTES;
+    pub fn record(&self, tile: usize, pixels: &Film) -> Vec<u8> {
+        let length = pixels.pixels().len() * Pixel::BYTES;
         let mut bytes = Vec::with_capacity(HEAD + length + CHECK);
         bytes.extend(MARK);
         bytes.extend((tile as u32).to_le_bytes());
         bytes.extend((length as u32).to_le_bytes());
         bytes.extend(head_check(&bytes).to_le_bytes());
-        pixels.iter().for_each(|pixel| bytes.extend(pixel.to_bytes()));
+        pixels.pixels().for_each(|pixel| bytes.extend(pixel.to_bytes()));
         bytes.extend(check(self.fingerprint(), &bytes).to_le_bytes());
         bytes
     }
@@ -378,11 +378,13 @@ impl<'a> Part<'a> {
         Ok(part)
     }
 
-    /// The tiles that it has, by index, with their pixels row by row.
-    pub fn tiles(&self) -> impl Iterator<Item = (usize, Vec<Pixel>)> + use<'_> {
-        self.tiles.iter().map(|(tile, bytes)| {
+    /// The tiles that it has, by index.
+    pub fn tiles(&self) -> impl Iterator<Item = (usize, Film)> + use<'_> {
+        let places = self.header.tiles();
+        self.tiles.iter().map(move |(tile, bytes)| {
             let (pixels, _) = bytes.as_chunks::<{ Pixel::BYTES }>();
-            (*tile, pixels.iter().map(Pixel::from_bytes).collect())
+            let (width, height) = (places[*tile].x.len() as u32, places[*tile].y.len() as u32);
+            (*tile, Film::of_pixels(width, height, pixels.iter().map(Pixel::from_bytes)))
         })
     }
 
@@ -440,9 +442,11 @@ mod tests {
         PartHeader::new("1.2.3", "prm egg\n", Some("egg"), 25, &settings(), share)
     }
 
-    fn pixels(tile: usize) -> Vec<Pixel> {
-        let count = header(Share::WHOLE).tiles()[tile].pixel_count();
-        (0..count).map(|i| Pixel { depth: i as f32, id: tile as u32, samples: 4, ..Pixel::EMPTY }).collect()
+    fn pixels(tile: usize) -> Film {
+        let place = &header(Share::WHOLE).tiles()[tile];
+        let (width, height) = (place.x.len() as u32, place.y.len() as u32);
+        let pixel = |i| Pixel { depth: i as f32, id: tile as u32, samples: 4, ..Pixel::EMPTY };
+        Film::of_pixels(width, height, (0..place.pixel_count()).map(pixel))
     }
 
     /// A whole file, and where its header and its two records end.
@@ -513,7 +517,7 @@ mod tests {
         let (bytes, [start, middle, end]) = file();
         let header = header(Share::new(1, 1).unwrap());
         let mut other = pixels(1);
-        other[0].id = 77;
+        other.set(0, 0, Pixel { id: 77, ..other.pixel(0, 0) });
         let garbage = b"TITILETILE....TILE".repeat(50);
         let joined =
             [&bytes[..middle], &garbage, &bytes, &header.record(1, &other), &bytes[middle..end]].concat();

@@ -4,6 +4,16 @@ use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketVectors64};
 
+use crate::beam::lanes as bits;
+
+/// The bits of all lanes of a packet.
+pub(crate) const ALL_LANES: u32 = (1 << PACKET) - 1;
+
+/// One direction of a packet.
+pub(crate) fn direction(packet: &PacketVectors64, lane: usize) -> DVec3 {
+    DVec3::from_array(packet.each_ref().map(|column| column.0[lane]))
+}
+
 /// Rays from one place, in the order of their lanes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pencil {
@@ -35,6 +45,16 @@ impl Pencil {
         self.count += 1;
     }
 
+    /// Takes those rays of a packet whose bits are set in `lanes`.
+    pub(crate) fn extend(&mut self, packet: &PacketVectors64, lanes: u32) {
+        if lanes == ALL_LANES && self.count.is_multiple_of(PACKET) {
+            self.directions.push(*packet);
+            self.count += PACKET;
+        } else {
+            bits(lanes).for_each(|lane| self.push(direction(packet, lane)));
+        }
+    }
+
     /// How many rays there are.
     pub(crate) fn count(&self) -> usize {
         self.count
@@ -47,7 +67,7 @@ impl Pencil {
 
     /// The direction of a ray.
     pub(crate) fn direction(&self, ray: usize) -> DVec3 {
-        DVec3::from_array(self.directions[ray / PACKET].each_ref().map(|column| column.0[ray % PACKET]))
+        direction(&self.directions[ray / PACKET], ray % PACKET)
     }
 
     /// A ray.
@@ -64,6 +84,20 @@ impl Pencil {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rays_that_come_by_packets_are_those_that_come_one_by_one() {
+        let packet: PacketVectors64 =
+            [0.0, 0.25, 0.5].map(|part| PacketOf(std::array::from_fn(|lane| lane as f64 + part)));
+        let (mut one_by_one, mut by_packets) = (Pencil::default(), Pencil::default());
+        for lanes in [0xffff, 0, 0x8001, 0xffff, 0x7ffe, 1, 0xfff, 0xffff, 0xaaaa] {
+            by_packets.extend(&packet, lanes);
+            for lane in bits(lanes) {
+                one_by_one.push(direction(&packet, lane));
+            }
+            assert_eq!(format!("{one_by_one:?}"), format!("{by_packets:?}"));
+        }
+    }
 
     #[test]
     fn what_goes_in_comes_out_and_the_rest_is_no_ray() {

@@ -10,7 +10,7 @@ use superegg_scene::{AmbientOcclusion, Camera, Floor, Light, Material, Picture, 
 use crate::adaptive::Stopping;
 use crate::compiled::CompiledScene;
 use crate::develop::Development;
-use crate::film::{Film, Pixel};
+use crate::film::Film;
 use crate::gather::{Gathered, Keeps};
 use crate::integrator::{RayCounts, Setting, Taken};
 use crate::placement::{Place, Placement};
@@ -117,8 +117,8 @@ pub struct TileWork<'a> {
     pub film: &'a Mutex<Film>,
     /// Whether a tile is to be made, by its index in [`tiles`]. Those that are not stay as they are; no ray is traced for them.
     pub wanted: &'a (dyn Fn(usize) -> bool + Sync),
-    /// Is given each tile after it was put in its place: its index and its pixels, row by row. Called from the threads that trace, in any order.
-    pub finished: &'a (dyn Fn(usize, &[Pixel]) + Sync),
+    /// Is given each tile after it was put in its place, with its index. Called from the threads that trace, in any order.
+    pub finished: &'a (dyn Fn(usize, &Film) + Sync),
 }
 
 /// Renders a compiled scene.
@@ -163,7 +163,7 @@ pub fn render_tiles(
                     return;
                 }
                 let Some((pixels, tile_taken)) = worker.render_tile(&tile) else { return };
-                let count = pixels.len() as u64;
+                let count = tile.pixel_count() as u64;
                 work.film.lock().unwrap_or_else(PoisonError::into_inner).set_tile(&tile, &pixels);
                 *taken.lock().unwrap_or_else(PoisonError::into_inner) += tile_taken;
                 (work.finished)(index, &pixels);
@@ -234,8 +234,8 @@ impl<'j, 'a> Worker<'j, 'a> {
         }
     }
 
-    /// The pixels of a tile, row by row; `None` when it was cancelled.
-    fn render_tile(&mut self, tile: &Tile) -> Option<(Vec<Pixel>, Taken)> {
+    /// The pixels of a tile; `None` when it was cancelled.
+    fn render_tile(&mut self, tile: &Tile) -> Option<(Film, Taken)> {
         let job = self.job;
         let columns = tile.x.len();
         if self.size != (columns, tile.y.len()) {
@@ -250,9 +250,8 @@ impl<'j, 'a> Worker<'j, 'a> {
         } else {
             self.take_rounds(tile)?;
         }
-        let is_transparent = job.settings.picture.transparent;
-        let pixel = |place| self.gathered.pixel(place, is_transparent);
-        Some(((0..tile.pixel_count()).map(pixel).collect(), self.tracer.taken))
+        let size = (columns as u32, tile.y.len() as u32);
+        Some((self.gathered.film(size, job.settings.picture.transparent), self.tracer.taken))
     }
 
     /// As many samples of each pixel; `None` when it was cancelled.

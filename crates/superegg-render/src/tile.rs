@@ -21,7 +21,7 @@ use crate::lighting::{self, LightWay, ShadowRays};
 use crate::medium::Media;
 use crate::packet_light::{AddShine, Finish, PacketFinish, PacketLight, PacketShine, SetFinish, Shine};
 use crate::path::InstancePath;
-use crate::pencil::Pencil;
+use crate::pencil::{ALL_LANES, Pencil};
 use crate::point::{Arrival, MaterialRef, Place, Seen, SurfacePoint, albedo_of_shape};
 use crate::sequence::SampleKey;
 use crate::shading::Shares;
@@ -85,14 +85,39 @@ pub(crate) struct TileTracer<'a> {
     /// The candidate of each point, or [`NO_CANDIDATE`].
     candidates: Vec<u32>,
     arch: Arch,
-    /// Shadow rays: those of points, with the light that each gets if nothing is between, and then those of surfaces that lanes tell of, by their
-    /// samples.
+    /// Shadow rays: those of surfaces that lanes tell of, whole packets first, and then those of points, with the light that each gets if nothing is
+    /// between.
     from_light: Pencil,
     starts: Vec<ShadowStart>,
+    lit_lanes: Vec<LitLanes>,
     lit_points: Vec<(u32, DVec3)>,
-    lit_lanes: Vec<u32>,
     /// By packets the lanes of those that the light reaches.
     open: Vec<u32>,
+}
+
+/// Shadow rays from the surface of one candidate that lanes of a packet tell of.
+struct LitLanes {
+    of: Told,
+    /// Where they begin among the shadow rays.
+    first: usize,
+}
+
+impl LitLanes {
+    /// The lanes that are open, by packets of shadow rays which of them are stopped.
+    fn open(&self, stopped: &[u32]) -> u32 {
+        let (packet, place) = (self.first / LANES, self.first % LANES);
+        let next = stopped.get(packet + 1).copied().unwrap_or_default();
+        let open = !((stopped[packet] | next << LANES) >> place);
+        if self.of.lanes == ALL_LANES {
+            return open & ALL_LANES;
+        }
+        lanes(self.of.lanes).enumerate().fold(0, |all, (ray, lane)| all | (open >> ray & 1) << lane)
+    }
+
+    /// The sample of a shadow ray, which is one of these.
+    fn sample(&self, ray: usize) -> Option<usize> {
+        Some(self.of.packet * LANES + lanes(self.of.lanes).nth(ray.checked_sub(self.first)?)?)
+    }
 }
 
 /// What shading needs of candidates, each made when it is first shaded.
@@ -141,8 +166,8 @@ impl<'a> TileTracer<'a> {
             arch: Arch::new(),
             from_light: Pencil::default(),
             starts: Vec::new(),
-            lit_points: Vec::new(),
             lit_lanes: Vec::new(),
+            lit_points: Vec::new(),
             open: Vec::new(),
         }
     }
@@ -252,7 +277,9 @@ impl<'a> TileTracer<'a> {
     /// Rays from one place.
     fn meet_by_beam(&mut self, samples: &[FilmSample], lanes_may_tell: bool) {
         self.rays.start(self.view.position());
-        samples.iter().for_each(|sample| self.rays.push(self.view.ray(sample.film_px).direction));
+        for packet in samples.chunks(LANES) {
+            self.rays.extend(&self.view.directions(packet), u32::MAX >> (32 - packet.len()));
+        }
         self.beam.start_tile();
         self.looks.by_candidate.clear();
         let looks = &mut self.looks;
@@ -393,27 +420,30 @@ impl<'a> TileTracer<'a> {
         let Some(place) = light.position() else { return };
         self.from_light.start(place);
         self.starts.clear();
-        let width_of_points = self.ask_for_points(light, place);
-        let width = width_of_points.min(self.ask_for_lanes(number, place));
+        let width_at_lanes = self.ask_for_lanes(number, place);
+        let by_lanes = self.starts.len();
+        let width = width_at_lanes.min(self.ask_for_points(light, place));
         if self.starts.is_empty() {
             return;
         }
         self.taken.rays.shadow += self.starts.len() as u64;
         let Self { setting, beam, sight, rays, points, lit_points, lit_lanes, from_light, starts, .. } = self;
-        let ray = |i: usize| match lit_points.get(i) {
-            Some((point, _)) => shadow_ray_of_point(&points[*point as usize], place),
-            None => {
-                let (_, t, origin_error) = sight.told(lit_lanes[i - lit_points.len()] as usize);
-                let direction = -from_light.direction(i);
-                let ray = Ray { origin: place - direction, direction, origin_error };
-                ShadowRay { ray, width: self.footprint.at(t) }
+        let ray = |i: usize| {
+            if let Some(point) = i.checked_sub(by_lanes) {
+                return shadow_ray_of_point(&points[lit_points[point].0 as usize], place);
             }
+            let lit = lit_lanes.partition_point(|lit| lit.first <= i).checked_sub(1);
+            let sample = lit.and_then(|lit| lit_lanes[lit].sample(i)).unwrap_or_default();
+            let (_, t, origin_error) = sight.told(sample);
+            let direction = -from_light.direction(i);
+            let ray = Ray { origin: place - direction, direction, origin_error };
+            ShadowRay { ray, width: self.footprint.at(t) }
         };
         let asked = beam::ShadowRays { from_light, starts, ray: &ray };
         let stopped = beam.occluded(asked, Footprint { width, spread: 0.0 });
         let is_stopped = |i: usize| stopped[i / LANES] >> (i % LANES) & 1 == 1;
         let mut dimmed = ShadowRays::default();
-        for (i, &(point, color)) in lit_points.iter().enumerate() {
+        for (i, &(point, color)) in (by_lanes..).zip(&*lit_points) {
             let point = &points[point as usize];
             if !is_stopped(i) {
                 let media = &point.arrival.media;
@@ -425,9 +455,7 @@ impl<'a> TileTracer<'a> {
         }
         self.open.clear();
         self.open.resize(rays.directions().len(), 0);
-        for (i, &pixel) in (lit_points.len()..).zip(&*lit_lanes) {
-            self.open[pixel as usize / LANES] |= u32::from(!is_stopped(i)) << (pixel as usize % LANES);
-        }
+        lit_lanes.iter().for_each(|lit| self.open[lit.of.packet] |= lit.open(&stopped));
         for ((light, shine), &lanes) in self.light.iter_mut().zip(&self.shines).zip(&self.open) {
             if lanes != 0 {
                 self.arch.dispatch(AddShine { light, shine, lanes });
@@ -474,28 +502,45 @@ impl<'a> TileTracer<'a> {
         // From the light to the camera.
         let way = self.rays.origin - place;
         let mut least_t = f64::INFINITY;
-        for &Told { packet, candidate, lanes: told } in &self.sight.told {
-            let shine = &mut self.shines[packet];
-            for lane in lanes(told & shine.lanes) {
-                let pixel = packet * LANES + lane;
-                let (_, t, origin_error) = self.sight.told(pixel);
-                let direction = way + t * self.rays.direction(pixel);
-                if self.setting.ground.is_some() {
+        let mut in_part = Vec::new();
+        for i in 0..self.sight.told.len() {
+            let mut lit = self.sight.told[i];
+            let shine = &mut self.shines[lit.packet];
+            lit.lanes &= shine.lanes;
+            if self.setting.ground.is_some() {
+                for lane in lanes(lit.lanes) {
+                    let sample = lit.packet * LANES + lane;
+                    let (_, t, origin_error) = self.sight.told(sample);
+                    let direction = way + t * self.rays.direction(sample);
                     let ray = Ray { origin: place + direction, direction: -direction, origin_error };
                     let past_ground = self.setting.share_past_ground(&ray, false, 1.0);
-                    if past_ground == 0.0 {
-                        continue;
-                    }
                     shine.color.iter_mut().for_each(|column| column.0[lane] *= past_ground as f32);
+                    lit.lanes &= !(u32::from(past_ground == 0.0) << lane);
                 }
-                least_t = least_t.min(t);
-                self.from_light.push(direction);
-                self.starts.push(ShadowStart { own: candidate, start: RayStart::SurfaceOutward });
-                self.lit_lanes.push(pixel as u32);
+            }
+            match lit.lanes {
+                0 => {}
+                ALL_LANES => least_t = least_t.min(self.push_lanes(lit, way)),
+                _ => in_part.push(lit),
             }
         }
+        least_t = in_part.into_iter().fold(least_t, |least, lit| least.min(self.push_lanes(lit, way)));
         // Rays grow no narrower.
         if least_t < f64::INFINITY { self.footprint.at(least_t) } else { f64::INFINITY }
+    }
+
+    /// Takes shadow rays from lanes of a packet to a light, from which `way` leads to the camera. Returns the least t of their camera rays.
+    fn push_lanes(&mut self, lit: Told, way: DVec3) -> f64 {
+        let t = self.sight.t_of_packet(lit.packet);
+        let mut directions = self.rays.directions()[lit.packet];
+        for (axis, column) in directions.iter_mut().enumerate() {
+            column.0.iter_mut().zip(&t.0).for_each(|(part, t)| *part = way[axis] + t * *part);
+        }
+        self.lit_lanes.push(LitLanes { of: lit, first: self.starts.len() });
+        self.from_light.extend(&directions, lit.lanes);
+        let start = ShadowStart { own: lit.candidate, start: RayStart::SurfaceOutward };
+        self.starts.extend(std::iter::repeat_n(start, lit.lanes.count_ones() as usize));
+        lanes(lit.lanes).fold(f64::INFINITY, |least, lane| least.min(t.0[lane]))
     }
 }
 

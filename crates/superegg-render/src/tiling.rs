@@ -17,7 +17,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// Its pixels row by row, from the top left: the order in which [`crate::Film::tile`] and [`crate::TileWork::finished`] have them.
+    /// Its pixels row by row, from the top left: the order in which [`crate::Film::pixels`] has those of [`crate::Film::tile`].
     pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
         let x = self.x.clone();
         self.y.clone().flat_map(move |y| x.clone().map(move |x| (x, y)))

@@ -2,6 +2,7 @@
 
 use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
+use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketVectors64};
 use superegg_scene::{Camera, Lens};
 
 use crate::footprint::Footprint;
@@ -88,6 +89,18 @@ impl View {
         }
     }
 
+    /// The directions of [`View::ray`] through as many film places as a packet has rays, of a pinhole; those beyond `samples` are of no meaning.
+    pub(crate) fn directions(&self, samples: &[FilmSample]) -> PacketVectors64 {
+        let (mut x, mut y) = ([0.0; PACKET], [0.0; PACKET]);
+        for ((x, y), sample) in x.iter_mut().zip(&mut y).zip(samples) {
+            (*x, *y) = sample.film_px.into();
+        }
+        std::array::from_fn(|axis| {
+            let (corner, right, down) = (self.to_corner[axis], self.pixel_right[axis], self.pixel_down[axis]);
+            PacketOf(std::array::from_fn(|lane| corner + x[lane] * right + y[lane] * down))
+        })
+    }
+
     /// The camera ray of a sample.
     pub(crate) fn sample_ray(&self, sample: &FilmSample) -> Ray {
         if !matches!(self.kind, Projection::Lens { .. }) {
@@ -121,6 +134,7 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pencil::direction;
 
     #[test]
     fn corners_and_centre_of_the_default_camera() {
@@ -133,6 +147,24 @@ mod tests {
         close((100.0, 50.0), DVec3::NEG_Z);
         close((0.0, 0.0), DVec3::new(-2.0 * half_height, half_height, -1.0));
         close((200.0, 100.0), DVec3::new(2.0 * half_height, -half_height, -1.0));
+    }
+
+    #[test]
+    fn directions_of_packets_are_those_of_rays() {
+        let camera = Camera { position: DVec3::new(3.0, -7.0, 2.0), up: DVec3::Z, ..Camera::default() };
+        let view = View::new(&camera, 200, 100);
+        for count in [PACKET, 5] {
+            let sample = |i: usize| FilmSample {
+                pixel: (0, 0),
+                index: 0,
+                film_px: DVec2::new(17.3 * i as f64, 99.0 - 3.7 * i as f64),
+            };
+            let samples: Vec<FilmSample> = (0..count).map(sample).collect();
+            let directions = view.directions(&samples);
+            for (lane, sample) in samples.iter().enumerate() {
+                assert_eq!(direction(&directions, lane), view.ray(sample.film_px).direction);
+            }
+        }
     }
 
     #[test]

@@ -5,14 +5,14 @@ use std::sync::atomic::AtomicBool;
 
 use superegg_lang::load_text;
 use superegg_render::{
-    CompiledScene, Film, Pixel, RenderBudget, RenderSettings, Tile, TileWork, render_tiles, tiles,
+    CompiledScene, Film, RenderBudget, RenderSettings, Tile, TileWork, render_tiles, tiles,
 };
 use superegg_scene::Picture;
 
 const SIZE: (u32, u32) = (50, 35);
 
 /// The tiles that were handed out, and the film and rays of the whole call.
-fn made(wanted: impl Fn(usize) -> bool + Sync, threads: usize) -> (Vec<(usize, Vec<Pixel>)>, Film, u64) {
+fn made(wanted: impl Fn(usize) -> bool + Sync, threads: usize) -> (Vec<(usize, Film)>, Film, u64) {
     let text = "prm egg\nexp .3 .4\nreflected .3\nobj o\nap egg\nap egg other\nxs 1 1 -1\n";
     let (session, _) = load_text("known.scn", text);
     let scene = session.scene();
@@ -27,7 +27,7 @@ fn made(wanted: impl Fn(usize) -> bool + Sync, threads: usize) -> (Vec<(usize, V
     let work = TileWork {
         film: &film,
         wanted: &wanted,
-        finished: &|index, pixels: &[Pixel]| handed.lock().unwrap().push((index, pixels.to_vec())),
+        finished: &|index, tile| handed.lock().unwrap().push((index, tile.clone())),
     };
     let taken = render_tiles(&compiled, &settings, &budget, &work).unwrap();
     let mut handed = handed.into_inner().unwrap();
@@ -60,5 +60,5 @@ fn what_is_not_wanted_costs_no_ray() {
     let (one, film, rays) = made(|index| index == 3, 2);
     assert_eq!((one.len(), one[0].0, rays), (1, 3, 18 * 16 * 3));
     let made = film.pixels().filter(|pixel| pixel.samples > 0).count();
-    assert_eq!(made, one[0].1.len());
+    assert_eq!(made, one[0].1.pixels().len());
 }

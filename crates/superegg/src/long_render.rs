@@ -117,7 +117,7 @@ impl<'a> LongRender<'a> {
         let failure = Mutex::new(None);
         let tell_not_kept =
             |error: &anyhow::Error| tell(&format!("warning: finished tiles are not kept: {error:#}"));
-        let finished = |index: usize, pixels: &[_]| {
+        let finished = |index: usize, pixels: &Film| {
             self.finished.fetch_add(1, Ordering::Relaxed);
             let Some(Err(error)) = part.map(|part| part.add(index, pixels)) else { return };
             if self.share.is_some() {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result, bail, ensure};
-use superegg_render::{Difference, Part, PartError, PartHeader, Pixel};
+use superegg_render::{Difference, Film, Part, PartError, PartHeader};
 
 use crate::files;
 
@@ -17,8 +17,8 @@ pub(crate) fn beside(picture: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Tiles by their index, with their pixels row by row.
-pub(crate) type Tiles = Vec<(usize, Vec<Pixel>)>;
+/// Tiles by their index.
+pub(crate) type Tiles = Vec<(usize, Film)>;
 
 /// A partial file as read.
 pub(crate) struct ReadPart {
@@ -132,7 +132,7 @@ impl<'a> PartFile<'a> {
     /// # Errors
     /// It cannot be written.
     pub(crate) fn begin_now(&self) -> Result<()> {
-        *self.state() = State::Open(self.begin(&[], &|_| Vec::new())?);
+        *self.state() = State::Open(self.begin(&[], &|_| Film::without_layers(0, 0))?);
         Ok(())
     }
 
@@ -186,7 +186,7 @@ impl<'a> PartFile<'a> {
     }
 
     /// Makes the file with these tiles. One that the user did not name takes the place of a partial file only.
-    fn begin(&self, tiles: &[usize], pixels_of: &dyn Fn(usize) -> Vec<Pixel>) -> Result<File> {
+    fn begin(&self, tiles: &[usize], pixels_of: &dyn Fn(usize) -> Film) -> Result<File> {
         let begin = || {
             files::check_no_pipe(&self.path)?;
             let mut file =
@@ -212,7 +212,7 @@ impl<'a> PartFile<'a> {
     ///
     /// # Errors
     /// It cannot be written. That is said once; after it no tile is kept.
-    pub(crate) fn add(&self, tile: usize, pixels: &[Pixel]) -> Result<()> {
+    pub(crate) fn add(&self, tile: usize, pixels: &Film) -> Result<()> {
         let mut state = self.state();
         match &mut *state {
             State::Waiting(tiles) => {
@@ -237,7 +237,7 @@ impl<'a> PartFile<'a> {
     ///
     /// # Errors
     /// It cannot be written; then no tile is kept.
-    pub(crate) fn begin_late(&self, pixels_of: &dyn Fn(usize) -> Vec<Pixel>) -> Result<()> {
+    pub(crate) fn begin_late(&self, pixels_of: &dyn Fn(usize) -> Film) -> Result<()> {
         // Before the lock: those who have tiles would wait for it.
         LazyLock::force(&self.header);
         let mut state = self.state();
@@ -255,7 +255,7 @@ impl<'a> PartFile<'a> {
     ///
     /// # Errors
     /// It cannot be written.
-    pub(crate) fn keep(&self, pixels_of: &dyn Fn(usize) -> Vec<Pixel>) -> Result<()> {
+    pub(crate) fn keep(&self, pixels_of: &dyn Fn(usize) -> Film) -> Result<()> {
         if self.has_older { Ok(()) } else { self.begin_late(pixels_of) }
     }
 
@@ -297,7 +297,7 @@ fn lock(file: &File) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use superegg_render::{RenderSettings, Share};
+    use superegg_render::{Pixel, RenderSettings, Share};
     use superegg_scene::{Picture, Scene};
 
     use super::*;
@@ -309,8 +309,8 @@ mod tests {
     }
 
     /// The pixels of the second tile.
-    fn pixels() -> Vec<Pixel> {
-        vec![Pixel { samples: 7, ..Pixel::EMPTY }; 4 * 5]
+    fn pixels() -> Film {
+        Film::of_pixels(4, 5, [Pixel { samples: 7, ..Pixel::EMPTY }; 4 * 5])
     }
 
     #[test]

@@ -218,6 +218,19 @@ impl NumberOfPackets {
     }
 }
 
+/// The boxes around the directions of each packet, by their middles and half their sizes.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectionBoxes {
+    middle: [NumberOfPackets; 3],
+    half: [NumberOfPackets; 3],
+}
+
+impl DirectionBoxes {
+    /// Of no packets.
+    pub const NONE: Self =
+        Self { middle: [NumberOfPackets([0.0; MOST_PACKETS]); 3], half: [NumberOfPackets([0.0; MOST_PACKETS]); 3] };
+}
+
 /// The boxes of a node, as the rays of a beam see them.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamBoxes<'a> {
@@ -312,15 +325,16 @@ impl Kernels {
     }
 
     /// Begins with rays of which nothing is known: nothing beyond `t_max` counts. Rays whose direction is zero or too large for f32 have nothing to
-    /// find, with a t of -1, and are made to go along with one of their packet that is neither; packets of none such have a negative end.
+    /// find, with a t of -1, and are made to go along with one of their packet that is neither; packets of none such have a negative end. Returns the boxes
+    /// of the others.
     pub fn start(
         self,
         directions: &mut [PacketVectors],
         hits: &mut [PacketHits],
         ends: &mut NumberOfPackets,
         t_max: f32,
-    ) {
-        self.0.dispatch(StartKernel { directions, hits, ends, t_max });
+    ) -> DirectionBoxes {
+        self.0.dispatch(StartKernel { directions, hits, ends, t_max })
     }
 
     /// What a tree's boxes know of packets, by the linear map into its space. Of each packet in `mask` every lane counts; the reciprocals of their
@@ -329,10 +343,11 @@ impl Kernels {
         self,
         columns: &[[f32; 3]; 3],
         directions: &[PacketVectors],
+        direction_boxes: &DirectionBoxes,
         mask: u32,
         inverses: &mut [PacketVectors],
     ) -> Bundles {
-        self.0.dispatch(BundleKernel { columns, directions, mask, inverses })
+        self.0.dispatch(BundleKernel { columns, directions, direction_boxes, mask, inverses })
     }
 }
 
@@ -433,14 +448,15 @@ struct StartKernel<'a> {
 }
 
 impl WithSimd for StartKernel<'_> {
-    type Output = ();
+    type Output = DirectionBoxes;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) -> DirectionBoxes {
         let Self { directions, hits, ends, t_max } = self;
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
         let (zero, none) = (splat(0.0), simd.splat_u32s(u32::MAX));
         *ends = NumberOfPackets::splat(-1.0);
+        let mut boxes = DirectionBoxes::NONE;
         for (number, (packet, hits)) in directions.iter_mut().zip(hits).enumerate() {
             let mut live = 0;
             for i in 0..PACKET / S::F32_LANES {
@@ -458,25 +474,37 @@ impl WithSimd for StartKernel<'_> {
                 continue;
             }
             ends.0[number] = t_max;
-            if live != (1 << PACKET) - 1 {
-                for column in packet {
+            for (axis, column) in packet.iter_mut().enumerate() {
+                if live != (1 << PACKET) - 1 {
                     let along = column.0[live.trailing_zeros() as usize];
                     for lane in 0..PACKET {
                         column.0[lane] = if live >> lane & 1 == 1 { column.0[lane] } else { along };
                     }
                 }
+                let (mut least, mut largest) = (splat(f32::INFINITY), splat(f32::NEG_INFINITY));
+                for &register in S::as_simd_f32s(&column.0).0 {
+                    let parts = Lanes::new(simd, register);
+                    (least, largest) = (least.min(parts), largest.max(parts));
+                }
+                let (low, high) = (least.least(), largest.largest());
+                boxes.middle[axis].0[number] = 0.5 * low + 0.5 * high;
+                boxes.half[axis].0[number] = 0.5 * high - 0.5 * low;
             }
         }
+        boxes
     }
 }
 
 struct BundleKernel<'a> {
     columns: &'a [[f32; 3]; 3],
     directions: &'a [PacketVectors],
+    direction_boxes: &'a DirectionBoxes,
     mask: u32,
     inverses: &'a mut [PacketVectors],
 }
 
+/// Images of directions in f32 are off by less than this part of those of their sizes.
+const BOX_ROUNDING: f32 = 2e-6;
 /// Stands for a reciprocal of any size.
 const ENDLESS: f32 = 1e30;
 
@@ -485,37 +513,54 @@ impl WithSimd for BundleKernel<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Bundles {
-        let Self { columns, directions, mask, inverses } = self;
+        let Self { columns, directions, direction_boxes: boxes, mask, inverses } = self;
         let map = Linear::splat(simd, columns);
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
-        let mut bundles = Bundles {
-            least: [NumberOfPackets::splat(0.0); 3],
-            largest: [NumberOfPackets::splat(0.0); 3],
-            squares: [f32::INFINITY, 0.0],
-        };
         let (mut shortest, mut longest) = (splat(f32::INFINITY), splat(0.0));
         for packet in bits(mask) {
-            let (mut least, mut largest) = ([splat(f32::INFINITY); 3], [splat(f32::NEG_INFINITY); 3]);
             for i in 0..PACKET / S::F32_LANES {
                 let v = map.image(Triple::of_packet(simd, &directions[packet], i));
                 let square = v.dot(v);
                 shortest = shortest.min(square);
                 longest = longest.max(square);
                 for (axis, v) in [v.x, v.y, v.z].into_iter().enumerate() {
-                    least[axis] = least[axis].min(v);
-                    largest[axis] = largest[axis].max(v);
                     S::as_mut_simd_f32s(&mut inverses[packet][axis].0).0[i] = recip(v).register();
                 }
             }
-            for axis in 0..3 {
-                let (low, high) = (least[axis].least(), largest[axis].largest());
+        }
+        let mut bundles = Bundles {
+            least: [NumberOfPackets::splat(0.0); 3],
+            largest: [NumberOfPackets::splat(0.0); 3],
+            squares: [shortest.least(), longest.largest()],
+        };
+        let size = Linear::splat(simd, &columns.map(|column| column.map(f32::abs)));
+        let (one, tiny, endless) = (splat(1.0), splat(TINY), splat(ENDLESS));
+        for i in 0..MOST_PACKETS / S::F32_LANES {
+            if lanes_of_mask::<S>(mask, i) == 0 {
+                continue;
+            }
+            let lane = |column: &NumberOfPackets| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
+            let triple = |[x, y, z]: &[NumberOfPackets; 3]| Triple { x: lane(x), y: lane(y), z: lane(z) };
+            let (middle, half) = (triple(&boxes.middle), triple(&boxes.half));
+            // With room for the rounding of the middle and of its image.
+            let rounding = splat(BOX_ROUNDING);
+            let half = Triple {
+                x: rounding.mul_add(middle.x.abs(), half.x),
+                y: rounding.mul_add(middle.y.abs(), half.y),
+                z: rounding.mul_add(middle.z.abs(), half.z),
+            };
+            let (middle, half) = (map.image(middle), size.image(half));
+            let sides = [(middle.x, half.x), (middle.y, half.y), (middle.z, half.z)];
+            for (axis, (middle, half)) in sides.into_iter().enumerate() {
+                let (low, high) = (middle - half, middle + half);
                 // Directions of both signs pass a slab anywhere.
-                let has_sign = low > TINY || high < -TINY;
-                bundles.least[axis].0[packet] = if has_sign { 1.0 / high } else { -ENDLESS };
-                bundles.largest[axis].0[packet] = if has_sign { 1.0 / low } else { ENDLESS };
+                let has_sign = tiny.lt(low) | high.lt(-tiny);
+                let least = has_sign.select(one / high, -endless);
+                let largest = has_sign.select(one / low, endless);
+                S::as_mut_simd_f32s(&mut bundles.least[axis].0).0[i] = least.register();
+                S::as_mut_simd_f32s(&mut bundles.largest[axis].0).0[i] = largest.register();
             }
         }
-        bundles.squares = [shortest.least(), longest.largest()];
         bundles
     }
 }

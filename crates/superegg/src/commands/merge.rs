@@ -51,7 +51,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
 /// Tiles of one picture.
 struct Merged {
     header: PartHeader,
-    tiles: HashMap<usize, Vec<Pixel>>,
+    tiles: HashMap<usize, Film>,
     /// How many shares there are, where all files agree on it.
     shares: Option<u32>,
     /// Whether all pixels have more than their light.
@@ -85,12 +85,12 @@ impl Merged {
                 bail!("'{one}' and '{two}' are of different pictures: {told}");
             }
             for (index, pixels) in part.tiles {
-                let bytes = |pixel: &Pixel| {
-                    let &Pixel { color, alpha, samples, .. } = pixel;
+                let bytes = |pixel: Pixel| {
+                    let Pixel { color, alpha, samples, .. } = pixel;
                     let light = Pixel { color, alpha, samples, ..Pixel::EMPTY };
                     if merged.has_layers { pixel.to_bytes() } else { light.to_bytes() }
                 };
-                let is_same = |known: &Vec<Pixel>| known.iter().map(bytes).eq(pixels.iter().map(bytes));
+                let is_same = |known: &Film| known.pixels().map(bytes).eq(pixels.pixels().map(bytes));
                 ensure!(
                     merged.tiles.get(&index).is_none_or(is_same),
                     "tile {index} is in '{two}' and in a file before it, and not the same: they were made by different programs or on different kinds of machines; leave one of them out"
