@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
-    BeamBoxes, BeamShape, Bundles, DirectionBoxes, Directions, Kernels, MOST_PACKETS, NumberOfPackets, PACKET, PacketHits,
-    PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, Widening,
+    BeamBoxes, BeamShape, Bundles, DirectionBoxes, Directions, Kernels, MOST_PACKETS, NumberOfPackets,
+    PACKET, PacketHits, PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, Widening,
 };
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};

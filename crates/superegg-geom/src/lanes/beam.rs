@@ -227,8 +227,10 @@ pub struct DirectionBoxes {
 
 impl DirectionBoxes {
     /// Of no packets.
-    pub const NONE: Self =
-        Self { middle: [NumberOfPackets([0.0; MOST_PACKETS]); 3], half: [NumberOfPackets([0.0; MOST_PACKETS]); 3] };
+    pub const NONE: Self = Self {
+        middle: [NumberOfPackets([0.0; MOST_PACKETS]); 3],
+        half: [NumberOfPackets([0.0; MOST_PACKETS]); 3],
+    };
 }
 
 /// The boxes of a node, as the rays of a beam see them.
@@ -1112,15 +1114,52 @@ mod tests {
             assert_eq!(format!("{one:?} {of_one:?}"), format!("{many:?} {of_many:?}"));
             let (mut hits, mut ends) = ([hits; 3], NumberOfPackets::splat(7.0));
             let (mut more_hits, mut more_ends) = (hits, ends);
-            StartKernel { directions: &mut of_one, hits: &mut hits, ends: &mut ends, t_max: 3.0 }
+            let one = StartKernel { directions: &mut of_one, hits: &mut hits, ends: &mut ends, t_max: 3.0 }
                 .with_simd(pulp::Scalar);
-            Kernels::default().start(&mut of_many, &mut more_hits, &mut more_ends, 3.0);
-            let told = |directions: &[PacketVectors], hits: &[PacketHits; 3], ends| {
-                format!("{directions:?} {hits:?} {ends:?}")
+            let many = Kernels::default().start(&mut of_many, &mut more_hits, &mut more_ends, 3.0);
+            let told = |directions: &[PacketVectors], hits: &[PacketHits; 3], ends, boxes| {
+                format!("{directions:?} {hits:?} {ends:?} {boxes:?}")
             };
-            assert_eq!(told(&of_one, &hits, ends), told(&of_many, &more_hits, more_ends));
+            assert_eq!(told(&of_one, &hits, ends, one), told(&of_many, &more_hits, more_ends, many));
             let has_ray = hits.iter().flat_map(|hits| hits.t.0).filter(|t| *t > 0.0).count();
             assert!(has_ray > 10 && of_one.iter().flatten().flat_map(|column| column.0).all(f32::is_finite));
         }
+    }
+
+    #[test]
+    fn bundles_hold_the_reciprocals_of_their_rays_and_are_little_wider() {
+        let mut next = numbers();
+        let (mut told, mut missed) = (0, 0);
+        for round in 0..200 {
+            // Packets from narrow ones to such as look to all sides, along an axis now and then.
+            let width = [1e-6, 1e-3, 0.1, 3.0][round % 4];
+            let mut packet = || {
+                let middle = [next() - 0.5, next() - 0.5, if next() < 0.3 { 0.0 } else { next() }];
+                middle.map(|x| PacketOf(std::array::from_fn(|_| x + width * (next() - 0.5))))
+            };
+            let mut directions = [packet(), packet(), packet()];
+            let columns: [[f32; 3]; 3] =
+                std::array::from_fn(|_| std::array::from_fn(|_| 30.0 * next() - 15.0));
+            let mut hits = [PacketHits::up_to(1.0); 3];
+            let mut ends = NumberOfPackets::splat(0.0);
+            let boxes = Kernels::default().start(&mut directions, &mut hits, &mut ends, 1.0);
+            let mut inverses = [[PacketOf::splat(0.0); 3]; 3];
+            let bundles = Kernels::default().bundles(&columns, &directions, &boxes, 0b111, &mut inverses);
+            for (packet, inverses) in inverses.iter().enumerate() {
+                for (axis, inverses) in inverses.iter().enumerate() {
+                    let (least, largest) = (bundles.least[axis].0[packet], bundles.largest[axis].0[packet]);
+                    let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+                    for inverse in inverses.0 {
+                        assert!(least <= inverse && inverse <= largest, "{least} {inverse} {largest}");
+                        (low, high) = (low.min(inverse), high.max(inverse));
+                    }
+                    let is_narrow = largest.abs().max(least.abs()) < ENDLESS && width < 0.01;
+                    told += u32::from(is_narrow);
+                    missed +=
+                        u32::from(is_narrow && largest - least > 4.0 * (high - low) + 1e-4 * high.abs());
+                }
+            }
+        }
+        assert!(told > 600 && missed < told / 50, "{missed} of {told}");
     }
 }
