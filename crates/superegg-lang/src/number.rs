@@ -25,8 +25,8 @@ impl fmt::Display for NumberError {
 /// # Errors
 /// The word is not a number, or larger than the largest f64.
 pub fn parse_number(word: &str) -> Result<f64, NumberError> {
-    let is_plain = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
-    if !word.chars().all(is_plain) {
+    let is_plain = |c: u8| c.is_ascii_digit() || matches!(c, b'+' | b'-' | b'.' | b'e' | b'E');
+    if !word.bytes().all(is_plain) {
         return Err(NumberError::NotANumber);
     }
     match word.parse::<f64>() {

@@ -44,11 +44,24 @@ pub(crate) enum Quoting {
 
 /// The words of a line up to a `#`, which starts a comment anywhere but within quotes. A quote that is not closed goes to the end.
 pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
-    let mut words = Vec::new();
+    if line.is_ascii() {
+        let characters = line.bytes().enumerate().map(|(byte, c)| (byte, byte, char::from(c)));
+        return split(line, quoting, characters);
+    }
+    split(line, quoting, line.char_indices().enumerate().map(|(column, (byte, c))| (byte, column, c)))
+}
+
+/// The same of a line with its characters: the byte and the column of each.
+fn split(
+    line: &str,
+    quoting: Quoting,
+    characters: impl Iterator<Item = (usize, usize, char)>,
+) -> Vec<Word<'_>> {
+    let mut words = Vec::with_capacity(8);
     // Byte and column where the present word began, and whether with a quote.
     let mut start: Option<(usize, usize, bool)> = None;
-    let mut column = 0;
-    for (byte, c) in line.char_indices() {
+    let mut end = 0;
+    for (byte, column, c) in characters {
         match start {
             Some((first, first_column, true)) if c == '"' => {
                 words.push(Word { text: &line[first + 1..byte], columns: first_column..column + 1 });
@@ -66,10 +79,10 @@ pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
         if c == '#' && start.is_none() {
             return words;
         }
-        column += 1;
+        end = column + 1;
     }
     if let Some((first, first_column, is_quoted)) = start {
-        words.push(Word { text: &line[first + usize::from(is_quoted)..], columns: first_column..column });
+        words.push(Word { text: &line[first + usize::from(is_quoted)..], columns: first_column..end });
     }
     words
 }
@@ -103,7 +116,7 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
     let mut args = Args {
         spelling: first.text,
         words: Vec::new(),
-        numbers: Vec::new(),
+        numbers: Vec::with_capacity(rest.len()),
         size: None,
         options: Vec::new(),
     };
@@ -160,7 +173,7 @@ fn take_loose<'w, 'a>(
     args: &mut Args<'a>,
 ) -> Result<Vec<&'w Word<'a>>, Fault> {
     let takes_size = spec.all_args().any(|arg| arg.kind == ArgKind::Size);
-    let mut placed = Vec::new();
+    let mut placed = Vec::with_capacity(rest.len());
     for word in rest {
         let option = spec.options.iter().copied().find(|option| option.eq_ignore_ascii_case(word.text));
         if let Some(option) = option {
@@ -202,11 +215,10 @@ fn unknown_command(word: &Word<'_>) -> Fault {
 }
 
 fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Result<(), Fault> {
-    let counts = spec.counts();
     let given = rest.len();
-    let most = counts.last().copied().unwrap_or(0);
-    let has_line = !spec.takes_line() || given >= most;
-    if counts.contains(&given) || (counts.is_empty() && given == 0) || (spec.is_variadic() && has_line) {
+    let most = spec.counts().last().unwrap_or(0);
+    let is_one = spec.counts().any(|count| count == given) || (spec.args.is_empty() && given == 0);
+    if is_one || (spec.is_variadic() && (!spec.takes_line() || given >= most)) {
         return Ok(());
     }
     if spec.takes_line() {
@@ -214,8 +226,11 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
         let end = rest.last().map_or(first.columns.end, |word| word.columns.end);
         return Err(fault.help(usage_help(spec)).at(first.columns.start..end));
     }
-    let wanted: Vec<String> =
-        if counts.is_empty() { vec!["no".into()] } else { counts.iter().map(ToString::to_string).collect() };
+    let mut wanted: Vec<String> = spec.counts().map(|count| count.to_string()).collect();
+    wanted.dedup();
+    if wanted.is_empty() {
+        wanted.push("no".into());
+    }
     let plural = if wanted == ["1"] { "" } else { "s" };
     if let Some(word) = rest.get(most).filter(|_| spec.all_args().any(|arg| arg.kind == ArgKind::Size)) {
         let message = format!("'{}' is not the size of a picture, such as 640x480", shorten(word.text));

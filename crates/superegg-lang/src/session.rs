@@ -208,11 +208,11 @@ impl Session {
 
     /// The commands that change the selected primitive.
     fn change_primitive(&mut self, command: &Command, parsed: &Parsed) -> Result<(), Fault> {
-        let name = self.selected.clone().unwrap_or_default();
+        let name = self.selected.as_deref().unwrap_or_default();
         let shape_fault = |error: superegg_geom::ShapeError| {
             Fault::new("out-of-range", error.to_string()).at(arguments(parsed))
         };
-        let primitive: &mut Primitive = match self.scene.primitive_mut(&name) {
+        let primitive: &mut Primitive = match self.scene.primitive_mut(name) {
             Ok(primitive) => primitive,
             Err(error) => return Err(self.fault_of(&error, parsed)),
         };

@@ -249,16 +249,12 @@ impl CommandSpec {
         self.all_args().any(|arg| arg.kind == ArgKind::Line)
     }
 
-    /// The numbers of arguments that it may have (without those of a variadic one).
-    pub fn counts(&self) -> Vec<usize> {
-        let mut counts = Vec::new();
-        let mut total = 0;
-        for part in self.args {
-            total += part.iter().filter(|arg| arg.kind != ArgKind::Size).count();
-            counts.push(total);
-        }
-        counts.dedup();
-        counts
+    /// The numbers of arguments that it may have (without those of a variadic one), growing; some may come twice.
+    pub fn counts(&self) -> impl Iterator<Item = usize> {
+        self.args.iter().scan(0, |total, part| {
+            *total += part.iter().filter(|arg| arg.kind != ArgKind::Size).count();
+            Some(*total)
+        })
     }
 
     /// The arguments as help writes them: `NAME x y z [r g b [k]]`.

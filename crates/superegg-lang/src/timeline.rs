@@ -310,7 +310,7 @@ mod tests {
         let kept = timeline.past.iter().filter(|step| step.before.is_some()).count();
         assert!(kept < DENSE + 2 * DENSE / SPARSE + 2, "{kept} moments are kept");
         let steps = |timeline: &Timeline| {
-            timeline.session().scene().object("o").unwrap().cursor().unwrap().1.steps().len()
+            timeline.session().scene().object("o").unwrap().cursor().unwrap().1.steps().count()
         };
         for left in (0..3 * DENSE).rev() {
             run(&mut timeline, "undo");

@@ -69,7 +69,10 @@ fn line_of(specs: Vec<&'static CommandSpec>) -> impl Strategy<Value = String> {
     prop::sample::select(specs).prop_flat_map(|spec| {
         let spellings: Vec<_> = spec.all_spellings().collect();
         let words: Vec<_> = spec.all_args().map(word).collect();
-        let counts = if spec.counts().is_empty() { vec![0] } else { spec.counts() };
+        let mut counts: Vec<usize> = spec.counts().collect();
+        if counts.is_empty() {
+            counts.push(0);
+        }
         (prop::sample::select(spellings), words, prop::sample::select(counts)).prop_map(
             |(spelling, words, count)| {
                 std::iter::once(spelling.to_owned())

@@ -38,7 +38,7 @@ prm o             #! wrong-kind
     let object = session.scene().object("o").unwrap();
     assert_eq!(object.children().map(|(alias, _)| alias).collect::<Vec<_>>(), ["ball", "second"]);
     // The failed selection left everything as it was: the last line moved the child at the cursor of o.
-    assert_eq!(object.child("second").unwrap().steps().len(), 1);
+    assert_eq!(object.child("second").unwrap().steps().count(), 1);
 }
 
 #[test]

@@ -10,13 +10,19 @@ use crate::ordered_map::OrderedMap;
 /// An ordered list of transform steps with the map that they compose to.
 #[derive(Clone, Debug, PartialEq)]
 struct StepList {
-    steps: Vector<TransformStep>,
+    /// The last ones, [`MOST_RECENT`] at most, in little room: scenes have millions of short lists.
+    recent: Vec<TransformStep>,
+    /// Those before, which clones share.
+    earlier: Vector<TransformStep>,
     composed: Transform,
 }
 
+/// Steps of a list that a clone copies.
+const MOST_RECENT: usize = 16;
+
 impl Default for StepList {
     fn default() -> Self {
-        Self { steps: Vector::new(), composed: Transform::IDENTITY }
+        Self { recent: Vec::new(), earlier: Vector::new(), composed: Transform::IDENTITY }
     }
 }
 
@@ -27,8 +33,15 @@ impl StepList {
     }
 
     fn push(&mut self, step: TransformStep, composed: Transform) {
-        self.steps.push_back(step);
+        if self.recent.len() == MOST_RECENT {
+            self.earlier.extend(self.recent.drain(..));
+        }
+        self.recent.push(step);
         self.composed = composed;
+    }
+
+    fn steps(&self) -> impl Iterator<Item = &TransformStep> {
+        self.earlier.iter().chain(&self.recent)
     }
 }
 
@@ -50,8 +63,8 @@ impl Child {
     }
 
     /// Its own transform, in the order written: the first step acts on a point first.
-    pub fn steps(&self) -> impl ExactSizeIterator<Item = &TransformStep> {
-        self.own.steps.iter()
+    pub fn steps(&self) -> impl Iterator<Item = &TransformStep> {
+        self.own.steps()
     }
 }
 
@@ -87,8 +100,8 @@ impl Object {
     }
 
     /// The transform of the whole, in the order written. It acts after each child's own.
-    pub fn overall_steps(&self) -> impl ExactSizeIterator<Item = &TransformStep> {
-        self.overall.steps.iter()
+    pub fn overall_steps(&self) -> impl Iterator<Item = &TransformStep> {
+        self.overall.steps()
     }
 
     /// Alias and child that the next transform moves: the last one added or chosen. Each object keeps its own.
@@ -151,14 +164,12 @@ impl Object {
 
     /// Appends a step to the child at the cursor. Returns whether there is one.
     pub(crate) fn push_child_step(&mut self, step: TransformStep) -> Result<bool, TransformError> {
-        let Some((alias, child)) = self.cursor() else { return Ok(false) };
+        let child = self.cursor.as_deref().and_then(|alias| self.children.get_mut(alias));
+        let Some(child) = child else { return Ok(false) };
         let composed = child.own.composed_with(&step)?;
         self.overall.composed.after(&composed)?;
-        let alias = alias.to_owned();
         self.child_extent = self.child_extent.max(extent(&composed));
-        if let Some(child) = self.children.get_mut(&alias) {
-            child.own.push(step, composed);
-        }
+        child.own.push(step, composed);
         Ok(true)
     }
 
@@ -174,5 +185,32 @@ impl Object {
         }
         self.overall.push(step, composed);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_geom::glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn steps_keep_their_order_and_clones_those_they_had() {
+        let mut object = Object::default();
+        object.push_child("egg", Child::new("egg"));
+        let step = |i: usize| TransformStep::Translate(DVec3::new(i as f64, 0.0, 0.0));
+        let mut before = Vec::new();
+        for i in 0..3 * MOST_RECENT + 1 {
+            before.push(object.clone());
+            assert_eq!(object.push_child_step(step(i)), Ok(true));
+            object.push_overall_step(step(i)).unwrap();
+        }
+        for (count, object) in before.iter().chain([&object]).enumerate() {
+            let child = object.child("egg").unwrap();
+            assert!(child.steps().eq(&(0..count).map(step).collect::<Vec<_>>()));
+            assert!(child.steps().eq(object.overall_steps()));
+            let moved = object.parent_from_child(child).unwrap().forward().translation.x;
+            assert_eq!(moved, (0..count).sum::<usize>() as f64 * 2.0);
+        }
     }
 }

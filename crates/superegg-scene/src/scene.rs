@@ -264,10 +264,10 @@ impl Scene {
     }
 
     fn object_mut(&mut self, name: &str) -> Result<&mut Object, SceneError> {
-        self.object(name)?;
         match self.entities.get_mut(name) {
             Some(Entity::Object(object)) => Ok(object),
-            _ => Err(SceneError::Unknown(name.to_owned())),
+            Some(Entity::Primitive(_)) => Err(SceneError::NotAnObject(name.to_owned())),
+            None => Err(SceneError::Unknown(name.to_owned())),
         }
     }
 

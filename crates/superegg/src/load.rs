@@ -75,8 +75,8 @@ pub(crate) fn load(path: &Path) -> Result<Loaded> {
 /// The same into a session with these settings, broken off when `interrupt` turns true.
 pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool) -> Result<Loaded> {
     let bytes = files::read(path)?;
-    if let Some(at) = bytes.iter().position(|&byte| byte == 0) {
-        let line = 1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count();
+    if bytes.contains(&0) {
+        let line = 1 + bytes.iter().take_while(|&&byte| byte != 0).filter(|&&byte| byte == b'\n').count();
         bail!("'{}' is not a scene: line {line} has a zero byte, which no text has", path.display());
     }
     let mut session = Session::default();

@@ -134,7 +134,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
             limits(&stats)
         ))?;
     }
-    Ok(Outcome::of(&loaded))
+    let outcome = Outcome::of(&loaded);
+    // The process ends, and its memory with it: to take a large scene apart first takes a while.
+    std::mem::forget((loaded, compiled));
+    Ok(outcome)
 }
 
 /// The settings that the scene has, but for what the arguments say.
