@@ -13,7 +13,7 @@ use superegg_geom::lanes::beam::{
     PACKET, PacketHits, PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, Widening,
 };
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
-use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
+use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit, unit_vector};
 
 use crate::bvh::Slot;
 use crate::compiled::{CompiledScene, Group, Instance};
@@ -179,7 +179,7 @@ pub(crate) struct Sight {
     /// The candidates in them.
     pub(crate) told: Vec<Told>,
     /// What brings t back to that of the rays as they came.
-    t_scale: f64,
+    pub(crate) t_scale: f64,
     /// None of the directions is longer.
     reach: f64,
 }
@@ -209,9 +209,25 @@ impl Sight {
         (surfaces.id.0[lane], t, self.reach * f64::from(surfaces.error.0[lane]))
     }
 
-    /// The t of the crossings that the lanes of a packet tell of, for the rays as they came.
-    pub(crate) fn t_of_packet(&self, packet: usize) -> PacketOf<f64> {
-        PacketOf(self.surfaces[packet].t.0.map(|t| f64::from(t) * self.t_scale))
+    /// Has the lanes tell of a crossing that f64 found; `map` has the columns of the map from gradients to normals. `false` where they would be off by more
+    /// than `width`, or cannot hold it.
+    fn tell(&mut self, ray: u32, hit: &BeamHit, map: [[f32; 3]; 3], width: Widening) -> bool {
+        let (surfaces, lane) = (&mut self.surfaces[ray as usize / PACKET], ray as usize % PACKET);
+        let t = (hit.t / self.t_scale) as f32;
+        let error = f32::EPSILON * t;
+        let map = DMat3::from_cols_array_2d(&map.map(|column| column.map(f64::from)));
+        let Some(normal) = unit_vector(map * hit.gradient) else { return false };
+        if !(f32::MIN_POSITIVE..f32::MAX).contains(&error) || error > width.spread.mul_add(t, width.width) {
+            return false;
+        }
+        surfaces.lanes |= 1 << lane;
+        surfaces.t.0[lane] = t;
+        surfaces.error.0[lane] = error;
+        surfaces.id.0[lane] = hit.candidate;
+        for axis in 0..3 {
+            surfaces.normal[axis].0[lane] = normal[axis] as f32;
+        }
+        true
     }
 }
 
@@ -374,20 +390,19 @@ impl<'s> Beam<'s> {
         met.sort_unstable_by_key(|met| (met.told.candidate, met.told.packet));
         for same in met.chunk_by(|a, b| a.told.candidate == b.told.candidate) {
             let candidate = same[0].told.candidate;
-            let seen = self.candidates[candidate as usize].seen;
-            let seen = seen.and_then(|seen| Some((seen, told_by_lanes(self, candidate)?)));
-            let Candidate { unit_from_world, lens, .. } = self.candidates[candidate as usize];
+            let map = told_by_lanes(self, candidate);
+            let Candidate { unit_from_world, lens, seen, .. } = self.candidates[candidate as usize];
             for &Met { told: Told { packet, lanes: all, .. }, near } in same {
                 let surfaces = &mut sight.surfaces[packet];
-                if let Some((shape, map)) = &seen {
+                if let (Some(shape), Some(map)) = (&seen, &map) {
                     let (directions, hits) = (&self.directions[packet], &self.hits[packet]);
                     self.kernels.surfaces(shape, map, directions, hits, near, surfaces);
                 }
-                let told = all & surfaces.lanes;
-                if told != 0 {
-                    sight.told.push(Told { packet, candidate, lanes: told });
+                let left = all & !surfaces.lanes;
+                if map.is_some() {
+                    sight.told.push(Told { packet, candidate, lanes: all });
                 }
-                for lane in lanes(all & !told) {
+                for lane in lanes(left) {
                     let (ray, hits) = (packet * PACKET + lane, &self.hits[packet]);
                     let Some(Lens { origin, powers }) = lens else {
                         match self.settle(&rays.ray(ray), candidate) {
@@ -412,11 +427,19 @@ impl<'s> Beam<'s> {
                 Some((hit, gradient)) => {
                     let unit_point = hit.point;
                     let hit = BeamHit { t: hit.t, candidate, unit_point, gradient, leaving: false };
-                    sight.hits.push((ray, hit));
+                    let map = told_by_lanes(self, candidate);
+                    if !map.is_some_and(|map| sight.tell(ray, &hit, map, width)) {
+                        sight.hits.push((ray, hit));
+                    }
                 }
                 None => self.push_exact_hit(rays, ray as usize, footprint, sight),
             }
         }
+        let Sight { told, surfaces, .. } = sight;
+        told.retain_mut(|told| {
+            told.lanes &= surfaces[told.packet].lanes;
+            told.lanes != 0
+        });
         (self.batch, self.unsettled, self.met) = (batch, unsettled, met);
         std::mem::swap(&mut self.directions, &mut sight.directions);
     }

@@ -1,5 +1,6 @@
 //! Rays from one place: those of a camera, and shadow rays seen from their light.
 
+use pulp::{Simd, WithSimd};
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketVectors64};
@@ -81,6 +82,33 @@ impl Pencil {
     }
 }
 
+/// Directions, from a place, to points on the rays of a packet.
+pub(crate) struct DirectionsFrom<'a> {
+    /// The rays.
+    pub(crate) rays: &'a PacketVectors64,
+    /// The points, by their t times `t_scale`.
+    pub(crate) t: &'a PacketOf<f32>,
+    pub(crate) t_scale: f64,
+    /// From the place to the rays' origin.
+    pub(crate) way: DVec3,
+}
+
+impl WithSimd for DirectionsFrom<'_> {
+    type Output = PacketVectors64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> PacketVectors64 {
+        let Self { rays, t, t_scale, way } = self;
+        // Plain loops, which become lanes.
+        let t: [f64; PACKET] = std::array::from_fn(|lane| f64::from(t.0[lane]) * t_scale);
+        let mut directions = *rays;
+        for (axis, column) in directions.iter_mut().enumerate() {
+            column.0.iter_mut().zip(&t).for_each(|(part, t)| *part = way[axis] + t * *part);
+        }
+        directions
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,6 +124,18 @@ mod tests {
                 one_by_one.push(direction(&packet, lane));
             }
             assert_eq!(format!("{one_by_one:?}"), format!("{by_packets:?}"));
+        }
+    }
+
+    #[test]
+    fn directions_from_another_place_lead_to_the_same_points() {
+        let rays: PacketVectors64 =
+            [1.0, -0.5, 0.25].map(|part| PacketOf(std::array::from_fn(|lane| part + lane as f64)));
+        let t = PacketOf(std::array::from_fn(|lane| 0.5 * lane as f32));
+        let way = DVec3::new(3.0, 5.0, -7.0);
+        let found = pulp::Arch::new().dispatch(DirectionsFrom { rays: &rays, t: &t, t_scale: 2.0, way });
+        for lane in 0..PACKET {
+            assert_eq!(direction(&found, lane), way + lane as f64 * direction(&rays, lane));
         }
     }
 

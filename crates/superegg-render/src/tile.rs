@@ -21,11 +21,11 @@ use crate::lighting::{self, LightWay, ShadowRays};
 use crate::medium::Media;
 use crate::packet_light::{AddShine, Finish, PacketFinish, PacketLight, PacketShine, SetFinish, Shine};
 use crate::path::InstancePath;
-use crate::pencil::{ALL_LANES, Pencil};
+use crate::pencil::{ALL_LANES, DirectionsFrom, Pencil};
 use crate::point::{Arrival, MaterialRef, Place, Seen, SurfacePoint, albedo_of_shape};
 use crate::sequence::SampleKey;
 use crate::shading::Shares;
-use crate::view::View;
+use crate::view::{PacketDirections, View};
 
 /// A sample of the picture.
 #[derive(Clone, Copy, Debug)]
@@ -278,7 +278,8 @@ impl<'a> TileTracer<'a> {
     fn meet_by_beam(&mut self, samples: &[FilmSample], lanes_may_tell: bool) {
         self.rays.start(self.view.position());
         for packet in samples.chunks(LANES) {
-            self.rays.extend(&self.view.directions(packet), u32::MAX >> (32 - packet.len()));
+            let directions = self.arch.dispatch(PacketDirections { view: self.view, samples: packet });
+            self.rays.extend(&directions, u32::MAX >> (32 - packet.len()));
         }
         self.beam.start_tile();
         self.looks.by_candidate.clear();
@@ -531,16 +532,14 @@ impl<'a> TileTracer<'a> {
 
     /// Takes shadow rays from lanes of a packet to a light, from which `way` leads to the camera. Returns the least t of their camera rays.
     fn push_lanes(&mut self, lit: Told, way: DVec3) -> f64 {
-        let t = self.sight.t_of_packet(lit.packet);
-        let mut directions = self.rays.directions()[lit.packet];
-        for (axis, column) in directions.iter_mut().enumerate() {
-            column.0.iter_mut().zip(&t.0).for_each(|(part, t)| *part = way[axis] + t * *part);
-        }
+        let (t, t_scale) = (&self.sight.surfaces[lit.packet].t, self.sight.t_scale);
+        let rays = &self.rays.directions()[lit.packet];
+        let directions = self.arch.dispatch(DirectionsFrom { rays, t, t_scale, way });
         self.lit_lanes.push(LitLanes { of: lit, first: self.starts.len() });
         self.from_light.extend(&directions, lit.lanes);
         let start = ShadowStart { own: lit.candidate, start: RayStart::SurfaceOutward };
         self.starts.extend(std::iter::repeat_n(start, lit.lanes.count_ones() as usize));
-        lanes(lit.lanes).fold(f64::INFINITY, |least, lane| least.min(t.0[lane]))
+        t_scale * f64::from(lanes(lit.lanes).fold(f32::INFINITY, |least, lane| least.min(t.0[lane])))
     }
 }
 

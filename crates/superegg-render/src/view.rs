@@ -1,5 +1,6 @@
 //! From places in the picture to rays.
 
+use pulp::{Simd, WithSimd};
 use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketVectors64};
@@ -89,18 +90,6 @@ impl View {
         }
     }
 
-    /// The directions of [`View::ray`] through as many film places as a packet has rays, of a pinhole; those beyond `samples` are of no meaning.
-    pub(crate) fn directions(&self, samples: &[FilmSample]) -> PacketVectors64 {
-        let (mut x, mut y) = ([0.0; PACKET], [0.0; PACKET]);
-        for ((x, y), sample) in x.iter_mut().zip(&mut y).zip(samples) {
-            (*x, *y) = sample.film_px.into();
-        }
-        std::array::from_fn(|axis| {
-            let (corner, right, down) = (self.to_corner[axis], self.pixel_right[axis], self.pixel_down[axis]);
-            PacketOf(std::array::from_fn(|lane| corner + x[lane] * right + y[lane] * down))
-        })
-    }
-
     /// The camera ray of a sample.
     pub(crate) fn sample_ray(&self, sample: &FilmSample) -> Ray {
         if !matches!(self.kind, Projection::Lens { .. }) {
@@ -131,8 +120,38 @@ impl View {
     }
 }
 
+/// The directions of [`View::ray`] of as many samples as a packet has rays at most, of a pinhole; those beyond are of no meaning.
+pub(crate) struct PacketDirections<'a> {
+    pub(crate) view: &'a View,
+    pub(crate) samples: &'a [FilmSample],
+}
+
+impl WithSimd for PacketDirections<'_> {
+    type Output = PacketVectors64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> PacketVectors64 {
+        let Self { view: View { to_corner, pixel_right, pixel_down, .. }, samples } = self;
+        let (mut x, mut y) = ([0.0; PACKET], [0.0; PACKET]);
+        for ((x, y), sample) in x.iter_mut().zip(&mut y).zip(samples) {
+            (*x, *y) = sample.film_px.into();
+        }
+        // Plain loops, which become lanes.
+        let mut directions = [PacketOf::splat(0.0); 3];
+        for (axis, column) in directions.iter_mut().enumerate() {
+            let (corner, right, down) = (to_corner[axis], pixel_right[axis], pixel_down[axis]);
+            for lane in 0..PACKET {
+                column.0[lane] = corner + x[lane] * right + y[lane] * down;
+            }
+        }
+        directions
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use pulp::Arch;
+
     use super::*;
     use crate::pencil::direction;
 
@@ -160,7 +179,7 @@ mod tests {
                 film_px: DVec2::new(17.3 * i as f64, 99.0 - 3.7 * i as f64),
             };
             let samples: Vec<FilmSample> = (0..count).map(sample).collect();
-            let directions = view.directions(&samples);
+            let directions = Arch::new().dispatch(PacketDirections { view: &view, samples: &samples });
             for (lane, sample) in samples.iter().enumerate() {
                 assert_eq!(direction(&directions, lane), view.ray(sample.film_px).direction);
             }
