@@ -30,6 +30,7 @@ mod path;
 mod pattern;
 mod pencil;
 mod placement;
+mod plane;
 mod point;
 mod point_query;
 mod render;
