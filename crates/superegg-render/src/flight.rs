@@ -35,7 +35,7 @@ impl From<Ray> for FlightRay {
 /// How many rays go together: as many as a core's cache has room for what is kept of them; where the scene itself is larger than that, more, since long
 /// lists are then worth more than the cache.
 fn rays_together(root: &Group) -> usize {
-    (8 * root.nodes.len()).clamp(1 << 14, 1 << 17)
+    (16 * root.nodes.len()).clamp(1 << 14, 1 << 17)
 }
 
 impl CompiledScene {

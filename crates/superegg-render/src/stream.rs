@@ -10,8 +10,8 @@ use std::sync::{Mutex, PoisonError};
 use pulp::Simd;
 use superegg_geom::glam::DVec3;
 use superegg_geom::lanes::flight::{
-    APPROACH, Approach, Approaches, BoxRay, END, FLIGHT, FlightAnswers, FlightLanes, Listed, Verdict,
-    meet_boxes,
+    APPROACH, Approach, Approaches, BoxEntries, BoxRay, END, FLIGHT, FlightAnswers, FlightLanes, Listed,
+    Verdict, meet_boxes,
 };
 use superegg_geom::{Ray, RayStart, ShapeHit, Superquadric, scale_to_unit};
 
@@ -114,7 +114,22 @@ struct List {
     first: u32,
     count: u32,
     first_near: u32,
+    /// Where the blocks of those that meet each box begin.
+    first_met: u32,
 }
+
+impl List {
+    /// Where what comes after its rays, their entries and its blocks begins.
+    #[inline(always)]
+    fn after(self) -> Self {
+        let Self { first, count, first_near, first_met } = self;
+        let first_met = first_met + count.div_ceil(BLOCK);
+        Self { first: first + count, count: 0, first_near: first_near + count, first_met }
+    }
+}
+
+/// Rays of a list whose bits are in one word.
+const BLOCK: u32 = u64::BITS;
 
 /// A ray and an instance of a shape that it may meet.
 #[derive(Clone, Copy)]
@@ -157,9 +172,12 @@ pub(crate) struct StreamMemory {
     boxes: Vec<BoxRay>,
     trails: Vec<Trail>,
     tasks: Vec<Task>,
-    /// Lists and entries, one after the other as they are needed.
+    /// Lists and entries, one after the other as they are needed, and by boxes a bit for each ray of a block that meets it.
     lists: Vec<Listed>,
     near: Vec<[f32; WIDTH]>,
+    met: Vec<[u64; WIDTH]>,
+    /// By rays of a list a bit for each box.
+    boxes_met: Vec<u8>,
     /// Rays that come to a group, with their octants.
     arrivals: Vec<(u8, Listed)>,
     exact: Vec<Hit>,
@@ -429,24 +447,24 @@ impl<'s> Stream<'s> {
             self.memory.boxes.push(tree);
             self.memory.arrivals.push((tree.octant(), Listed::new(place as u32, place as u32)));
         }
-        self.list_arrivals(0, 0);
+        self.list_arrivals(List { first: 0, count: 0, first_near: 0, first_met: 0 });
     }
 
     /// Makes lists of the rays that come to a group, and tasks of these.
     #[inline(always)]
-    fn list_arrivals(&mut self, top: u32, near_top: u32) {
-        self.reserve(top as usize + self.memory.arrivals.len(), 0);
+    fn list_arrivals(&mut self, top: List) {
+        self.reserve(top.first as usize + self.memory.arrivals.len(), 0, 0);
         let mut counts = [0; 8];
         for (octant, _) in &self.memory.arrivals {
             counts[*octant as usize % 8] += 1;
         }
-        let mut first = top;
+        let mut first = top.first;
         let mut ends = [0; 8];
         for octant in 0..8 {
             let count = counts[octant];
             ends[octant] = first;
             if count > 0 {
-                let list = List { first, count, first_near: near_top };
+                let list = List { first, count, ..top };
                 self.memory.tasks.push(Task::Tree { octant: octant as u8, list });
             }
             first += count;
@@ -460,12 +478,15 @@ impl<'s> Stream<'s> {
     }
 
     #[inline(always)]
-    fn reserve(&mut self, lists: usize, near: usize) {
+    fn reserve(&mut self, lists: usize, near: usize, met: usize) {
         if self.memory.lists.len() < lists {
             self.memory.lists.resize(2 * lists, Listed::default());
         }
         if self.memory.near.len() < near {
             self.memory.near.resize(2 * near, [0.0; WIDTH]);
+        }
+        if self.memory.met.len() < met {
+            self.memory.met.resize(2 * met, [0; WIDTH]);
         }
     }
 
@@ -478,29 +499,46 @@ impl<'s> Stream<'s> {
     /// The rays of a list that come to a box of a node before their ends.
     #[inline(always)]
     fn list_child(&mut self, child: u8, list: List) -> Option<List> {
-        let List { first, count, first_near } = list;
-        let (top, near_top) = (first + count, first_near + count);
-        let (parents, free) = self.memory.lists[first as usize..].split_at_mut(count as usize);
-        // All are written, and those that are not kept are written over.
+        let (child, top) = (child as usize % WIDTH, list.after());
+        let StreamMemory { lists, near, met, ends, .. } = &mut self.memory;
+        let (parents, free) = lists[list.first as usize..].split_at_mut(list.count as usize);
+        let near = &near[list.first_near as usize..top.first_near as usize];
+        // All that meet it are written, and those that are not kept are written over.
         let mut kept = 0;
-        for (listed, near) in parents.iter().zip(&self.memory.near[first_near as usize..near_top as usize]) {
-            free[kept] = *listed;
-            kept += usize::from(near[child as usize % WIDTH] <= self.memory.ends[listed.end()]);
+        for (block, met) in met[list.first_met as usize..top.first_met as usize].iter().enumerate() {
+            let mut rays = met[child];
+            while rays != 0 {
+                let i = block * BLOCK as usize + rays.trailing_zeros() as usize;
+                rays &= rays - 1;
+                free[kept] = parents[i];
+                kept += usize::from(near[i][child] <= ends[parents[i].end()]);
+            }
         }
-        (kept > 0).then_some(List { first: top, count: kept as u32, first_near: near_top })
+        (kept > 0).then_some(List { count: kept as u32, ..top })
     }
 
     /// Asks the rays of a list for the boxes of a node.
     #[inline(always)]
     fn visit<S: Simd>(&mut self, simd: S, node: u32, octant: u8, list: List) {
-        let List { first, count, first_near } = list;
-        let (top, near_top) = ((first + count) as usize, (first_near + count) as usize);
-        self.reserve(top + count as usize + 1, near_top);
+        let (List { first, count, first_near, first_met }, top) = (list, list.after());
+        self.reserve((top.first + count + 1) as usize, top.first_near as usize, top.first_met as usize);
         let node = &self.frame().0.nodes[node as usize];
-        let near = &mut self.memory.near[first_near as usize..near_top];
-        let listed = &self.memory.lists[first as usize..top];
-        let met = meet_boxes(simd, &node.bounds, octant, &self.memory.boxes, listed, &self.memory.ends, near);
-        let mut met = met & ((1 << node.count) - 1);
+        let StreamMemory { lists, near, met: blocks, boxes_met, boxes, ends, .. } = &mut self.memory;
+        let near = &mut near[first_near as usize..top.first_near as usize];
+        let listed = &lists[first as usize..top.first as usize];
+        let whole_eights = listed.len().next_multiple_of(WIDTH);
+        if boxes_met.len() < whole_eights {
+            boxes_met.resize(2 * whole_eights, 0);
+        }
+        let boxes_met = &mut boxes_met[..whole_eights];
+        let entries = BoxEntries { near, met: boxes_met };
+        let met = meet_boxes(simd, &node.bounds, octant, boxes, listed, ends, entries);
+        boxes_met[listed.len()..].fill(0);
+        let blocks = &mut blocks[first_met as usize..top.first_met as usize];
+        for (block, met) in blocks.iter_mut().zip(boxes_met.chunks(BLOCK as usize)) {
+            *block = by_boxes(met);
+        }
+        let mut met = met & ((1u32 << node.count) - 1) as u8;
         let order = if count == 1 { near[0] } else { places_along(node, octant) };
         // What is done last comes first.
         let mut found = [0u8; WIDTH];
@@ -758,15 +796,20 @@ impl<'s> Stream<'s> {
     /// The rays of a list that come to the box of a group go on in its space; those that are much wider meet what stands in for it.
     #[inline(always)]
     fn enter(&mut self, slot: PackedSlot, place: u32, child: u8, mut list: List) {
-        let top = list.first + list.count;
-        let near_top = list.first_near + list.count;
+        let top = list.after();
         // Where many rays are in many levels the memory for them has an end: some go first.
         let inner_rays = self.memory.lines.len() - self.asked.len();
         let room = self.most_rays.saturating_sub(inner_rays) / 2;
         let count = list.count.min(room.max(FLIGHT) as u32);
         if count < list.count {
-            let (first, first_near) = (list.first + count, list.first_near + count);
-            let others = List { first, count: list.count - count, first_near };
+            let others = list.count - count;
+            let others = List {
+                first: list.first + count,
+                count: others,
+                first_near: list.first_near + count,
+                // Not asked for; what comes after stays where it is.
+                first_met: top.first_met - others.div_ceil(BLOCK),
+            };
             self.memory.tasks.push(Task::Child { slot, child, octant: 0, list: others });
             list.count = count;
         }
@@ -808,7 +851,7 @@ impl<'s> Stream<'s> {
         self.memory.trails.push(Trail { above: trail, place });
         self.path.push(place);
         self.memory.tasks.push(Task::Leave);
-        self.list_arrivals(top, near_top);
+        self.list_arrivals(top);
     }
 
     fn leave(&mut self) {
@@ -857,6 +900,31 @@ impl<'s> Flying<'s> {
     }
 }
 
+/// By boxes a bit for each ray, from a bit for each box by rays: eights of them, and [`BLOCK`] at most.
+#[inline(always)]
+fn by_boxes(rays: &[u8]) -> [u64; WIDTH] {
+    let mut boxes = [0; WIDTH];
+    for (place, eight) in rays.as_chunks::<WIDTH>().0.iter().enumerate() {
+        let transposed = transposed(u64::from_le_bytes(*eight)).to_le_bytes();
+        for (to, bits) in boxes.iter_mut().zip(transposed) {
+            *to |= u64::from(bits) << (8 * place);
+        }
+    }
+    boxes
+}
+
+/// Eight rows of eight bits, the lowest first, with rows and columns exchanged: halves, quarters and single bits change places (Warren, Hacker's
+/// Delight, 7-3).
+#[inline(always)]
+fn transposed(mut bits: u64) -> u64 {
+    for (way, half) in [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)]
+    {
+        let exchanged = (bits ^ (bits >> way)) & half;
+        bits ^= exchanged ^ (exchanged << way);
+    }
+    bits
+}
+
 /// How far along an octant the middles of a node's boxes are.
 #[inline(always)]
 fn places_along(node: &Node, octant: u8) -> [f32; WIDTH] {
@@ -883,6 +951,18 @@ mod tests {
     const FRACTAL: &str = "prm ball\nexp 1 .4\ncoeff .2 .3 .1\nprm star\nexp 3 2.5\ncoeff .3 .2 .3\n\
         obj all\nap ball\nap star\nxs .3 .2 .1\nao all a\nrs 1 2 3 40\nss .8 .8 .8\nxs .3 0 0\n\
         ao all b\nrs 2 1 0 70\nss .8 .7 -.8\nxs -.3 .2 0\nao all c\nss .6 .6 .6\nxs 0 -.9 .4\n";
+
+    #[test]
+    fn bits_by_rays_are_the_same_by_boxes() {
+        for count in [8usize, 24, 64] {
+            let rays: Vec<u8> = (0..count).map(|ray| (ray * ray * 37 + ray) as u8).collect();
+            let boxes = by_boxes(&rays);
+            for (place, bits) in boxes.into_iter().enumerate() {
+                let expected = (0..count).fold(0, |all, ray| all | u64::from(rays[ray] >> place & 1) << ray);
+                assert_eq!(bits, expected);
+            }
+        }
+    }
 
     #[test]
     fn bounds_on_memory_change_no_answer() {

@@ -224,8 +224,17 @@ impl Listed {
     }
 }
 
-/// Where each ray of a list enters eight boxes (the least x, y and z of each, then the largest): infinite where it does not before its end. All rays
-/// are of one octant. Returns a bit for each box that any of them meets.
+/// What the rays of a list meet of eight boxes.
+#[derive(Debug)]
+pub struct BoxEntries<'a> {
+    /// By rays the t where it enters each box, infinite where it does not before its end.
+    pub near: &'a mut [[f32; 8]],
+    /// By rays the boxes that it enters, a bit for each.
+    pub met: &'a mut [u8],
+}
+
+/// Where each ray of a list enters eight boxes (the least x, y and z of each, then the largest). All rays are of one octant. Returns a bit for each box
+/// that any of them meets.
 #[inline(always)]
 pub fn meet_boxes<S: Simd>(
     simd: S,
@@ -234,14 +243,14 @@ pub fn meet_boxes<S: Simd>(
     rays: &[BoxRay],
     list: &[Listed],
     ends: &[f32],
-    near: &mut [[f32; 8]],
-) -> u32 {
+    entries: BoxEntries<'_>,
+) -> u8 {
     #[cfg(target_arch = "x86_64")]
     if let Some(v4) = (&simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
         // Eight boxes fill half of a register.
-        return meet_boxes_by::<pulp::x86::V3>(**v4, bounds, octant, rays, list, ends, near);
+        return meet_boxes_by::<pulp::x86::V3>(**v4, bounds, octant, rays, list, ends, entries);
     }
-    meet_boxes_by(simd, bounds, octant, rays, list, ends, near)
+    meet_boxes_by(simd, bounds, octant, rays, list, ends, entries)
 }
 
 #[inline(always)]
@@ -252,9 +261,10 @@ fn meet_boxes_by<S: Simd>(
     rays: &[BoxRay],
     list: &[Listed],
     ends: &[f32],
-    near: &mut [[f32; 8]],
-) -> u32 {
-    let mut met = 0;
+    entries: BoxEntries<'_>,
+) -> u8 {
+    let BoxEntries { near, met } = entries;
+    let mut met_by_any = 0;
     for i in 0..8 / S::F32_LANES {
         let face = |row: usize| Lanes::<S>::new(simd, S::as_simd_f32s(&bounds[row]).0[i]);
         let is_back = [octant & 1, octant >> 1 & 1, octant >> 2 & 1];
@@ -265,7 +275,7 @@ fn meet_boxes_by<S: Simd>(
             last[axis] = face(axis + 3 * usize::from(1 - is_back[axis]));
         }
         let nothing = Lanes::<S>::splat(simd, f32::INFINITY);
-        for (listed, near) in list.iter().zip(near.iter_mut()) {
+        for ((listed, near), met) in list.iter().zip(near.iter_mut()).zip(met.iter_mut()) {
             let ray = &rays[listed.ray()];
             let mut enter = Lanes::<S>::splat(simd, 0.0);
             let mut leave = Lanes::<S>::splat(simd, ends[listed.end()]);
@@ -276,10 +286,12 @@ fn meet_boxes_by<S: Simd>(
             }
             let meets = enter.le(leave);
             S::as_mut_simd_f32s(near).0[i] = meets.select(enter, nothing).register();
-            met |= meets.bits() << (i * S::F32_LANES);
+            let bits = (meets.bits() << (i * S::F32_LANES)) as u8;
+            *met = if i == 0 { bits } else { *met | bits };
+            met_by_any |= bits;
         }
     }
-    met
+    met_by_any
 }
 
 /// How many rays approach their shapes together.
