@@ -1,8 +1,5 @@
 //! The picture as it is made: linear values.
 
-use bytemuck::{Pod, Zeroable};
-
-use crate::plane::Plane;
 use crate::tiling::Tile;
 
 /// What a picture knows of one pixel.
@@ -71,8 +68,7 @@ impl Pixel {
 }
 
 /// What a film may know of a pixel beyond its light.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Layers {
     pub(crate) depth: f32,
     pub(crate) normal: [f32; 3],
@@ -96,26 +92,23 @@ pub struct Film {
     width: u32,
     height: u32,
     /// Colour and alpha of each pixel.
-    light: Plane<[f32; 4]>,
-    samples: Plane<u32>,
+    light: Vec<[f32; 4]>,
+    samples: Vec<u32>,
     /// None where they are not kept.
-    layers: Plane<Layers>,
+    layers: Vec<Layers>,
 }
 
 impl Film {
     /// One of which no pixel has been made.
     pub fn new(width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
-        let mut film = Self { layers: Plane::zeros(count), ..Self::without_layers(width, height) };
-        film.layers.fill(Layers::EMPTY);
-        film
+        Self { layers: vec![Layers::EMPTY; count], ..Self::without_layers(width, height) }
     }
 
     /// The same that keeps neither depth nor normals, albedo and ids, but takes two fifths of the memory. Its pixels have those of [`Pixel::EMPTY`].
     pub fn without_layers(width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
-        let (light, samples) = (Plane::zeros(count), Plane::zeros(count));
-        Self { width, height, light, samples, layers: Plane::zeros(0) }
+        Self { width, height, light: vec![[0.0; 4]; count], samples: vec![0; count], layers: Vec::new() }
     }
 
     /// One with these pixels; `layers` are empty where they are not kept.
@@ -125,7 +118,7 @@ impl Film {
         samples: Vec<u32>,
         layers: Vec<Layers>,
     ) -> Self {
-        Self { width, height, light: light.into(), samples: samples.into(), layers: layers.into() }
+        Self { width, height, light, samples, layers }
     }
 
     /// One with layers, of these pixels; those that are missing have not been made.
@@ -189,14 +182,15 @@ impl Film {
 
     /// A tile of this picture.
     pub fn tile(&self, tile: &Tile) -> Self {
-        let (mut light, mut samples, mut layers) = (Vec::new(), Vec::new(), Vec::new());
+        let mut of_tile =
+            Self { width: tile.x.len() as u32, height: tile.y.len() as u32, ..Self::without_layers(0, 0) };
         for y in tile.y.clone() {
             let row = self.place(tile.x.start, y)..self.place(tile.x.end, y);
-            light.extend_from_slice(&self.light[row.clone()]);
-            samples.extend_from_slice(&self.samples[row.clone()]);
-            layers.extend_from_slice(self.layers.get(row).unwrap_or_default());
+            of_tile.light.extend_from_slice(&self.light[row.clone()]);
+            of_tile.samples.extend_from_slice(&self.samples[row.clone()]);
+            of_tile.layers.extend_from_slice(self.layers.get(row).unwrap_or_default());
         }
-        Self::of_parts((tile.x.len() as u32, tile.y.len() as u32), light, samples, layers)
+        of_tile
     }
 
     /// Puts a tile in its place; of layers what both know.

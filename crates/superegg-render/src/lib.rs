@@ -30,7 +30,6 @@ mod path;
 mod pattern;
 mod pencil;
 mod placement;
-mod plane;
 mod point;
 mod point_query;
 mod render;
