@@ -334,6 +334,10 @@ mod tests {
     fn names_are_any_word() {
         assert_eq!(command("obj 2nd_robot_base"), Command::Object("2nd_robot_base".into()));
         assert_eq!(command("prm größe/ü"), Command::Primitive("größe/ü".into()));
+        // Columns are counted in characters.
+        for (line, columns) in [("delete größe größe", 13..18), ("delete grosse größe # ü", 14..19)] {
+            assert_eq!(fault(line).columns, Some(columns), "{line}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
     BeamBoxes, BeamShape, Bundles, DirectionBoxes, Directions, Kernels, MOST_PACKETS, NumberOfPackets,
-    PACKET, PacketHits, PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, Widening,
+    PACKET, PacketHits, PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, RANGE, Widening,
 };
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit, unit_vector};
@@ -19,7 +19,7 @@ use crate::bvh::Slot;
 use crate::compiled::{CompiledScene, Group, Instance};
 use crate::footprint::{Footprint, chance};
 use crate::path::InstancePath;
-use crate::pencil::Pencil;
+use crate::pencil::{ALL_LANES, Pencil};
 use crate::stand_in::StandIn;
 use crate::traverse::{Departure, Hit};
 
@@ -171,9 +171,9 @@ pub(crate) struct ShadowRays<'a> {
 /// What the rays of a tile see first.
 #[derive(Debug, Default)]
 pub(crate) struct Sight {
-    /// What f64 tells: the rays, and what each meets.
+    /// What is left to f64: the rays, and what each meets.
     pub(crate) hits: Vec<(u32, BeamHit)>,
-    /// The other surfaces, which the lanes tell of, and the rays' directions.
+    /// The other surfaces, which the lanes tell of, some of them as f64 has settled them, and the rays' directions.
     pub(crate) surfaces: Vec<PacketSurfaces>,
     pub(crate) directions: Vec<PacketVectors>,
     /// The candidates in them.
@@ -217,7 +217,7 @@ impl Sight {
         let error = f32::EPSILON * t;
         let map = DMat3::from_cols_array_2d(&map.map(|column| column.map(f64::from)));
         let Some(normal) = unit_vector(map * hit.gradient) else { return false };
-        if !(f32::MIN_POSITIVE..f32::MAX).contains(&error) || error > width.spread.mul_add(t, width.width) {
+        if !(RANGE[0]..RANGE[1]).contains(&t) || error > width.spread.mul_add(t, width.width) {
             return false;
         }
         surfaces.lanes |= 1 << lane;
@@ -343,8 +343,8 @@ impl<'s> Beam<'s> {
         self.closest_but(rays, footprint, sight, |_, _| None);
     }
 
-    /// The same but for candidates of which `told_by_lanes` gives the columns of the map from gradients to normals: where the lanes are right to a
-    /// small part of the ray's width, what they know is enough.
+    /// The same but for candidates of which `told_by_lanes` gives the columns of the map from gradients to normals. Lanes tell of those: where they are
+    /// right to a small part of the ray's width what they know is enough, and elsewhere what f64 has settled.
     pub(crate) fn closest_but(
         &mut self,
         rays: &Pencil,
@@ -489,7 +489,7 @@ impl<'s> Beam<'s> {
     /// Asks the exact way for the rays whose bits are set in `asked`, but for those that are stopped already.
     fn occluded_exactly(&self, shadow: ShadowRays<'_>, asked: &[u32], mut occluded: Vec<u32>) -> Vec<u32> {
         for (packet, (occluded, asked)) in occluded.iter_mut().zip(asked).enumerate() {
-            for lane in lanes(asked & !*occluded & ((1 << PACKET) - 1)) {
+            for lane in lanes(asked & !*occluded & ALL_LANES) {
                 let i = packet * PACKET + lane;
                 let Some(&ShadowStart { own, start, .. }) = shadow.starts.get(i) else { continue };
                 let ShadowRay { ray, width } = (shadow.ray)(i);
@@ -672,7 +672,7 @@ impl<'s> Beam<'s> {
     /// Leaves all rays of a mask to the exact way.
     fn leave_to_f64(&mut self, mask: u32) {
         for packet in packets(mask) {
-            self.exact[packet] = (1 << PACKET) - 1;
+            self.exact[packet] = ALL_LANES;
         }
     }
 
@@ -907,7 +907,7 @@ impl<'s> Beam<'s> {
                 // Of one that is not convex the lanes know only the convex shape around it.
                 Some(answer) if !target.shape.is_convex() => (0, answer.hit[packet] | answer.doubt[packet]),
                 Some(answer) => (answer.hit[packet], answer.doubt[packet]),
-                None => (0, (1 << PACKET) - 1),
+                None => (0, ALL_LANES),
             };
             let before = occluded[packet];
             for lane in lanes(hit | ask) {
@@ -1184,9 +1184,16 @@ mod tests {
                 f32_columns(&to_unit.transpose()).map(|(columns, _)| columns)
             };
             beam.closest_but(&pencil, view.footprint(1), &mut sight, map);
-            let lanes: u32 = sight.told.iter().map(|told| told.lanes.count_ones()).sum();
-            told += lanes;
-            met += lanes + sight.hits.len() as u32;
+            // What f64 has settled is known better than lanes find anything.
+            let is_found_by_lanes = |packet: usize, lane: usize| {
+                let PacketSurfaces { t, error, .. } = &sight.surfaces[packet];
+                error.0[lane] > 2.0 * f32::EPSILON * t.0[lane]
+            };
+            for &Told { packet, lanes: all, .. } in &sight.told {
+                met += all.count_ones();
+                told += lanes(all).filter(|&lane| is_found_by_lanes(packet, lane)).count() as u32;
+            }
+            met += sight.hits.len() as u32;
         }
         assert!(met > 20_000 && told > met / 10 * 9, "{told} of {met}");
     }

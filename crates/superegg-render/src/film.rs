@@ -217,6 +217,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn tiles_bring_what_they_and_the_film_know() {
+        let tile = Tile { x: 1..3, y: 1..2 };
+        let pixel = |id| Pixel { color: [1.0, 2.0, id as f32], alpha: 1.0, id, samples: 4, ..Pixel::EMPTY };
+        let with = Film::of_pixels(2, 1, [pixel(7), pixel(8)]);
+        let mut without = Film::without_layers(2, 1);
+        (0..2).for_each(|x| without.set(x, 0, pixel(7 + x)));
+        for part in [&with, &without] {
+            for mut film in [Film::new(4, 3), Film::without_layers(4, 3)] {
+                let knows = film.has_layers();
+                film.set_tile(&tile, part);
+                let id = if knows && part.has_layers() { 8 } else { 0 };
+                assert_eq!(film.pixel(2, 1), Pixel { id, ..pixel(8) });
+                assert_eq!(film.pixels().filter(|pixel| *pixel != Pixel::EMPTY).count(), 2);
+                assert_eq!(film.tile(&tile).has_layers(), knows);
+                assert!(film.tile(&tile).light() == part.light());
+            }
+        }
+    }
+
+    #[test]
     fn pixels_go_to_bytes_and_back_to_the_bit() {
         let pixel = Pixel {
             color: [1.0, -0.0, f32::MIN_POSITIVE],

@@ -90,6 +90,8 @@ pub(crate) struct TileTracer<'a> {
     from_light: Pencil,
     starts: Vec<ShadowStart>,
     lit_lanes: Vec<LitLanes>,
+    /// Those that are no whole packets, until the others are put in.
+    lit_in_part: Vec<Told>,
     lit_points: Vec<(u32, DVec3)>,
     /// By packets the lanes of those that the light reaches.
     open: Vec<u32>,
@@ -167,6 +169,7 @@ impl<'a> TileTracer<'a> {
             from_light: Pencil::default(),
             starts: Vec::new(),
             lit_lanes: Vec::new(),
+            lit_in_part: Vec::new(),
             lit_points: Vec::new(),
             open: Vec::new(),
         }
@@ -503,7 +506,7 @@ impl<'a> TileTracer<'a> {
         // From the light to the camera.
         let way = self.rays.origin - place;
         let mut least_t = f64::INFINITY;
-        let mut in_part = Vec::new();
+        let mut in_part = std::mem::take(&mut self.lit_in_part);
         for i in 0..self.sight.told.len() {
             let mut lit = self.sight.told[i];
             let shine = &mut self.shines[lit.packet];
@@ -525,7 +528,8 @@ impl<'a> TileTracer<'a> {
                 _ => in_part.push(lit),
             }
         }
-        least_t = in_part.into_iter().fold(least_t, |least, lit| least.min(self.push_lanes(lit, way)));
+        least_t = in_part.drain(..).fold(least_t, |least, lit| least.min(self.push_lanes(lit, way)));
+        self.lit_in_part = in_part;
         // Rays grow no narrower.
         if least_t < f64::INFINITY { self.footprint.at(least_t) } else { f64::INFINITY }
     }

@@ -128,6 +128,22 @@ fn a_scene_of_another_size_gives_the_same_picture() {
 }
 
 #[test]
+fn opaque_scenes_have_the_same_picture_at_sizes_whose_squares_f32_cannot_hold() {
+    let scene = |scale: f64| {
+        let (far, radius) = (4.0 * scale, 0.8 * scale);
+        format!(
+            "prm s\nexp .7 1.2\ncoeff {radius} {radius} {radius}\nobj o\nap s\nrs 1 2 3 40\n\
+             light l 0 0 {far}\ncamera 0 0 {far} 0 0 0 40\n"
+        )
+    };
+    let reference = film(&scene(1.0), 48);
+    for power in [-73, 67] {
+        let film = film(&scene(2f64.powi(power)), 48);
+        assert!(difference(&film, &reference) < 1e-3, "2^{power}: {}", difference(&film, &reference));
+    }
+}
+
+#[test]
 fn the_picture_does_not_depend_on_the_threads() {
     let one = rendered(&room(1.0), 50, 3, 1);
     for threads in [2, 3, 8] {

@@ -868,8 +868,8 @@ struct CandidateKernel<'a> {
     width: Widening,
 }
 
-/// Ways whose squares f32 holds.
-const RANGE: [f32; 2] = [1e-12, 1e12];
+/// Ways whose squares f32 holds, from and to.
+pub const RANGE: [f32; 2] = [1e-12, 1e12];
 
 impl WithSimd for CandidateKernel<'_> {
     type Output = PacketCandidates;
