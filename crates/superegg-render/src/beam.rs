@@ -9,8 +9,9 @@ use std::sync::Arc;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
-    BeamBoxes, BeamShape, Bundles, DirectionBoxes, Directions, Kernels, MOST_PACKETS, NumberOfPackets,
-    PACKET, PacketHits, PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, RANGE, Widening,
+    ALL_LANES, BeamBoxes, BeamShape, Bundles, DirectionBoxes, Directions, Kernels, MOST_PACKETS,
+    NumberOfPackets, PACKET, PacketHits, PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, RANGE,
+    Widening,
 };
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit, unit_vector};
@@ -19,7 +20,7 @@ use crate::bvh::Slot;
 use crate::compiled::{CompiledScene, Group, Instance};
 use crate::footprint::{Footprint, chance};
 use crate::path::InstancePath;
-use crate::pencil::{ALL_LANES, Pencil};
+use crate::pencil::Pencil;
 use crate::stand_in::StandIn;
 use crate::traverse::{Departure, Hit};
 

@@ -182,8 +182,8 @@ impl Film {
 
     /// A tile of this picture.
     pub fn tile(&self, tile: &Tile) -> Self {
-        let mut of_tile =
-            Self { width: tile.x.len() as u32, height: tile.y.len() as u32, ..Self::without_layers(0, 0) };
+        let (width, height) = tile.size();
+        let mut of_tile = Self { width, height, ..Self::without_layers(0, 0) };
         for y in tile.y.clone() {
             let row = self.place(tile.x.start, y)..self.place(tile.x.end, y);
             of_tile.light.extend_from_slice(&self.light[row.clone()]);

@@ -383,7 +383,7 @@ impl<'a> Part<'a> {
         let places = self.header.tiles();
         self.tiles.iter().map(move |(tile, bytes)| {
             let (pixels, _) = bytes.as_chunks::<{ Pixel::BYTES }>();
-            let (width, height) = (places[*tile].x.len() as u32, places[*tile].y.len() as u32);
+            let (width, height) = places[*tile].size();
             (*tile, Film::of_pixels(width, height, pixels.iter().map(Pixel::from_bytes)))
         })
     }
@@ -444,7 +444,7 @@ mod tests {
 
     fn pixels(tile: usize) -> Film {
         let place = &header(Share::WHOLE).tiles()[tile];
-        let (width, height) = (place.x.len() as u32, place.y.len() as u32);
+        let (width, height) = place.size();
         let pixel = |i| Pixel { depth: i as f32, id: tile as u32, samples: 4, ..Pixel::EMPTY };
         Film::of_pixels(width, height, (0..place.pixel_count()).map(pixel))
     }

@@ -3,12 +3,14 @@
 use pulp::{Simd, WithSimd};
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketVectors64};
+use superegg_geom::lanes::beam::{ALL_LANES, PACKET, PacketOf, PacketVectors64};
 
 use crate::beam::lanes as bits;
 
-/// The bits of all lanes of a packet.
-pub(crate) const ALL_LANES: u32 = (1 << PACKET) - 1;
+/// The bits of the first lanes of a packet, at least one.
+pub(crate) fn first_lanes(count: usize) -> u32 {
+    ALL_LANES >> (PACKET - count)
+}
 
 /// One direction of a packet.
 pub(crate) fn direction(packet: &PacketVectors64, lane: usize) -> DVec3 {
@@ -78,7 +80,7 @@ impl Pencil {
 
     /// The lanes of a packet that have a ray, a bit for each.
     pub(crate) fn asked(&self, packet: usize) -> u32 {
-        u32::MAX >> (32 - PACKET.min(self.count - packet * PACKET))
+        first_lanes(PACKET.min(self.count - packet * PACKET))
     }
 }
 

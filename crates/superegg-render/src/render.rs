@@ -218,7 +218,7 @@ struct Worker<'j, 'a> {
     gathered: Gathered,
     /// The pixels of a tile of the last one's size that begins at the top left corner, by blocks of neighbours.
     by_block: Vec<(u32, u32)>,
-    size: (usize, usize),
+    size: (u32, u32),
 }
 
 impl<'j, 'a> Worker<'j, 'a> {
@@ -237,10 +237,9 @@ impl<'j, 'a> Worker<'j, 'a> {
     /// The pixels of a tile; `None` when it was cancelled.
     fn render_tile(&mut self, tile: &Tile) -> Option<(Film, Taken)> {
         let job = self.job;
-        let columns = tile.x.len();
-        if self.size != (columns, tile.y.len()) {
-            self.size = (columns, tile.y.len());
-            self.by_block = Tile { x: 0..columns as u32, y: 0..tile.y.len() as u32 }.pixels_by_block();
+        if self.size != tile.size() {
+            self.size = tile.size();
+            self.by_block = Tile { x: 0..self.size.0, y: 0..self.size.1 }.pixels_by_block();
         }
         self.gathered.start(tile.pixel_count(), job.keeps);
         self.batch.clear();
@@ -250,8 +249,7 @@ impl<'j, 'a> Worker<'j, 'a> {
         } else {
             self.take_rounds(tile)?;
         }
-        let size = (columns as u32, tile.y.len() as u32);
-        Some((self.gathered.film(size, job.settings.picture.transparent), self.tracer.taken))
+        Some((self.gathered.film(tile.size(), job.settings.picture.transparent), self.tracer.taken))
     }
 
     /// As many samples of each pixel; `None` when it was cancelled.

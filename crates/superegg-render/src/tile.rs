@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use pulp::Arch;
 use superegg_geom::glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
-use superegg_geom::lanes::beam::PacketVectors;
+use superegg_geom::lanes::beam::{ALL_LANES, PacketVectors};
 use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::{AmbientOcclusion, Light, Pattern};
 
@@ -21,7 +21,7 @@ use crate::lighting::{self, LightWay, ShadowRays};
 use crate::medium::Media;
 use crate::packet_light::{AddShine, Finish, PacketFinish, PacketLight, PacketShine, SetFinish, Shine};
 use crate::path::InstancePath;
-use crate::pencil::{ALL_LANES, DirectionsFrom, Pencil};
+use crate::pencil::{DirectionsFrom, Pencil, first_lanes};
 use crate::point::{Arrival, MaterialRef, Place, Seen, SurfacePoint, albedo_of_shape};
 use crate::sequence::SampleKey;
 use crate::shading::Shares;
@@ -282,7 +282,7 @@ impl<'a> TileTracer<'a> {
         self.rays.start(self.view.position());
         for packet in samples.chunks(LANES) {
             let directions = self.arch.dispatch(PacketDirections { view: self.view, samples: packet });
-            self.rays.extend(&directions, u32::MAX >> (32 - packet.len()));
+            self.rays.extend(&directions, first_lanes(packet.len()));
         }
         self.beam.start_tile();
         self.looks.by_candidate.clear();

@@ -23,6 +23,11 @@ impl Tile {
         self.y.clone().flat_map(move |y| x.clone().map(move |x| (x, y)))
     }
 
+    /// How many pixels it has across and down.
+    pub fn size(&self) -> (u32, u32) {
+        (self.x.len() as u32, self.y.len() as u32)
+    }
+
     /// How many pixels it has.
     pub fn pixel_count(&self) -> usize {
         self.x.len() * self.y.len()

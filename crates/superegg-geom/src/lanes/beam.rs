@@ -17,6 +17,8 @@ use crate::superquadric::Superquadric;
 
 /// Rays in a packet.
 pub const PACKET: usize = 16;
+/// The bits of all lanes of a packet.
+pub const ALL_LANES: u32 = (1 << PACKET) - 1;
 /// Packets of a beam at most: as many as a mask has bits.
 pub const MOST_PACKETS: usize = 32;
 
@@ -477,7 +479,7 @@ impl WithSimd for StartKernel<'_> {
             }
             ends.0[number] = t_max;
             for (axis, column) in packet.iter_mut().enumerate() {
-                if live != (1 << PACKET) - 1 {
+                if live != ALL_LANES {
                     let along = column.0[live.trailing_zeros() as usize];
                     for lane in 0..PACKET {
                         column.0[lane] = if live >> lane & 1 == 1 { column.0[lane] } else { along };
