@@ -211,17 +211,30 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         })
     }
 
-    /// x = 2^k m with m in [sqrt 1/2, sqrt 2), for a normal x: k and m.
+    /// x = 2^k m with m in [3/4, 3/2), for a normal x below 2^127: k and m.
     #[inline(always)]
     fn exponent_and_mantissa(self) -> (Self, Self) {
-        // Adding this carries into the exponent from sqrt 2 on.
-        const TO_ROOT: u32 = 0x3f80_0000 - 0x3f35_04f3;
+        // Adding this carries into the exponent from 3/2 on.
+        const TO_SPLIT: u32 = 0x3f80_0000 - 0x3f40_0000;
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+            use core::arch::x86_64::{_MM_MANT_NORM_P75_1P5, _MM_MANT_SIGN_SRC};
+            let mantissa = self.each(|_, x| {
+                let x = pulp::bytemuck::cast(x);
+                let m = v4.avx512f._mm512_getmant_ps::<_MM_MANT_NORM_P75_1P5, _MM_MANT_SIGN_SRC>(x);
+                pulp::bytemuck::cast(m)
+            });
+            // What is 3/2 becomes 2.
+            let exponent = (self * self.all(4.0 / 3.0))
+                .each(|_, x| pulp::bytemuck::cast(v4.avx512f._mm512_getexp_ps(pulp::bytemuck::cast(x))));
+            return (exponent, mantissa);
+        }
         let (mut exponent, mut mantissa) = (self, self);
         for k in 0..K {
             let simd = self.simd;
             let bits = simd.transmute_u32s_f32s(self.registers[k]);
             let shift = simd.splat_u32s(23);
-            let power = simd.wrapping_dyn_shr_u32s(simd.add_u32s(bits, simd.splat_u32s(TO_ROOT)), shift);
+            let power = simd.wrapping_dyn_shr_u32s(simd.add_u32s(bits, simd.splat_u32s(TO_SPLIT)), shift);
             let m = simd.add_u32s(
                 simd.sub_u32s(bits, simd.wrapping_dyn_shl_u32s(power, shift)),
                 simd.splat_u32s(0x3f80_0000),
@@ -242,14 +255,14 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         // log2(1 + u) / u; coefficients fitted to 3e-8.
         let series = u.polynomial([
             LOG2_E,
-            -0.721_347_33,
-            0.480_910_63,
-            -0.360_703_68,
-            0.287_916_24,
-            -0.238_944_93,
-            0.215_715_89,
-            -0.207_269_15,
-            0.125_835_5,
+            -0.721_348_5,
+            0.480_902_08,
+            -0.360_575_9,
+            0.288_191_5,
+            -0.242_723_52,
+            0.216_324_91,
+            -0.174_230_26,
+            0.078_066_714,
         ]);
         series.mul_add(u, exponent)
     }
@@ -286,30 +299,46 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
     #[inline(always)]
     pub fn log2(self) -> Self {
         let (exponent, m) = self.exponent_and_mantissa();
-        // log2 m = (2 / ln 2) artanh s, s = (m - 1) / (m + 1), |s| < 0.172; coefficients fitted to 7e-10.
+        // log2 m = (2 / ln 2) artanh s, s = (m - 1) / (m + 1), |s| <= 0.2; coefficients fitted to 3e-9.
         let s = (m - self.all(1.0)) / (m + self.all(1.0));
         let z = s * s;
         let series =
-            self.all(0.431_717_7).mul_add(z, self.all(0.576_715_2)).mul_add(z, self.all(0.961_798_85));
+            self.all(0.439_083_17).mul_add(z, self.all(0.576_395_2)).mul_add(z, self.all(0.961_802_2));
         series.mul_add(z, self.all(2.885_39)).mul_add(s, exponent)
+    }
+
+    /// 2^x for x from -1/2 to 1/2; coefficients fitted to 3e-9.
+    #[inline(always)]
+    fn exp2_of_half(self) -> Self {
+        let (square, one) = (self * self, self.all(1.0));
+        let low = self.all(6.931_472e-1).mul_add(self, one);
+        let middle = self.all(5.550_327e-2).mul_add(self, self.all(2.402_265e-1));
+        let high = self.all(1.340_042_8e-3).mul_add(self, self.all(9.618_057e-3));
+        let high = self.all(1.546_144_5e-4).mul_add(square, high);
+        high.mul_add(square, middle).mul_add(square, low)
     }
 
     /// 2^x for x <= 127, to 2e-7 of its own size; from -126 down that of -126.
     #[inline(always)]
     pub fn exp2(self) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+            let x = self.max(self.all(-126.0));
+            let f = x.each(|_, x| {
+                pulp::bytemuck::cast(v4.avx512dq._mm512_reduce_ps::<0>(pulp::bytemuck::cast(x)))
+            });
+            return f.exp2_of_half().zip(x - f, |_, p, whole| {
+                let power =
+                    v4.avx512f._mm512_scalef_ps(pulp::bytemuck::cast(p), pulp::bytemuck::cast(whole));
+                pulp::bytemuck::cast(power)
+            });
+        }
         let x = self.max(self.all(-126.0));
         // Adding 1.5 * 2^23 leaves the nearest whole number in the low bits.
         let magic = self.all(12_582_912.0);
         let whole = x + magic;
         let f = x - (whole - magic);
-        // 2^f on [-1/2, 1/2]; coefficients fitted to 3e-9.
-        let (square, one) = (f * f, self.all(1.0));
-        let low = self.all(6.931_472e-1).mul_add(f, one);
-        let middle = self.all(5.550_327e-2).mul_add(f, self.all(2.402_265e-1));
-        let high = self.all(1.340_042_8e-3).mul_add(f, self.all(9.618_057e-3));
-        let high = self.all(1.546_144_5e-4).mul_add(square, high);
-        let p = high.mul_add(square, middle).mul_add(square, low);
-        p.zip(whole, |simd, p, whole| {
+        f.exp2_of_half().zip(whole, |simd, p, whole| {
             let scale = simd.wrapping_dyn_shl_u32s(simd.transmute_u32s_f32s(whole), simd.splat_u32s(23));
             simd.transmute_f32s_u32s(simd.add_u32s(simd.transmute_u32s_f32s(p), scale))
         })
