@@ -4,8 +4,8 @@
 use pulp::Simd;
 
 use super::PowerKind;
-use super::kernel::{CLOSE, Descent, Evaluate, Pair, Square, Sum, Triple};
-use super::log_norm::{AnyPower, LogNorm, Round};
+use super::kernel::{CLOSE, Curve, Descent, Evaluate, Pair, Square, Sum, TINY, Triple};
+use super::log_norm::{AnyPower, LogNorm, Round, SHORT};
 use super::vector::{Lanes, Mask};
 
 /// So many registers keep the machine busy.
@@ -13,9 +13,9 @@ pub(super) const SIDE_BY_SIDE: usize = 2;
 /// Steps before what is left goes to f64: grazing rays.
 const MOST_STEPS: usize = 10;
 /// From where N is above the level by no more than this the last step is taken unseen.
-const NEAR: f32 = 1e-4;
+const NEAR: f32 = 2e-3;
 /// The last step is off by less than this part of itself, or f64 will find that it is not.
-const LAST_STEP: f32 = 1.0 / 16.0;
+const LAST_STEP: f32 = 1.0 / 512.0;
 
 /// Work that needs to know the norm of a shape, for one register and for [`SIDE_BY_SIDE`] of them.
 pub(super) trait WithNorm<S: Simd> {
@@ -109,27 +109,39 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
     passage: &Passage<S, K>,
     tolerance: Lanes<S, K>,
 ) -> Crossing<S, K> {
-    let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
+    let (zero, one, half) = (tolerance.all(0.0), tolerance.all(1.0), tolerance.all(0.5));
     let (level, near, close) = (one + tolerance, tolerance.all(NEAR), tolerance.all(CLOSE));
     let slack = tolerance + tolerance + close;
     let Passage { start, direction, length, mut active } = *passage;
     let (mut s, mut error, mut found) = (zero, zero, zero.lt(zero));
+    // By the tangents of N so far the level is not reached before the one, nor beyond the other.
+    let (mut first, mut last) = (zero, length);
     for _ in 0..MOST_STEPS {
-        let Descent { excess, way } = norm.descent(start.along(s, direction), direction, level);
-        let step = -excess * way;
-        let falls = way.lt(zero);
-        // Where N rises it is met only where it is already.
-        let arrived = active & excess.le(falls.select(near, close));
+        let Curve { excess, scale, slope, bend } = norm.curve(start.along(s, direction), direction, level);
+        let falls = slope.lt(zero);
+        let steepness = slope.abs().max(one.all(TINY));
+        // A little too short, so that no step goes too far.
+        let way = scale * steepness.with_sign_of(slope).recip_rough() * one.all(SHORT);
+        let by_tangent = -excess * way;
+        let square = slope * slope;
+        let twice = excess + excess;
+        let rest = twice.mul_add(-bend, square);
+        let by_parabola = twice * scale * (steepness + rest.root_rough()).recip_rough();
+        // A place inside is as good where it is before the middle of the chord.
+        let reach = (falls & (half * square).le(rest)).select(near, close);
+        let arrived = active & excess.le(reach) & ((-reach).le(excess) | s.le(first));
         found = found | arrived;
-        // A place past the crossing, by rounding, is as good. The last step goes on to the level 1.
-        let last = falls.select((tolerance.mul_add(-way, step)).max(zero), zero);
-        error = arrived.select(slack.mul_add(way.abs(), last * tolerance.all(LAST_STEP)), error);
-        active = (active & falls).and_not(arrived);
-        s = arrived.select((s + last).min(length.max(s)), active.select(s + step, s));
-        active = active & s.le(length);
+        let step = falls.select(tolerance.mul_add(-way, by_parabola), zero);
+        let off = (by_parabola - by_tangent).abs() + step.abs() * one.all(LAST_STEP);
+        error = arrived.select(slack.mul_add(way.abs(), off), error);
+        first = falls.select(first.max(s + by_tangent), first);
+        last = falls.select(last, last.min(s + by_tangent));
+        s = arrived.select((s + step).max(first).min(length), s);
+        active = active.and_not(arrived) & first.le(last);
         if !active.any() {
             break;
         }
+        s = active.select(falls.select((s + by_parabola).min(last), first).max(first), s);
     }
     Crossing { s, found: found | active, error, doubt: active }
 }

@@ -66,6 +66,12 @@ pub(super) trait Norm2<S: Simd, const K: usize = 1>: Copy {
     fn value_and_gradient(self, a: Lanes<S, K>, b: Lanes<S, K>) -> (Lanes<S, K>, Lanes<S, K>, Lanes<S, K>);
 }
 
+/// Such a norm with its second derivative.
+pub(super) trait Bent<S: Simd, const K: usize = 1>: Norm2<S, K> {
+    /// The second derivative along a line, from the norm there, the place and the direction.
+    fn bend(self, value: Lanes<S, K>, place: [Lanes<S, K>; 2], direction: [Lanes<S, K>; 2]) -> Lanes<S, K>;
+}
+
 /// p = 2: the root of a sum of squares.
 #[derive(Clone, Copy)]
 pub(super) struct Square;
@@ -79,6 +85,15 @@ impl<S: Simd, const K: usize> Norm2<S, K> for Square {
     }
 }
 
+impl<S: Simd, const K: usize> Bent<S, K> for Square {
+    #[inline(always)]
+    fn bend(self, value: Lanes<S, K>, [a, b]: [Lanes<S, K>; 2], [to_a, to_b]: [Lanes<S, K>; 2]) -> Lanes<S, K> {
+        let inverse = value.max(value.all(TINY)).recip_rough();
+        let turn = a.mul_add(to_b, -(b * to_a)) * inverse;
+        turn * turn * inverse
+    }
+}
+
 /// p = 1: the sum.
 #[derive(Clone, Copy)]
 pub(super) struct Sum;
@@ -87,6 +102,13 @@ impl<S: Simd, const K: usize> Norm2<S, K> for Sum {
     #[inline(always)]
     fn value_and_gradient(self, a: Lanes<S, K>, b: Lanes<S, K>) -> (Lanes<S, K>, Lanes<S, K>, Lanes<S, K>) {
         (a + b, a.all(1.0), a.all(1.0))
+    }
+}
+
+impl<S: Simd, const K: usize> Bent<S, K> for Sum {
+    #[inline(always)]
+    fn bend(self, value: Lanes<S, K>, _: [Lanes<S, K>; 2], _: [Lanes<S, K>; 2]) -> Lanes<S, K> {
+        value.all(0.0)
     }
 }
 
@@ -187,6 +209,20 @@ pub(super) struct Descent<S: Simd, const K: usize = 1> {
     pub(super) way: Lanes<S, K>,
 }
 
+/// N on a ray at a place, with its first two derivatives along the ray. These are of N over N, times powers of one positive number, so that none
+/// needs a division.
+#[derive(Clone, Copy)]
+pub(super) struct Curve<S: Simd, const K: usize = 1> {
+    /// As in [`Descent`].
+    pub(super) excess: Lanes<S, K>,
+    /// The number.
+    pub(super) scale: Lanes<S, K>,
+    /// N' / N, times the number.
+    pub(super) slope: Lanes<S, K>,
+    /// N'' / N, times its square; never negative.
+    pub(super) bend: Lanes<S, K>,
+}
+
 /// N and the way it rises at a place.
 #[derive(Clone, Copy)]
 pub(super) struct Rise<S: Simd, const K: usize = 1> {
@@ -201,6 +237,9 @@ pub(super) trait Evaluate<S: Simd, const K: usize = 1>: Copy {
     /// How N goes on from a point in a direction.
     fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K>;
 
+    /// The same with how it bends.
+    fn curve(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Curve<S, K>;
+
     /// N and its gradient at a point.
     fn rise(self, point: Triple<S, K>) -> Rise<S, K>;
 }
@@ -209,11 +248,25 @@ pub(super) trait Evaluate<S: Simd, const K: usize = 1>: Copy {
 #[derive(Clone, Copy)]
 pub(super) struct Pair<X, Z>(pub(super) X, pub(super) Z);
 
-impl<S: Simd, X: Norm2<S, K>, Z: Norm2<S, K>, const K: usize> Evaluate<S, K> for Pair<X, Z> {
+impl<S: Simd, X: Bent<S, K>, Z: Bent<S, K>, const K: usize> Evaluate<S, K> for Pair<X, Z> {
     #[inline(always)]
     fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K> {
         let (value, slope) = evaluate(self.0, self.1, point, direction);
         Descent { excess: value - level, way: level.all(1.0) / slope }
+    }
+
+    #[inline(always)]
+    fn curve(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Curve<S, K> {
+        let (x, y, z) = (point.x.abs(), point.y.abs(), point.z.abs());
+        let to_x = direction.x.times_sign_of(point.x);
+        let to_y = direction.y.times_sign_of(point.y);
+        let to_z = direction.z.times_sign_of(point.z);
+        let (r, by_x, by_y) = self.0.value_and_gradient(x, y);
+        let (norm, by_r, by_z) = self.1.value_and_gradient(r, z);
+        let to_r = by_x.mul_add(to_x, by_y * to_y);
+        let slope = by_r.mul_add(to_r, by_z * to_z);
+        let bend = by_r.mul_add(self.0.bend(r, [x, y], [to_x, to_y]), self.1.bend(norm, [r, z], [to_r, to_z]));
+        Curve { excess: norm - level, scale: level.all(1.0), slope, bend }
     }
 
     #[inline(always)]

@@ -2,18 +2,27 @@
 
 use pulp::Simd;
 
-use super::kernel::{Descent, Evaluate, Rise, TINY, Triple};
+use super::kernel::{Curve, Descent, Evaluate, Rise, TINY, Triple};
 use super::vector::Lanes;
 
 /// A coordinate is at least this: its derivative is divided by it.
 const LEAST: f32 = 1e-12;
 /// Less than 1 by more than what a quick reciprocal is off.
-const SHORT: f32 = 1.0 - 1e-4;
+pub(super) const SHORT: f32 = 1.0 - 1e-4;
+
+/// The derivative of a norm's logarithm is `(of_a da + of_b db) / sum`, and the second derivative of the norm is the norm times
+/// `bend ((a db - b da) / sum)^2`.
+pub(super) struct Parts<S: Simd, const K: usize> {
+    of_a: Lanes<S, K>,
+    of_b: Lanes<S, K>,
+    sum: Lanes<S, K>,
+    bend: Lanes<S, K>,
+}
 
 /// The norm in x and y, by logarithms.
 pub(super) trait LogRadius<S: Simd, const K: usize>: Copy {
-    /// The logarithm of R, and its derivative as `(a dx + b dy) / c`: a, b and c. For x, y > 0.
-    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]);
+    /// The logarithm of R, and what its derivatives are made of. For x, y > 0.
+    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, Parts<S, K>);
 }
 
 /// Any p >= 1, one for each lane.
@@ -29,25 +38,26 @@ impl<S: Simd, const K: usize> AnyPower<S, K> {
         Self { p, inverse: p.all(1.0) / p }
     }
 
-    /// `log (a^p + b^p)^(1/p)` from the logarithms of a and b, by (max + log(1 + w)) / p with w = 2^-|p log a - p log b|; and the parts of a and b
-    /// in its derivative with the number that both are to be divided by.
+    /// `log (a^p + b^p)^(1/p)` from the logarithms of a and b, by (max + log(1 + w)) / p with w = 2^-|p log a - p log b|; and the parts of its
+    /// derivatives by those logarithms.
     #[inline(always)]
-    fn log_sum(self, log_a: Lanes<S, K>, log_b: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
+    fn log_sum(self, log_a: Lanes<S, K>, log_b: Lanes<S, K>) -> (Lanes<S, K>, Parts<S, K>) {
         let one = self.p.all(1.0);
         let (a, b) = (self.p * log_a, self.p * log_b);
         // What is nothing beside 1 stays large enough that products of it are no subnormal numbers, which take many times as long.
         let w = (-(a - b).abs()).max(one.all(-60.0)).exp2();
         let log = (a.max(b) + w.log2_of_one_plus()) * self.inverse;
         let a_is_larger = b.le(a);
-        (log, [a_is_larger.select(one, w), a_is_larger.select(w, one), w + one])
+        let (of_a, of_b) = (a_is_larger.select(one, w), a_is_larger.select(w, one));
+        (log, Parts { of_a, of_b, sum: w + one, bend: (self.p - one) * w })
     }
 }
 
 impl<S: Simd, const K: usize> LogRadius<S, K> for AnyPower<S, K> {
     #[inline(always)]
-    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
-        let (log, [of_x, of_y, sum]) = self.log_sum(x.log2_quick(), y.log2_quick());
-        (log, [of_x * y, of_y * x, sum * (x * y)])
+    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, Parts<S, K>) {
+        let (log, Parts { of_a, of_b, sum, bend }) = self.log_sum(x.log2_quick(), y.log2_quick());
+        (log, Parts { of_a: of_a * y, of_b: of_b * x, sum: sum * (x * y), bend })
     }
 }
 
@@ -57,9 +67,9 @@ pub(super) struct Round;
 
 impl<S: Simd, const K: usize> LogRadius<S, K> for Round {
     #[inline(always)]
-    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, [Lanes<S, K>; 3]) {
+    fn evaluate(self, x: Lanes<S, K>, y: Lanes<S, K>) -> (Lanes<S, K>, Parts<S, K>) {
         let square = x.mul_add(x, y * y);
-        (square.log2_quick() * x.all(0.5), [x, y, square])
+        (square.log2_quick() * x.all(0.5), Parts { of_a: x, of_b: y, sum: square, bend: x.all(1.0) })
     }
 }
 
@@ -84,8 +94,8 @@ impl<S: Simd, X: LogRadius<S, K>, const K: usize> Evaluate<S, K> for LogNorm<S, 
     fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K> {
         let least = level.all(LEAST);
         let (x, y, z) = (point.x.abs().max(least), point.y.abs().max(least), point.z.abs().max(least));
-        let (log_r, [of_x, of_y, of_xy]) = self.xy.evaluate(x, y);
-        let (log_n, [of_r, of_z, sum]) = self.rz.log_sum(log_r, z.log2_quick());
+        let (log_r, Parts { of_a: of_x, of_b: of_y, sum: of_xy, .. }) = self.xy.evaluate(x, y);
+        let (log_n, Parts { of_a: of_r, of_b: of_z, sum, .. }) = self.rz.log_sum(log_r, z.log2_quick());
         let radial =
             of_x.mul_add(direction.x.times_sign_of(point.x), of_y * direction.y.times_sign_of(point.y));
         let upright = of_z * direction.z.times_sign_of(point.z);
@@ -98,12 +108,33 @@ impl<S: Simd, X: LogRadius<S, K>, const K: usize> Evaluate<S, K> for LogNorm<S, 
         Descent { excess, way: above * short }
     }
 
+    /// With u and v the slopes of the logarithms of R and z: log N rises by the mean of u and v by their shares, and
+    /// N'' / N = share of R * R'' / R + (q - 1) * both shares * (u - v)^2.
+    #[inline(always)]
+    fn curve(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Curve<S, K> {
+        let least = level.all(LEAST);
+        let (x, y, z) = (point.x.abs().max(least), point.y.abs().max(least), point.z.abs().max(least));
+        let (log_r, xy) = self.xy.evaluate(x, y);
+        let (log_n, rz) = self.rz.log_sum(log_r, z.log2_quick());
+        let to_x = direction.x.times_sign_of(point.x);
+        let to_y = direction.y.times_sign_of(point.y);
+        let to_z = direction.z.times_sign_of(point.z);
+        let radial = xy.of_a.mul_add(to_x, xy.of_b * to_y);
+        let (of_r, sum) = (rz.of_a * z, rz.sum * z);
+        let slope = of_r.mul_add(radial, rz.of_b * to_z * xy.sum);
+        let turn = to_x.mul_add(y, -(to_y * x));
+        let tilt = radial.mul_add(z, -(to_z * xy.sum));
+        let bend = (of_r * sum * xy.bend).mul_add(turn * turn, rz.bend * (tilt * tilt));
+        let excess = level.mul_add(-(-log_n).exp2(), level.all(1.0));
+        Curve { excess, scale: sum * xy.sum, slope, bend }
+    }
+
     #[inline(always)]
     fn rise(self, point: Triple<S, K>) -> Rise<S, K> {
         let least = point.x.all(LEAST);
         let (x, y, z) = (point.x.abs().max(least), point.y.abs().max(least), point.z.abs().max(least));
-        let (log_r, [of_x, of_y, of_xy]) = self.xy.evaluate(x, y);
-        let (log_n, [of_r, of_z, sum]) = self.rz.log_sum(log_r, z.log2_quick());
+        let (log_r, Parts { of_a: of_x, of_b: of_y, sum: of_xy, .. }) = self.xy.evaluate(x, y);
+        let (log_n, Parts { of_a: of_r, of_b: of_z, sum, .. }) = self.rz.log_sum(log_r, z.log2_quick());
         let (norm, of_r) = (log_n.exp2(), of_r * z);
         let gradient = Triple {
             x: (of_r * of_x).times_sign_of(point.x),

@@ -187,6 +187,19 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         self.all(1.0) / self.sqrt()
     }
 
+    /// The square root to 1e-4 of its size or better; where it is of less than 1e-30, negative numbers among them, a number from 0 to 1e-15.
+    #[inline(always)]
+    pub fn root_rough(self) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+            let x = self.max(self.all(1e-30));
+            let inverse =
+                x.each(|_, x| pulp::bytemuck::cast(v4.avx512f._mm512_rsqrt14_ps(pulp::bytemuck::cast(x))));
+            return x * inverse;
+        }
+        self.max(self.all(0.0)).sqrt()
+    }
+
     /// `self` with the sign of `other`, for `self` >= 0.
     #[inline(always)]
     pub fn with_sign_of(self, other: Self) -> Self {
