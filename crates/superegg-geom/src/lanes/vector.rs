@@ -334,23 +334,28 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
     /// 2^x for x <= 127, to 2e-7 of its own size; from -126 down that of -126.
     #[inline(always)]
     pub fn exp2(self) -> Self {
+        self.max(self.all(-126.0)).exp2_quick()
+    }
+
+    /// The same for x from -126 on.
+    #[inline(always)]
+    pub fn exp2_quick(self) -> Self {
         #[cfg(target_arch = "x86_64")]
         if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
-            let x = self.max(self.all(-126.0));
-            let f = x.each(|_, x| {
+            // What is left of the nearest whole number.
+            let f = self.each(|_, x| {
                 pulp::bytemuck::cast(v4.avx512dq._mm512_reduce_ps::<0>(pulp::bytemuck::cast(x)))
             });
-            return f.exp2_of_half().zip(x - f, |_, p, whole| {
+            return f.exp2_of_half().zip(self - f, |_, p, whole| {
                 let power =
                     v4.avx512f._mm512_scalef_ps(pulp::bytemuck::cast(p), pulp::bytemuck::cast(whole));
                 pulp::bytemuck::cast(power)
             });
         }
-        let x = self.max(self.all(-126.0));
         // Adding 1.5 * 2^23 leaves the nearest whole number in the low bits.
         let magic = self.all(12_582_912.0);
-        let whole = x + magic;
-        let f = x - (whole - magic);
+        let whole = self + magic;
+        let f = self - (whole - magic);
         f.exp2_of_half().zip(whole, |simd, p, whole| {
             let scale = simd.wrapping_dyn_shl_u32s(simd.transmute_u32s_f32s(whole), simd.splat_u32s(23));
             simd.transmute_f32s_u32s(simd.add_u32s(simd.transmute_u32s_f32s(p), scale))
