@@ -13,7 +13,9 @@ pub(super) const SIDE_BY_SIDE: usize = 2;
 /// Steps before what is left goes to f64: grazing rays.
 const MOST_STEPS: usize = 10;
 /// From where N is above the level by no more than this the last step is taken unseen.
-const NEAR: f32 = 2e-3;
+const NEAR: f32 = 1e-3;
+/// Where N bends so little before its crossing the last step is as good as its second order.
+const STRAIGHT: f32 = 7.0 / 8.0;
 /// The last step is off by less than this part of itself, or f64 will find that it is not.
 const LAST_STEP: f32 = 1.0 / 512.0;
 
@@ -109,7 +111,7 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
     passage: &Passage<S, K>,
     tolerance: Lanes<S, K>,
 ) -> Crossing<S, K> {
-    let (zero, one, half) = (tolerance.all(0.0), tolerance.all(1.0), tolerance.all(0.5));
+    let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
     let (level, near, close) = (one + tolerance, tolerance.all(NEAR), tolerance.all(CLOSE));
     let slack = tolerance + tolerance + close;
     let Passage { start, direction, length, mut active } = *passage;
@@ -128,7 +130,7 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
         let rest = twice.mul_add(-bend, square);
         let by_parabola = twice * scale * (steepness + rest.root_rough()).recip_rough();
         // A place inside is as good where it is before the middle of the chord.
-        let reach = (falls & (half * square).le(rest)).select(near, close);
+        let reach = (falls & (one.all(STRAIGHT) * square).le(rest)).select(near, close);
         let arrived = active & excess.le(reach) & ((-reach).le(excess) | s.le(first));
         found = found | arrived;
         let step = falls.select(tolerance.mul_add(-way, by_parabola), zero);
