@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
-    ALL_LANES, BeamBoxes, BeamShape, Bundles, DirectionBoxes, Directions, Kernels, MOST_PACKETS,
+    ALL_LANES, BeamBoxes, BeamShape, Bundles, Crowd, DirectionBoxes, Directions, Kernels, MOST_PACKETS,
     NumberOfPackets, PACKET, PacketHits, PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, RANGE,
     Widening,
 };
@@ -246,6 +246,7 @@ pub(crate) struct Beam<'s> {
     ends: NumberOfPackets,
     /// Lanes, by packet, whose ray has to go the exact way.
     exact: Vec<u32>,
+    crowd: Crowd,
     batch: SettleBatch,
     unsettled: Vec<Unsettled>,
     met: Vec<Met>,
@@ -303,6 +304,7 @@ impl<'s> Beam<'s> {
             hits: Vec::new(),
             ends: NumberOfPackets::splat(-1.0),
             exact: Vec::new(),
+            crowd: Crowd::default(),
             batch: SettleBatch::default(),
             unsettled: Vec::new(),
             met: Vec::new(),
@@ -837,7 +839,15 @@ impl<'s> Beam<'s> {
 
     fn meet(&mut self, frame: &Frame, target: &LeafTarget, shape: &BeamShape, mask: u32) {
         let id = self.candidates.len() as u32;
-        if self.kernels.meet(shape, &self.directions, &mut self.hits, &mut self.ends, mask, id) != 0 {
+        if self.kernels.meet(
+            shape,
+            &self.directions,
+            &mut self.hits,
+            &mut self.ends,
+            &mut self.crowd,
+            mask,
+            id,
+        ) != 0 {
             self.push_candidate(frame, target, Some(*shape));
         }
     }
@@ -858,7 +868,8 @@ impl<'s> Beam<'s> {
             let mut near = self.hits[packet];
             if let Some(shape) = around {
                 let (directions, near) = (&self.directions[packet..=packet], std::slice::from_mut(&mut near));
-                self.kernels.meet(shape, directions, near, &mut NumberOfPackets::splat(0.0), 1, id);
+                let mut end = NumberOfPackets::splat(0.0);
+                self.kernels.meet(shape, directions, near, &mut end, &mut self.crowd, 1, id);
             }
             for lane in 0..PACKET {
                 if rays.asked(packet) >> lane & 1 == 0 {

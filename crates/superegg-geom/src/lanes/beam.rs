@@ -282,10 +282,11 @@ impl Kernels {
         directions: &[PacketVectors],
         hits: &mut [PacketHits],
         ends: &mut NumberOfPackets,
+        crowd: &mut Crowd,
         mask: u32,
         id: u32,
     ) -> u32 {
-        self.0.dispatch(MeetKernel { shape, directions, hits, ends, mask, id })
+        self.0.dispatch(MeetKernel { shape, directions, hits, ends, crowd, mask, id })
     }
 
     /// Which rays of the packets in a mask cross the shape before their ends, which are the t in `hits`.
@@ -695,11 +696,66 @@ impl<S: Simd> Setting<S> {
     }
 }
 
+/// Rays that have a shape's box before them, lane beside lane.
+#[derive(Clone, Debug)]
+pub struct Crowd {
+    /// From where each enters the box to where it leaves it: the t of the first, the way, and the direction, in the shape's space; a way of -1 where
+    /// there is no ray.
+    near: CrowdOf,
+    length: CrowdOf,
+    direction: [CrowdOf; 3],
+    /// Where each meets the shape, and by how much that may be off: infinite where it does not, and -1 where it cannot be told.
+    t: CrowdOf,
+    error: CrowdOf,
+    /// The registers that the rays came from.
+    registers: Vec<Origin>,
+}
+
+/// A number for each ray of a beam, and for some that are none at the end.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct CrowdOf([f32; (MOST_PACKETS + 1) * PACKET]);
+
+/// Rays of a register among those of a crowd.
+#[derive(Clone, Copy, Debug)]
+struct Origin {
+    packet: usize,
+    /// The register of the packet.
+    register: usize,
+    lanes: u32,
+    /// Where they begin.
+    first: usize,
+}
+
+impl Default for Crowd {
+    fn default() -> Self {
+        let zero = CrowdOf([0.0; (MOST_PACKETS + 1) * PACKET]);
+        Self { near: zero, length: zero, direction: [zero; 3], t: zero, error: zero, registers: Vec::new() }
+    }
+}
+
+impl Crowd {
+    /// Takes the lanes of a register that come to the box, the rays in order.
+    #[inline(always)]
+    fn push<S: Simd>(&mut self, count: usize, packet: usize, register: usize, approach: &Approach<S>) -> usize {
+        let Approach { near, far, direction, active } = *approach;
+        let end = count + active.packed();
+        near.pack(active, &mut self.near.0[count..]);
+        active.select(far - near, near.all(-1.0)).pack(active, &mut self.length.0[count..]);
+        direction.x.pack(active, &mut self.direction[0].0[count..]);
+        direction.y.pack(active, &mut self.direction[1].0[count..]);
+        direction.z.pack(active, &mut self.direction[2].0[count..]);
+        self.registers.push(Origin { packet, register, lanes: active.bits(), first: count });
+        end
+    }
+}
+
 struct MeetKernel<'a> {
     shape: &'a BeamShape,
     directions: &'a [PacketVectors],
     hits: &'a mut [PacketHits],
     ends: &'a mut NumberOfPackets,
+    crowd: &'a mut Crowd,
     mask: u32,
     id: u32,
 }
@@ -723,78 +779,96 @@ impl<S: Simd> WithNorm<S> for Meet<'_, S> {
     fn run(mut self, one: impl Evaluate<S>, many: impl Evaluate<S, SIDE_BY_SIDE>) -> u32 {
         let simd = self.0;
         let setting = Setting::new(simd, self.1.shape);
-        let mut better = 0;
-        // Two registers at a time, as they come.
-        let mut waiting: Option<(usize, usize, Approach<S>)> = None;
-        for packet in bits(self.1.mask) {
+        let MeetKernel { directions, hits, crowd, mask, .. } = &mut self.1;
+        crowd.registers.clear();
+        let mut count = 0;
+        for packet in bits(*mask) {
             for i in 0..PACKET / S::F32_LANES {
-                let hits = &self.1.hits[packet];
+                let hits = &hits[packet];
                 let end = || {
                     let best = Lanes::new(simd, S::as_simd_f32s(&hits.t.0).0[i]);
                     let error = Lanes::new(simd, S::as_simd_f32s(&hits.error.0).0[i]);
                     (best + error) * setting.inverse_t_scale
                 };
-                let v = Triple::of_packet(simd, &self.1.directions[packet], i);
-                let Some(approach) = setting.approach(v, end) else { continue };
-                match waiting.take() {
-                    None => waiting = Some((packet, i, approach)),
-                    Some(first) => better |= self.meet(many, &setting, [first, (packet, i, approach)]),
+                let v = Triple::of_packet(simd, &directions[packet], i);
+                if let Some(approach) = setting.approach(v, end) {
+                    count = crowd.push(count, packet, i, &approach);
                 }
             }
         }
-        match waiting {
-            Some(last) => better | self.meet(one, &setting, [last]),
-            None => better,
+        crowd.length.0[count..count + S::F32_LANES].fill(-1.0);
+        let mut register = 0;
+        while register * S::F32_LANES < count {
+            if (register + 1) * S::F32_LANES < count {
+                self.meet(many, &setting, register);
+                register += SIDE_BY_SIDE;
+            } else {
+                self.meet(one, &setting, register);
+                register += 1;
+            }
         }
+        let mut better = 0;
+        for place in 0..self.1.crowd.registers.len() {
+            let origin = self.1.crowd.registers[place];
+            better |= u32::from(self.take(origin, &setting)) << origin.packet;
+        }
+        better
     }
 }
 
 impl<S: Simd> Meet<'_, S> {
+    /// Meets the rays of some registers of the crowd.
     #[inline(always)]
-    fn meet<const K: usize>(
-        &mut self,
-        norm: impl Evaluate<S, K>,
-        setting: &Setting<S>,
-        registers: [(usize, usize, Approach<S>); K],
-    ) -> u32 {
-        let tolerance = Lanes::splat(self.0, self.1.shape.tolerance);
-        let mut passages = [setting.passage(&registers[0].2); K];
-        for k in 1..K {
-            passages[k] = setting.passage(&registers[k].2);
-        }
-        let crossings = first_crossings(norm, &Passage::join(&passages), tolerance);
-        let mut better = 0;
-        for k in 0..K {
-            let (packet, i, approach) = &registers[k];
-            let crossing = crossings.part(k);
-            if crossing.found.any() && self.take(*packet, *i, approach.near, &crossing, setting) {
-                better |= 1 << packet;
+    fn meet<const K: usize>(&mut self, norm: impl Evaluate<S, K>, setting: &Setting<S>, register: usize) {
+        let Self(simd, MeetKernel { shape, crowd, .. }) = self;
+        let tolerance = Lanes::splat(*simd, shape.tolerance);
+        let column = |column: &CrowdOf| {
+            let column = S::as_simd_f32s(&column.0).0;
+            let mut parts = [Lanes::new(*simd, column[register]); K];
+            for k in 1..K {
+                parts[k] = Lanes::new(*simd, column[register + k]);
             }
+            Lanes::<S, K>::join(parts)
+        };
+        let near = column(&crowd.near);
+        let length = column(&crowd.length);
+        let [x, y, z] = &crowd.direction;
+        let direction = Triple { x: column(x), y: column(y), z: column(z) };
+        let origin = Triple::join([setting.origin; K]);
+        let start = origin.along(near, direction);
+        let active = near.all(0.0).le(length);
+        let Crossing { s, found, error, doubt } =
+            first_crossings(norm, &Passage { start, direction, length, active }, tolerance);
+        let t = found.select(near + s, near.all(f32::INFINITY));
+        let error = doubt.select(near.all(-1.0), error);
+        for k in 0..K {
+            S::as_mut_simd_f32s(&mut crowd.t.0).0[register + k] = t.part(k).register();
+            S::as_mut_simd_f32s(&mut crowd.error.0).0[register + k] = error.part(k).register();
         }
-        better
     }
 
     /// The rule of [`PacketHits::take`], for all lanes of a register. Whether any became the best.
     #[inline(always)]
-    fn take(
-        &mut self,
-        packet: usize,
-        i: usize,
-        near: Lanes<S>,
-        crossing: &Crossing<S>,
-        setting: &Setting<S>,
-    ) -> bool {
-        let Self(simd, MeetKernel { hits, ends, id, .. }) = self;
-        let hits = &mut hits[packet];
+    fn take(&mut self, origin: Origin, setting: &Setting<S>) -> bool {
+        let Self(simd, MeetKernel { hits, ends, crowd, id, .. }) = self;
+        let Origin { packet, register: i, lanes, first } = origin;
+        let (hits, asked) = (&mut hits[packet], Mask::of_bits(*simd, lanes));
+        let (zero, one) = (Lanes::splat(*simd, 0.0), Lanes::splat(*simd, 1.0));
+        let infinity = zero.all(f32::INFINITY);
+        let t = asked.select(Lanes::unpack(*simd, lanes, &crowd.t.0[first..]), infinity);
+        let found = t.lt(infinity);
+        if !found.any() {
+            return false;
+        }
+        let error = Lanes::unpack(*simd, lanes, &crowd.error.0[first..]);
+        let doubt = error.lt(zero).select(one, zero);
+        let t = t * setting.t_scale;
+        // t may be off by as much as its place in the shape's space, and by its own rounding.
+        let error = error.max(zero).mul_add(setting.t_scale, t.all(4e-7) * t);
         let lane = |column: &PacketOf<f32>| Lanes::<S>::new(*simd, S::as_simd_f32s(&column.0).0[i]);
         let (best, old_error, old_doubt) = (lane(&hits.t), lane(&hits.error), lane(&hits.doubt));
-        let (zero, one, infinity) = (near.all(0.0), near.all(1.0), near.all(f32::INFINITY));
-        let t = crossing.found.select((near + crossing.s) * setting.t_scale, infinity);
-        // t may be off by as much as its place in the shape's space, and by its own rounding.
-        let error = crossing.error.mul_add(setting.t_scale, t.all(4e-7) * t);
-        let is_closer = crossing.found & t.lt(best);
-        let is_near = crossing.found & (t - best).abs().le(error + old_error);
-        let doubt = crossing.doubt.select(one, zero);
+        let is_closer = found & t.lt(best);
+        let is_near = found & (t - best).abs().le(error + old_error);
         let doubt = is_near.select(one, is_closer.select(doubt, old_doubt));
         S::as_mut_simd_f32s(&mut hits.doubt.0).0[i] = doubt.register();
         if !is_closer.any() {

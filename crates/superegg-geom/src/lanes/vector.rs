@@ -38,6 +38,34 @@ impl<S: Simd> Lanes<S> {
     pub fn register(self) -> S::f32s {
         self.registers[0]
     }
+
+    /// Writes the lanes of a mask one after the other, and what does not matter after them, up to a register in all; all in their places where the machine
+    /// cannot do that quickly. See [`Mask::packed`].
+    #[inline(always)]
+    pub fn pack(self, mask: Mask<S>, to: &mut [f32]) {
+        let to = &mut to[..S::F32_LANES];
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+            let x = pulp::bytemuck::cast(self.registers[0]);
+            let packed = v4.avx512f._mm512_maskz_compress_ps(mask.bits() as u16, x);
+            return to.copy_from_slice(&pulp::bytemuck::cast::<_, [f32; 16]>(packed));
+        }
+        to.copy_from_slice(pulp::bytemuck::cast_slice(std::slice::from_ref(&self.registers[0])));
+    }
+
+    /// The lanes of a mask as [`Self::pack`] has written them.
+    #[inline(always)]
+    pub fn unpack(simd: S, mask: u32, from: &[f32]) -> Self {
+        let from = &from[..S::F32_LANES];
+        let mut register = simd.splat_f32s(0.0);
+        pulp::bytemuck::cast_slice_mut(std::slice::from_mut(&mut register)).copy_from_slice(from);
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v4) = (&simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+            let x = pulp::bytemuck::cast(register);
+            register = pulp::bytemuck::cast(v4.avx512f._mm512_maskz_expand_ps(mask as u16, x));
+        }
+        Self::new(simd, register)
+    }
 }
 
 impl<S: Simd, const K: usize> Lanes<S, K> {
@@ -372,6 +400,16 @@ impl<S: Simd> Mask<S> {
         let one = simd.splat_u32s(1);
         let bit = simd.and_u32s(simd.wrapping_dyn_shr_u32s(simd.splat_u32s(bits), numbers), one);
         Self { simd, registers: [simd.equal_u32s(bit, one)] }
+    }
+
+    /// How many places [`Lanes::pack`] fills.
+    #[inline(always)]
+    pub fn packed(self) -> usize {
+        #[cfg(target_arch = "x86_64")]
+        if (&self.simd as &dyn std::any::Any).is::<pulp::x86::V4>() {
+            return self.bits().count_ones() as usize;
+        }
+        S::F32_LANES
     }
 
     /// Where two whole numbers are the same.
