@@ -913,7 +913,8 @@ impl<'s> Beam<'s> {
         } else {
             mask
         };
-        let answer = shape.map(|shape| self.kernels.occlude(shape, &self.directions, &self.hits, mask));
+        let Self { kernels, directions, hits, crowd, .. } = self;
+        let answer = shape.map(|shape| kernels.occlude(shape, directions, hits, crowd, mask));
         for packet in packets(answer.map_or(mask, |answer| answer.packets)) {
             let (hit, ask) = match &answer {
                 // Of one that is not convex the lanes know only the convex shape around it.

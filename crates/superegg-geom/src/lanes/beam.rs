@@ -295,9 +295,10 @@ impl Kernels {
         shape: &BeamShape,
         directions: &[PacketVectors],
         hits: &[PacketHits],
+        crowd: &mut Crowd,
         mask: u32,
     ) -> Occlusion {
-        self.0.dispatch(OccludeKernel { shape, directions, hits, mask })
+        self.0.dispatch(OccludeKernel { shape, directions, hits, crowd, mask })
     }
 
     /// Which candidates rays meet, and where they are known to less than `width`, for the lanes of a packet that are asked for.
@@ -688,12 +689,6 @@ impl<S: Simd> Setting<S> {
         let active = is_near & near.le(far);
         active.any().then_some(Approach { near, far, direction: d, active })
     }
-
-    #[inline(always)]
-    fn passage(&self, approach: &Approach<S>) -> Passage<S> {
-        let Approach { near, far, direction, active } = *approach;
-        Passage { start: self.origin.along(near, direction), direction, length: far - near, active }
-    }
 }
 
 /// Rays that have a shape's box before them, lane beside lane.
@@ -748,6 +743,29 @@ impl Crowd {
         self.registers.push(Origin { packet, register, lanes: active.bits(), first: count });
         end
     }
+
+    /// The rays of some registers, with where they enter the box.
+    #[inline(always)]
+    fn passage<S: Simd, const K: usize>(
+        &self,
+        simd: S,
+        setting: &Setting<S>,
+        register: usize,
+    ) -> (Lanes<S, K>, Passage<S, K>) {
+        let column = |column: &CrowdOf| {
+            let column = S::as_simd_f32s(&column.0).0;
+            let mut parts = [Lanes::new(simd, column[register]); K];
+            for k in 1..K {
+                parts[k] = Lanes::new(simd, column[register + k]);
+            }
+            Lanes::join(parts)
+        };
+        let (near, length) = (column(&self.near), column(&self.length));
+        let [x, y, z] = &self.direction;
+        let direction = Triple { x: column(x), y: column(y), z: column(z) };
+        let start = Triple::join([setting.origin; K]).along(near, direction);
+        (near, Passage { start, direction, length, active: near.all(0.0).le(length) })
+    }
 }
 
 struct MeetKernel<'a> {
@@ -797,14 +815,11 @@ impl<S: Simd> WithNorm<S> for Meet<'_, S> {
             }
         }
         crowd.length.0[count..count + S::F32_LANES].fill(-1.0);
-        let mut register = 0;
-        while register * S::F32_LANES < count {
+        for register in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
             if (register + 1) * S::F32_LANES < count {
                 self.meet(many, &setting, register);
-                register += SIDE_BY_SIDE;
             } else {
                 self.meet(one, &setting, register);
-                register += 1;
             }
         }
         let mut better = 0;
@@ -822,23 +837,9 @@ impl<S: Simd> Meet<'_, S> {
     fn meet<const K: usize>(&mut self, norm: impl Evaluate<S, K>, setting: &Setting<S>, register: usize) {
         let Self(simd, MeetKernel { shape, crowd, .. }) = self;
         let tolerance = Lanes::splat(*simd, shape.tolerance);
-        let column = |column: &CrowdOf| {
-            let column = S::as_simd_f32s(&column.0).0;
-            let mut parts = [Lanes::new(*simd, column[register]); K];
-            for k in 1..K {
-                parts[k] = Lanes::new(*simd, column[register + k]);
-            }
-            Lanes::<S, K>::join(parts)
-        };
-        let near = column(&crowd.near);
-        let length = column(&crowd.length);
-        let [x, y, z] = &crowd.direction;
-        let direction = Triple { x: column(x), y: column(y), z: column(z) };
-        let origin = Triple::join([setting.origin; K]);
-        let start = origin.along(near, direction);
-        let active = near.all(0.0).le(length);
+        let (near, passage) = crowd.passage(*simd, setting, register);
         let Crossing { s, found, error, doubt } =
-            first_crossings(norm, &Passage { start, direction, length, active }, tolerance);
+            first_crossings(norm, &passage, tolerance);
         let t = found.select(near + s, near.all(f32::INFINITY));
         let error = doubt.select(near.all(-1.0), error);
         for k in 0..K {
@@ -1060,6 +1061,7 @@ struct OccludeKernel<'a> {
     shape: &'a BeamShape,
     directions: &'a [PacketVectors],
     hits: &'a [PacketHits],
+    crowd: &'a mut Crowd,
     mask: u32,
 }
 
@@ -1082,57 +1084,70 @@ impl<S: Simd> WithNorm<S> for Occlude<'_, S> {
     type Output = Occlusion;
 
     #[inline(always)]
-    fn run(self, one: impl Evaluate<S>, many: impl Evaluate<S, SIDE_BY_SIDE>) -> Occlusion {
-        let Self(simd, OccludeKernel { shape, directions, hits, mask }) = &self;
-        let setting = Setting::new(*simd, shape);
-        let mut answer = Occlusion { packets: 0, hit: [0; MOST_PACKETS], doubt: [0; MOST_PACKETS] };
-        let mut waiting: Option<(usize, usize, Approach<S>)> = None;
+    fn run(mut self, one: impl Evaluate<S>, many: impl Evaluate<S, SIDE_BY_SIDE>) -> Occlusion {
+        let simd = self.0;
+        let setting = Setting::new(simd, self.1.shape);
+        let OccludeKernel { directions, hits, crowd, mask, .. } = &mut self.1;
+        crowd.registers.clear();
+        let mut count = 0;
         for packet in bits(*mask) {
             for i in 0..PACKET / S::F32_LANES {
-                let v = Triple::of_packet(*simd, &directions[packet], i);
-                let end = Lanes::new(*simd, S::as_simd_f32s(&hits[packet].t.0).0[i]);
+                let v = Triple::of_packet(simd, &directions[packet], i);
+                let end = Lanes::new(simd, S::as_simd_f32s(&hits[packet].t.0).0[i]);
                 let end = end * setting.inverse_t_scale * end.all(1.0 + END);
-                let Some(approach) = setting.approach(v, || end) else { continue };
-                match waiting.take() {
-                    None => waiting = Some((packet, i, approach)),
-                    Some(first) => self.enter(many, &setting, [first, (packet, i, approach)], &mut answer),
+                if let Some(approach) = setting.approach(v, || end) {
+                    count = crowd.push(count, packet, i, &approach);
                 }
             }
         }
-        if let Some(last) = waiting {
-            self.enter(one, &setting, [last], &mut answer);
+        crowd.length.0[count..count + S::F32_LANES].fill(-1.0);
+        for register in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
+            if (register + 1) * S::F32_LANES < count {
+                self.enter(many, &setting, register);
+            } else {
+                self.enter(one, &setting, register);
+            }
+        }
+        let mut answer = Occlusion { packets: 0, hit: [0; MOST_PACKETS], doubt: [0; MOST_PACKETS] };
+        for origin in &self.1.crowd.registers {
+            self.answer(*origin, &setting, &mut answer);
         }
         answer
     }
 }
 
 impl<S: Simd> Occlude<'_, S> {
+    /// Sends the rays of some registers of the crowd into the shape.
     #[inline(always)]
-    fn enter<const K: usize>(
-        &self,
-        norm: impl Evaluate<S, K>,
-        setting: &Setting<S>,
-        registers: [(usize, usize, Approach<S>); K],
-        answer: &mut Occlusion,
-    ) {
-        let tolerance = Lanes::splat(self.0, self.1.shape.tolerance);
-        let mut passages = [setting.passage(&registers[0].2); K];
-        for k in 1..K {
-            passages[k] = setting.passage(&registers[k].2);
-        }
-        let Entry { s, inside, touched } = entries(norm, &Passage::join(&passages), tolerance);
+    fn enter<const K: usize>(&mut self, norm: impl Evaluate<S, K>, setting: &Setting<S>, register: usize) {
+        let Self(simd, OccludeKernel { shape, crowd, .. }) = self;
+        let tolerance = Lanes::splat(*simd, shape.tolerance);
+        let (near, passage) = crowd.passage(*simd, setting, register);
+        let Entry { s, inside, touched } = entries(norm, &passage, tolerance);
+        let place = near.all(0.5).mul_add(passage.length, near + s);
+        let place = inside.select(place, near.all(f32::INFINITY));
+        let doubt = (touched | inside).select(near.all(-1.0), near.all(0.0));
         for k in 0..K {
-            let (packet, i, Approach { near, far, .. }) = &registers[k];
-            // A place inside that is nearer than the end is proof; one at the end is not.
-            let end = Lanes::new(self.0, S::as_simd_f32s(&self.1.hits[*packet].t.0).0[*i]);
-            let end = end * setting.inverse_t_scale * end.all(1.0 - END);
-            let middle = near.all(0.5) * (*near + *far);
-            let certain = inside.part(k) & (middle + s.part(k)).lt(end);
-            let doubt = (touched.part(k) | inside.part(k)).and_not(certain).bits();
-            answer.packets |= 1 << *packet;
-            answer.hit[*packet] |= certain.bits() << (*i * S::F32_LANES);
-            answer.doubt[*packet] |= doubt << (*i * S::F32_LANES);
+            S::as_mut_simd_f32s(&mut crowd.t.0).0[register + k] = place.part(k).register();
+            S::as_mut_simd_f32s(&mut crowd.error.0).0[register + k] = doubt.part(k).register();
         }
+    }
+
+    /// What the crowd knows of the rays of a register.
+    #[inline(always)]
+    fn answer(&self, origin: Origin, setting: &Setting<S>, answer: &mut Occlusion) {
+        let Self(simd, OccludeKernel { hits, crowd, .. }) = self;
+        let Origin { packet, register: i, lanes, first } = origin;
+        let place = Lanes::unpack(*simd, lanes, &crowd.t.0[first..]);
+        let doubt = Lanes::unpack(*simd, lanes, &crowd.error.0[first..]);
+        // A place inside that is nearer than the end is proof; one at the end is not.
+        let end = Lanes::new(*simd, S::as_simd_f32s(&hits[packet].t.0).0[i]);
+        let end = end * setting.inverse_t_scale * end.all(1.0 - END);
+        let certain = place.lt(end).bits() & lanes;
+        let doubt = doubt.lt(place.all(0.0)).bits() & lanes & !certain;
+        answer.packets |= 1 << packet;
+        answer.hit[packet] |= certain << (i * S::F32_LANES);
+        answer.doubt[packet] |= doubt << (i * S::F32_LANES);
     }
 }
 
