@@ -65,25 +65,6 @@ pub(super) struct Passage<S: Simd, const K: usize = 1> {
     pub(super) active: Mask<S, K>,
 }
 
-impl<S: Simd, const K: usize> Passage<S, K> {
-    /// Registers side by side.
-    #[inline(always)]
-    pub(super) fn join(parts: &[Passage<S>; K]) -> Self {
-        let (mut start, mut direction) = ([parts[0].start; K], [parts[0].direction; K]);
-        let (mut length, mut active) = ([parts[0].length; K], [parts[0].active; K]);
-        for k in 1..K {
-            (start[k], direction[k]) = (parts[k].start, parts[k].direction);
-            (length[k], active[k]) = (parts[k].length, parts[k].active);
-        }
-        Self {
-            start: Triple::join(start),
-            direction: Triple::join(direction),
-            length: Lanes::join(length),
-            active: Mask::join(active),
-        }
-    }
-}
-
 /// The first crossing of each ray with the shape, of those that come to the level 1 + tolerance.
 #[derive(Clone, Copy)]
 pub(super) struct Crossing<S: Simd, const K: usize = 1> {
@@ -113,7 +94,7 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
 ) -> Crossing<S, K> {
     let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
     let (level, near, close) = (one + tolerance, tolerance.all(NEAR), tolerance.all(CLOSE));
-    let slack = tolerance + tolerance + close;
+    let slack = tolerance + tolerance + close + near * one.all(LAST_STEP);
     let Passage { start, direction, length, mut active } = *passage;
     let (mut s, mut error, mut found) = (zero, zero, zero.lt(zero));
     // By the tangents of N so far the level is not reached before the one, nor beyond the other.
@@ -124,26 +105,27 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
         let steepness = slope.abs().max(one.all(TINY));
         // A little too short, so that no step goes too far.
         let way = scale * steepness.with_sign_of(slope).recip_rough() * one.all(SHORT);
-        let by_tangent = -excess * way;
         let square = slope * slope;
         let twice = excess + excess;
-        let rest = twice.mul_add(-bend, square);
+        let rest = (-twice).mul_add(bend, square);
         let by_parabola = twice * scale * (steepness + rest.root_rough()).recip_rough();
-        // A place inside is as good where it is before the middle of the chord.
         let reach = (falls & (one.all(STRAIGHT) * square).le(rest)).select(near, close);
-        let arrived = active & excess.le(reach) & ((-reach).le(excess) | s.le(first));
+        let is_near = falls & (-reach).le(excess);
+        let arrived = active & excess.le(reach) & (is_near | s.le(first));
+        let unsure = excess.mul_add(way, by_parabola).abs();
+        error = arrived.select(slack.mul_add(way.abs(), unsure), error);
         found = found | arrived;
-        let step = falls.select(tolerance.mul_add(-way, by_parabola), zero);
-        let off = (by_parabola - by_tangent).abs() + step.abs() * one.all(LAST_STEP);
-        error = arrived.select(slack.mul_add(way.abs(), off), error);
-        first = falls.select(first.max(s + by_tangent), first);
-        last = falls.select(last, last.min(s + by_tangent));
-        s = arrived.select((s + step).max(first).min(length), s);
+        let by_tangent = (-excess).mul_add(way, s);
+        first = falls.select(first.max(by_tangent), first);
+        last = falls.select(last, last.min(by_tangent));
+        let next = falls.select((s + by_parabola).min(last), first).max(first);
+        // The last step goes on to the level 1.
+        let next = arrived.select((-tolerance).mul_add(way, next), next);
+        s = active.select(next, s);
         active = active.and_not(arrived) & first.le(last);
         if !active.any() {
             break;
         }
-        s = active.select(falls.select((s + by_parabola).min(last), first).max(first), s);
     }
     Crossing { s, found: found | active, error, doubt: active }
 }
