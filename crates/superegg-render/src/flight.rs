@@ -5,9 +5,8 @@
 //! exact way.
 
 use pulp::{Arch, Simd, WithSimd};
-use superegg_geom::glam::DVec3;
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
-use superegg_geom::{Ray, scale_to_unit};
+use superegg_geom::{Ray, ShapeHit, scale_to_unit};
 
 use crate::compiled::{CompiledScene, Group};
 use crate::footprint::Footprint;
@@ -47,7 +46,11 @@ impl CompiledScene {
         let (mut settling, together) = (Settling::default(), rays_together(root));
         for (rays, found) in rays.chunks(together).zip(found.chunks_mut(together)) {
             Arch::new().dispatch(Run { stream: &mut stream, rays });
-            settling.take(self, root, &stream, rays, found);
+            // Some at a time, so that each stays in the nearest cache from the first to the last that is done with it.
+            let parts = rays.chunks(SETTLED_TOGETHER).zip(stream.told().chunks(SETTLED_TOGETHER));
+            for ((rays, told), found) in parts.zip(found.chunks_mut(SETTLED_TOGETHER)) {
+                settling.take(self, root, &stream, told, rays, found);
+            }
         }
         stream.end_here();
         found
@@ -61,7 +64,7 @@ impl CompiledScene {
         for (rays, occluded) in rays.chunks(together).zip(occluded.chunks_mut(together)) {
             Arch::new().dispatch(Run { stream: &mut stream, rays });
             for ((asked, told), occluded) in rays.iter().zip(stream.told()).zip(occluded) {
-                *occluded = match told {
+                *occluded = match *told {
                     Told::Nothing => false,
                     Told::Doubtful => {
                         self.occluded_footprint(&asked.ray, asked.departure.as_ref(), t_max, asked.footprint)
@@ -90,6 +93,9 @@ impl WithSimd for Run<'_, '_> {
     }
 }
 
+/// How many rays have their crossings settled together.
+const SETTLED_TOGETHER: usize = 64;
+
 /// Crossings that lanes have found, still to be settled in f64.
 #[derive(Default)]
 struct Settling {
@@ -104,6 +110,8 @@ struct Open {
     scale: f64,
     /// For a ray that leaves: it is settled backwards from a place at this t.
     back_from: Option<f64>,
+    primitive: u32,
+    path: InstancePath,
 }
 
 impl Settling {
@@ -113,47 +121,48 @@ impl Settling {
         scene: &CompiledScene,
         root: &Group,
         stream: &Stream<'_>,
+        told: &[Told],
         rays: &[FlightRay],
         found: &mut [Option<Hit>],
     ) {
         let exactly = |asked: &FlightRay| {
             scene.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint)
         };
-        self.batch.clear();
-        self.open.clear();
-        for (index, (asked, told)) in rays.iter().zip(stream.told()).enumerate() {
+        for (index, (asked, told)) in rays.iter().zip(told).enumerate() {
             found[index] = match told {
                 Told::Nothing | Told::Occluded => None,
                 Told::Doubtful => exactly(asked),
                 Told::Found(best) => {
-                    let path = stream.path(&best);
                     let Some((direction, scale)) = scale_to_unit(asked.ray.direction) else { continue };
-                    Some(match best.found {
+                    let path = stream.path(best);
+                    match best.found {
                         Found::Exactly(place) => {
                             let hit = stream.exact(place);
-                            Hit { t: best.t * scale, path, ..hit.clone() }
+                            Some(Hit { t: best.t * scale, path, ..hit.clone() })
                         }
                         Found::Nearly { leaving } => {
                             let ray = Ray { direction, ..asked.ray };
                             let primitive = self.open(scene, root, &ray, &path, best.t, leaving);
-                            self.open.push(Open { index, scale, back_from: leaving.then_some(2.0 * best.t) });
-                            let t = best.t * scale;
-                            Hit { t, leaving, primitive, unit_point: DVec3::ZERO, path }
+                            let back_from = leaving.then_some(2.0 * best.t);
+                            self.open.push(Open { index, scale, back_from, primitive, path });
+                            None
                         }
-                    })
+                    }
                 }
             };
         }
         self.batch.run();
-        for (place, Open { index, scale, back_from }) in self.open.drain(..).enumerate() {
-            match (self.batch.get(place), &mut found[index]) {
-                (Some((hit, _)), Some(found)) => {
-                    found.t = back_from.map_or(hit.t, |from| from - hit.t) * scale;
-                    found.unit_point = hit.point;
+        for (place, open) in self.open.drain(..).enumerate() {
+            let Open { index, scale, back_from, primitive, path } = open;
+            found[index] = match self.batch.get(place) {
+                Some((ShapeHit { t, point: unit_point, .. }, _)) => {
+                    let t = back_from.map_or(t, |from| from - t) * scale;
+                    Some(Hit { t, leaving: back_from.is_some(), primitive, unit_point, path })
                 }
-                (_, found) => *found = exactly(&rays[index]),
-            }
+                None => exactly(&rays[index]),
+            };
         }
+        self.batch.clear();
     }
 
     /// Puts a crossing among those to be settled, and tells of which primitive it is.

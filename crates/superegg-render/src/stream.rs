@@ -283,8 +283,8 @@ impl<'s> Stream<'s> {
     }
 
     /// What is told of each ray of the last run.
-    pub(crate) fn told(&self) -> impl Iterator<Item = Told> {
-        self.memory.told.iter().copied()
+    pub(crate) fn told(&self) -> &[Told] {
+        &self.memory.told
     }
 
     /// The path to a crossing.
@@ -297,6 +297,9 @@ impl<'s> Stream<'s> {
     /// The path to a group.
     fn path_to(&self, trail: u32) -> InstancePath {
         let mut path = InstancePath::default();
+        if trail == ROOT {
+            return path;
+        }
         let mut places = smallvec::SmallVec::<[u32; 8]>::new();
         let mut at = trail;
         while at != ROOT {
@@ -531,9 +534,11 @@ impl<'s> Stream<'s> {
             boxes_met.resize(2 * whole_eights, 0);
         }
         let boxes_met = &mut boxes_met[..whole_eights];
+        if let Some(last) = boxes_met.last_chunk_mut::<WIDTH>() {
+            *last = [0; WIDTH];
+        }
         let entries = BoxEntries { near, met: boxes_met };
         let met = meet_boxes(simd, &node.bounds, octant, boxes, listed, ends, entries);
-        boxes_met[listed.len()..].fill(0);
         let blocks = &mut blocks[first_met as usize..top.first_met as usize];
         for (block, met) in blocks.iter_mut().zip(boxes_met.chunks(BLOCK as usize)) {
             *block = by_boxes(met);
@@ -990,7 +995,7 @@ mod tests {
             let (mut found, mut doubtful) = (0, 0);
             for (asked, told) in rays.iter().zip(stream.told()) {
                 let expected = scene.intersect(&asked.ray, None);
-                match (told, any_before) {
+                match (*told, any_before) {
                     (Told::Found(best), None) => {
                         found += 1;
                         let expected = expected.unwrap();

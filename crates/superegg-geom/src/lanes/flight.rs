@@ -309,11 +309,9 @@ const MOST_INVERSE: f64 = 1e30;
 
 type Eight = [f64; APPROACH];
 
-/// Rays with the shapes whose boxes they may meet, in f64.
+/// Rays in the spaces of the shapes whose boxes they may meet, in f64.
 #[derive(Clone, Debug, Default)]
 pub struct Approaches {
-    /// The columns of the map into the space of the unit shape.
-    map: [Eight; 12],
     origin: [Eight; 3],
     direction: [Eight; 3],
     t_max: Eight,
@@ -362,12 +360,7 @@ impl Approaches {
     /// Puts a ray into a lane: the map into the space of its unit shape, its origin and direction, and the t where it ends.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, map: &DAffine3, [origin, direction]: [DVec3; 2], t_max: f64) {
-        let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis, map.translation];
-        for (place, column) in columns.iter().enumerate() {
-            self.map[3 * place][lane] = column.x;
-            self.map[3 * place + 1][lane] = column.y;
-            self.map[3 * place + 2][lane] = column.z;
-        }
+        let (origin, direction) = (map.transform_point3(origin), map.transform_vector3(direction));
         for axis in 0..3 {
             self.origin[axis][lane] = origin[axis];
             self.direction[axis][lane] = direction[axis];
@@ -378,16 +371,10 @@ impl Approaches {
     /// Brings all rays to their boxes. Plain loops, which the compiler turns into lanes.
     #[inline(always)]
     pub fn run(&mut self) {
-        let Self { map, origin, direction, t_max, answers } = self;
+        let Self { origin, direction, t_max, answers } = self;
         for i in 0..APPROACH {
-            let (px, py, pz) = (origin[0][i], origin[1][i], origin[2][i]);
-            let (vx, vy, vz) = (direction[0][i], direction[1][i], direction[2][i]);
-            let ox = map[0][i] * px + map[3][i] * py + map[6][i] * pz + map[9][i];
-            let oy = map[1][i] * px + map[4][i] * py + map[7][i] * pz + map[10][i];
-            let oz = map[2][i] * px + map[5][i] * py + map[8][i] * pz + map[11][i];
-            let dx = map[0][i] * vx + map[3][i] * vy + map[6][i] * vz;
-            let dy = map[1][i] * vx + map[4][i] * vy + map[7][i] * vz;
-            let dz = map[2][i] * vx + map[5][i] * vy + map[8][i] * vz;
+            let (ox, oy, oz) = (origin[0][i], origin[1][i], origin[2][i]);
+            let (dx, dy, dz) = (direction[0][i], direction[1][i], direction[2][i]);
             let size = (dx * dx + dy * dy + dz * dz).sqrt();
             let t_per_way = 1.0 / size;
             let (dx, dy, dz) = (dx * t_per_way, dy * t_per_way, dz * t_per_way);
