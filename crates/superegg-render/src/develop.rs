@@ -80,8 +80,9 @@ impl Development {
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
         let (steps, toning) = (Steps::new(self.encoding), self.toning());
         let mut bytes = vec![0; 3 * film.light().len()];
-        for (to, &[r, g, b, _]) in bytes.chunks_exact_mut(3).zip(film.light()) {
-            to.copy_from_slice(&toning.of([r, g, b]).map(|value| steps.byte(value)));
+        for (to, &[r, g, b, _]) in bytes.as_chunks_mut().0.iter_mut().zip(film.light()) {
+            let [r, g, b] = toning.of([r, g, b]);
+            *to = [steps.byte(r), steps.byte(g), steps.byte(b)];
         }
         bytes
     }
