@@ -62,8 +62,7 @@ impl Development {
     /// The linear colour of each pixel after exposure and tone, and its alpha.
     fn developed(&self, film: &Film) -> impl Iterator<Item = ([f32; 3], f32)> {
         let (toning, transparent) = (self.toning(), self.transparent);
-        film.light().iter().map(move |&[r, g, b, alpha]| {
-            let color = [r, g, b];
+        film.light().map(move |(color, alpha)| {
             if !transparent {
                 return (toning.of(color), 1.0);
             }
@@ -79,9 +78,9 @@ impl Development {
     /// The picture as bytes, red, green and blue of each pixel, without alpha: a transparent background is black.
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
         let (steps, toning) = (Steps::new(self.encoding), self.toning());
-        let mut bytes = vec![0; 3 * film.light().len()];
-        for (to, &[r, g, b, _]) in bytes.as_chunks_mut().0.iter_mut().zip(film.light()) {
-            let [r, g, b] = toning.of([r, g, b]);
+        let mut bytes = vec![0; 3 * film.colors().len()];
+        for (to, &color) in bytes.as_chunks_mut().0.iter_mut().zip(film.colors()) {
+            let [r, g, b] = toning.of(color);
             *to = [steps.byte(r), steps.byte(g), steps.byte(b)];
         }
         bytes

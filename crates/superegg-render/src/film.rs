@@ -1,5 +1,7 @@
 //! The picture as it is made: linear values.
 
+use std::ops::Range;
+
 use crate::tiling::Tile;
 
 /// What a picture knows of one pixel.
@@ -87,15 +89,84 @@ impl Layers {
 }
 
 /// A picture as it is made, or a tile of one: linear values, rows from the top.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Film {
     width: u32,
     height: u32,
-    /// Colour and alpha of each pixel.
-    light: Vec<[f32; 4]>,
-    samples: Vec<u32>,
+    colors: Vec<[f32; 3]>,
+    /// None where each is that of an opaque picture ([`opaque_alpha`]).
+    alphas: Vec<f32>,
+    samples: Counts,
     /// None where they are not kept.
     layers: Vec<Layers>,
+}
+
+/// The alpha of a pixel with so many samples in a picture without holes.
+fn opaque_alpha(samples: u32) -> f32 {
+    if samples > 0 { 1.0 } else { 0.0 }
+}
+
+/// How many samples each pixel has, in a byte as long as those are enough: fresh memory takes a tenth of a cheap picture's time.
+#[derive(Clone, Debug)]
+pub(crate) enum Counts {
+    Few(Vec<u8>),
+    Many(Vec<u32>),
+}
+
+impl Counts {
+    fn get(&self, place: usize) -> u32 {
+        match self {
+            Self::Few(counts) => u32::from(counts[place]),
+            Self::Many(counts) => counts[place],
+        }
+    }
+
+    fn set(&mut self, place: usize, count: u32) {
+        match (&mut *self, u8::try_from(count)) {
+            (Self::Few(counts), Ok(count)) => counts[place] = count,
+            (Self::Few(counts), Err(_)) => {
+                *self = Self::Many(counts.iter().copied().map(u32::from).collect());
+                self.set(place, count);
+            }
+            (Self::Many(counts), _) => counts[place] = count,
+        }
+    }
+
+    /// Takes a row of others.
+    fn set_row(&mut self, to: Range<usize>, others: &Self, from: Range<usize>) {
+        match (&mut *self, others) {
+            (Self::Few(counts), Self::Few(others)) => counts[to].copy_from_slice(&others[from]),
+            (Self::Many(counts), Self::Many(others)) => counts[to].copy_from_slice(&others[from]),
+            _ => to.zip(from).for_each(|(to, from)| self.set(to, others.get(from))),
+        }
+    }
+}
+
+impl FromIterator<u32> for Counts {
+    fn from_iter<I: IntoIterator<Item = u32>>(counts: I) -> Self {
+        let mut counts = counts.into_iter();
+        let mut few = Vec::with_capacity(counts.size_hint().0);
+        while let Some(count) = counts.next() {
+            match u8::try_from(count) {
+                Ok(count) => few.push(count),
+                Err(_) => {
+                    let before = few.into_iter().map(u32::from);
+                    return Self::Many(before.chain(std::iter::once(count)).chain(counts).collect());
+                }
+            }
+        }
+        Self::Few(few)
+    }
+}
+
+/// Films are the same whose pixels are.
+impl PartialEq for Film {
+    fn eq(&self, other: &Self) -> bool {
+        self.width == other.width
+            && self.height == other.height
+            && self.has_layers() == other.has_layers()
+            && self.pixels().eq(other.pixels())
+    }
 }
 
 impl Film {
@@ -105,26 +176,28 @@ impl Film {
         Self { layers: vec![Layers::EMPTY; count], ..Self::without_layers(width, height) }
     }
 
-    /// The same that keeps neither depth nor normals, albedo and ids, but takes two fifths of the memory. Its pixels have those of [`Pixel::EMPTY`].
+    /// The same that keeps neither depth nor normals, albedo and ids, but takes a quarter of the memory. Its pixels have those of [`Pixel::EMPTY`].
     pub fn without_layers(width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
-        Self { width, height, light: vec![[0.0; 4]; count], samples: vec![0; count], layers: Vec::new() }
+        let samples = Counts::Few(vec![0; count]);
+        Self { width, height, colors: vec![[0.0; 3]; count], alphas: Vec::new(), samples, layers: Vec::new() }
     }
 
-    /// One with these pixels; `layers` are empty where they are not kept.
+    /// One with these pixels; `alphas` are empty where nothing shows through, `layers` where they are not kept.
     pub(crate) fn of_parts(
         (width, height): (u32, u32),
-        light: Vec<[f32; 4]>,
-        samples: Vec<u32>,
+        colors: Vec<[f32; 3]>,
+        alphas: Vec<f32>,
+        samples: Counts,
         layers: Vec<Layers>,
     ) -> Self {
-        Self { width, height, light, samples, layers }
+        Self { width, height, colors, alphas, samples, layers }
     }
 
     /// One with layers, of these pixels; those that are missing have not been made.
     pub fn of_pixels(width: u32, height: u32, pixels: impl IntoIterator<Item = Pixel>) -> Self {
         let mut film = Self::new(width, height);
-        for (place, pixel) in (0..film.light.len()).zip(pixels) {
+        for (place, pixel) in (0..film.colors.len()).zip(pixels) {
             film.put(place, pixel);
         }
         film
@@ -142,17 +215,26 @@ impl Film {
 
     /// Whether it keeps depth, normals, albedo and ids.
     pub fn has_layers(&self) -> bool {
-        self.layers.len() == self.light.len()
+        self.layers.len() == self.colors.len()
     }
 
     /// The pixels, rows from the top.
     pub fn pixels(&self) -> impl ExactSizeIterator<Item = Pixel> {
-        (0..self.light.len()).map(|place| self.pixel_at(place))
+        (0..self.colors.len()).map(|place| self.pixel_at(place))
     }
 
-    /// Linear red, green, blue and alpha of the pixels, rows from the top.
-    pub fn light(&self) -> &[[f32; 4]] {
-        &self.light
+    /// Linear red, green and blue of the pixels, rows from the top.
+    pub fn colors(&self) -> &[[f32; 3]] {
+        &self.colors
+    }
+
+    /// The same with alpha.
+    pub fn light(&self) -> impl Iterator<Item = ([f32; 3], f32)> {
+        self.colors.iter().enumerate().map(|(place, color)| (*color, self.alpha(place)))
+    }
+
+    fn alpha(&self, place: usize) -> f32 {
+        self.alphas.get(place).copied().unwrap_or_else(|| opaque_alpha(self.samples.get(place)))
     }
 
     /// A pixel, from the top left corner.
@@ -161,9 +243,9 @@ impl Film {
     }
 
     fn pixel_at(&self, place: usize) -> Pixel {
-        let [r, g, b, alpha] = self.light[place];
         let Layers { depth, normal, albedo, id } = self.layers.get(place).copied().unwrap_or(Layers::EMPTY);
-        Pixel { color: [r, g, b], alpha, depth, normal, albedo, id, samples: self.samples[place] }
+        let (color, alpha, samples) = (self.colors[place], self.alpha(place), self.samples.get(place));
+        Pixel { color, alpha, depth, normal, albedo, id, samples }
     }
 
     /// Puts a pixel in its place.
@@ -172,9 +254,15 @@ impl Film {
     }
 
     fn put(&mut self, place: usize, pixel: Pixel) {
-        let Pixel { color: [r, g, b], alpha, depth, normal, albedo, id, samples } = pixel;
-        self.light[place] = [r, g, b, alpha];
-        self.samples[place] = samples;
+        let Pixel { color, alpha, depth, normal, albedo, id, samples } = pixel;
+        if alpha != opaque_alpha(samples) {
+            self.keep_alphas();
+        }
+        self.colors[place] = color;
+        self.samples.set(place, samples);
+        if let Some(to) = self.alphas.get_mut(place) {
+            *to = alpha;
+        }
         if let Some(layers) = self.layers.get_mut(place) {
             *layers = Layers { depth, normal, albedo, id };
         }
@@ -186,24 +274,39 @@ impl Film {
         let mut of_tile = Self { width, height, ..Self::without_layers(0, 0) };
         for y in tile.y.clone() {
             let row = self.place(tile.x.start, y)..self.place(tile.x.end, y);
-            of_tile.light.extend_from_slice(&self.light[row.clone()]);
-            of_tile.samples.extend_from_slice(&self.samples[row.clone()]);
+            of_tile.colors.extend_from_slice(&self.colors[row.clone()]);
+            of_tile.alphas.extend_from_slice(self.alphas.get(row.clone()).unwrap_or_default());
             of_tile.layers.extend_from_slice(self.layers.get(row).unwrap_or_default());
         }
+        let rows = tile.y.clone().flat_map(|y| self.place(tile.x.start, y)..self.place(tile.x.end, y));
+        of_tile.samples = rows.map(|place| self.samples.get(place)).collect();
         of_tile
     }
 
     /// Puts a tile in its place; of layers what both know.
     pub fn set_tile(&mut self, tile: &Tile, pixels: &Self) {
         let width = tile.x.len();
+        if !pixels.alphas.is_empty() {
+            self.keep_alphas();
+        }
         for (row, y) in tile.y.clone().enumerate() {
             let (to, from) = (self.place(tile.x.start, y), row * width);
             let (to, from) = (to..to + width, from..from + width);
-            self.light[to.clone()].copy_from_slice(&pixels.light[from.clone()]);
-            self.samples[to.clone()].copy_from_slice(&pixels.samples[from.clone()]);
+            self.colors[to.clone()].copy_from_slice(&pixels.colors[from.clone()]);
+            self.samples.set_row(to.clone(), &pixels.samples, from.clone());
+            if let Some(to) = self.alphas.get_mut(to.clone()) {
+                to.iter_mut().zip(from.clone()).for_each(|(to, from)| *to = pixels.alpha(from));
+            }
             if let (Some(to), Some(from)) = (self.layers.get_mut(to), pixels.layers.get(from)) {
                 to.copy_from_slice(from);
             }
+        }
+    }
+
+    /// From here on each pixel has an alpha of its own.
+    fn keep_alphas(&mut self) {
+        if self.alphas.is_empty() {
+            self.alphas = (0..self.colors.len()).map(|place| self.alpha(place)).collect();
         }
     }
 
@@ -231,7 +334,7 @@ mod tests {
                 assert_eq!(film.pixel(2, 1), Pixel { id, ..pixel(8) });
                 assert_eq!(film.pixels().filter(|pixel| *pixel != Pixel::EMPTY).count(), 2);
                 assert_eq!(film.tile(&tile).has_layers(), knows);
-                assert!(film.tile(&tile).light() == part.light());
+                assert!(film.tile(&tile).light().eq(part.light()));
             }
         }
     }

@@ -184,14 +184,12 @@ impl Gathered {
     /// The tile that they make, of so many pixels across and down; each has at least one sample.
     pub(crate) fn film(&self, size: (u32, u32), is_transparent: bool) -> Film {
         let places = 0..self.pixels();
-        let light = |place| {
-            let alpha = if is_transparent { self.filtered(place, Sum::met).clamp(0.0, 1.0) } else { 1.0 };
-            let [r, g, b] = self.filtered(place, Sum::color).as_vec3().to_array();
-            [r, g, b, alpha as f32]
-        };
+        let color = |place| self.filtered(place, Sum::color).as_vec3().to_array();
+        let alpha = |place| self.filtered(place, Sum::met).clamp(0.0, 1.0) as f32;
+        let alphas = if is_transparent { places.clone().map(alpha).collect() } else { Vec::new() };
         let samples = places.clone().map(|place| self.count(place)).collect();
         let layers = self.layers.iter().map(LayerSums::layers).collect();
-        Film::of_parts(size, places.map(light).collect(), samples, layers)
+        Film::of_parts(size, places.map(color).collect(), alphas, samples, layers)
     }
 
     /// The standard error of a pixel's value on the screen, the largest of its channels (alpha among them where the background is transparent):
