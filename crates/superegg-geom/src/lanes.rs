@@ -7,6 +7,7 @@
 //! the ray passes within 1e-5 of tangency.
 
 pub mod beam;
+pub mod crowd;
 mod descent;
 pub mod flight;
 mod kernel;

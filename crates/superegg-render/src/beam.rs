@@ -9,10 +9,11 @@ use std::sync::Arc;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::lanes::beam::{
-    ALL_LANES, BeamBoxes, BeamShape, Bundles, Crowd, DirectionBoxes, Directions, Kernels, MOST_PACKETS,
+    ALL_LANES, BeamBoxes, BeamShape, Bundles, DirectionBoxes, Directions, Kernels, MOST_PACKETS,
     NumberOfPackets, PACKET, PacketHits, PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, RANGE,
     Widening,
 };
+use superegg_geom::lanes::crowd::Crowd;
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit, unit_vector};
 
@@ -617,7 +618,13 @@ impl<'s> Beam<'s> {
             match slot {
                 Slot::Node(node) => {
                     let node = &frame.group.nodes[node as usize];
+                    let is_ordered = matches!(question, Question::Closest { .. });
+                    // The lanes ask a shape's own box at once; a shadow ray is stopped before it comes to most.
+                    let is_rough = |slot: &Slot| is_ordered && matches!(slot, Slot::Leaf(_));
+                    let roughly = node.slots().enumerate().filter(|(_, slot)| is_rough(slot));
+                    let roughly = roughly.fold(0, |roughly, (place, _)| roughly | 1 << place);
                     let boxes = BeamBoxes {
+                        roughly,
                         bounds: &node.bounds,
                         count: node.count as usize,
                         origin: tree_origin,
@@ -627,7 +634,6 @@ impl<'s> Beam<'s> {
                     };
                     let met = self.kernels.boxes(&boxes, &frame.bundles, &self.ends, mask);
                     let first = self.pending.len();
-                    let is_ordered = matches!(question, Question::Closest { .. });
                     for (place, slot) in node.slots().enumerate().filter(|(place, _)| met[*place] != 0) {
                         // The nearest corner along the middle of the beam.
                         let corner = |axis: usize| {
@@ -847,7 +853,8 @@ impl<'s> Beam<'s> {
             &mut self.crowd,
             mask,
             id,
-        ) != 0 {
+        ) != 0
+        {
             self.push_candidate(frame, target, Some(*shape));
         }
     }

@@ -8,7 +8,8 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::descent::{Crossing, Entry, Passage, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
+use super::crowd::{Approach, Crowd, Origin};
+use super::descent::{Crossing, Entry, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
 use super::kernel::{BOX, Evaluate, Rise, TINY, Triple};
 use super::vector::{Lanes, Mask};
 use super::{PowerKind, lane_power};
@@ -248,6 +249,8 @@ pub struct BeamBoxes<'a> {
     pub pad: [f32; 3],
     /// What a t of the beam has to be multiplied by to be one of this space.
     pub t_scale: f32,
+    /// Boxes that are not asked ray by ray, a bit for each.
+    pub roughly: u8,
     /// Of the directions in this space, by [`Kernels::bundles`]: what a bundle meets is asked ray by ray, for bundles can be wide.
     pub inverses: &'a [PacketVectors],
 }
@@ -276,6 +279,7 @@ impl Kernels {
 
     /// The closest crossings of one shape, taken as candidate `id`. Returns the packets in which one became the best. `ends` are kept at the largest t
     /// that can still be the first of a packet.
+    #[expect(clippy::too_many_arguments, reason = "the parts of a beam, which has them apart")]
     pub fn meet(
         self,
         shape: &BeamShape,
@@ -418,6 +422,9 @@ impl WithSimd for BoxKernel<'_> {
             }
         }
         for (child, met) in met.iter_mut().enumerate().take(boxes.count) {
+            if boxes.roughly >> child & 1 == 1 {
+                continue;
+            }
             for packet in bits(*met) {
                 let end = splat(ends.0[packet] * boxes.t_scale);
                 let mut is_met = false;
@@ -632,16 +639,6 @@ struct Setting<S: Simd> {
     inverse_t_scale: Lanes<S>,
 }
 
-/// A packet's rays, or a register's, on their way through a shape's box.
-#[derive(Clone, Copy)]
-struct Approach<S: Simd> {
-    /// The t where each enters and leaves, in the shape's space.
-    near: Lanes<S>,
-    far: Lanes<S>,
-    direction: Triple<S>,
-    active: Mask<S>,
-}
-
 impl<S: Simd> Setting<S> {
     #[inline(always)]
     fn new(simd: S, shape: &BeamShape) -> Self {
@@ -691,83 +688,6 @@ impl<S: Simd> Setting<S> {
     }
 }
 
-/// Rays that have a shape's box before them, lane beside lane.
-#[derive(Clone, Debug)]
-pub struct Crowd {
-    /// From where each enters the box to where it leaves it: the t of the first, the way, and the direction, in the shape's space; a way of -1 where
-    /// there is no ray.
-    near: CrowdOf,
-    length: CrowdOf,
-    direction: [CrowdOf; 3],
-    /// Where each meets the shape, and by how much that may be off: infinite where it does not, and -1 where it cannot be told.
-    t: CrowdOf,
-    error: CrowdOf,
-    /// The registers that the rays came from.
-    registers: Vec<Origin>,
-}
-
-/// A number for each ray of a beam, and for some that are none at the end.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-struct CrowdOf([f32; (MOST_PACKETS + 1) * PACKET]);
-
-/// Rays of a register among those of a crowd.
-#[derive(Clone, Copy, Debug)]
-struct Origin {
-    packet: usize,
-    /// The register of the packet.
-    register: usize,
-    lanes: u32,
-    /// Where they begin.
-    first: usize,
-}
-
-impl Default for Crowd {
-    fn default() -> Self {
-        let zero = CrowdOf([0.0; (MOST_PACKETS + 1) * PACKET]);
-        Self { near: zero, length: zero, direction: [zero; 3], t: zero, error: zero, registers: Vec::new() }
-    }
-}
-
-impl Crowd {
-    /// Takes the lanes of a register that come to the box, the rays in order.
-    #[inline(always)]
-    fn push<S: Simd>(&mut self, count: usize, packet: usize, register: usize, approach: &Approach<S>) -> usize {
-        let Approach { near, far, direction, active } = *approach;
-        let end = count + active.packed();
-        near.pack(active, &mut self.near.0[count..]);
-        active.select(far - near, near.all(-1.0)).pack(active, &mut self.length.0[count..]);
-        direction.x.pack(active, &mut self.direction[0].0[count..]);
-        direction.y.pack(active, &mut self.direction[1].0[count..]);
-        direction.z.pack(active, &mut self.direction[2].0[count..]);
-        self.registers.push(Origin { packet, register, lanes: active.bits(), first: count });
-        end
-    }
-
-    /// The rays of some registers, with where they enter the box.
-    #[inline(always)]
-    fn passage<S: Simd, const K: usize>(
-        &self,
-        simd: S,
-        setting: &Setting<S>,
-        register: usize,
-    ) -> (Lanes<S, K>, Passage<S, K>) {
-        let column = |column: &CrowdOf| {
-            let column = S::as_simd_f32s(&column.0).0;
-            let mut parts = [Lanes::new(simd, column[register]); K];
-            for k in 1..K {
-                parts[k] = Lanes::new(simd, column[register + k]);
-            }
-            Lanes::join(parts)
-        };
-        let (near, length) = (column(&self.near), column(&self.length));
-        let [x, y, z] = &self.direction;
-        let direction = Triple { x: column(x), y: column(y), z: column(z) };
-        let start = Triple::join([setting.origin; K]).along(near, direction);
-        (near, Passage { start, direction, length, active: near.all(0.0).le(length) })
-    }
-}
-
 struct MeetKernel<'a> {
     shape: &'a BeamShape,
     directions: &'a [PacketVectors],
@@ -798,8 +718,7 @@ impl<S: Simd> WithNorm<S> for Meet<'_, S> {
         let simd = self.0;
         let setting = Setting::new(simd, self.1.shape);
         let MeetKernel { directions, hits, crowd, mask, .. } = &mut self.1;
-        crowd.registers.clear();
-        let mut count = 0;
+        crowd.clear();
         for packet in bits(*mask) {
             for i in 0..PACKET / S::F32_LANES {
                 let hits = &hits[packet];
@@ -810,22 +729,23 @@ impl<S: Simd> WithNorm<S> for Meet<'_, S> {
                 };
                 let v = Triple::of_packet(simd, &directions[packet], i);
                 if let Some(approach) = setting.approach(v, end) {
-                    count = crowd.push(count, packet, i, &approach);
+                    crowd.push(packet, i, &approach);
                 }
             }
         }
-        crowd.length.0[count..count + S::F32_LANES].fill(-1.0);
-        for register in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
-            if (register + 1) * S::F32_LANES < count {
+        let count = crowd.close::<S>();
+        for register in (0..count).step_by(SIDE_BY_SIDE) {
+            if register + 1 < count {
                 self.meet(many, &setting, register);
             } else {
                 self.meet(one, &setting, register);
             }
         }
         let mut better = 0;
-        for place in 0..self.1.crowd.registers.len() {
-            let origin = self.1.crowd.registers[place];
+        let mut place = 0;
+        while let Some(origin) = self.1.crowd.origin(place) {
             better |= u32::from(self.take(origin, &setting)) << origin.packet;
+            place += 1;
         }
         better
     }
@@ -837,31 +757,27 @@ impl<S: Simd> Meet<'_, S> {
     fn meet<const K: usize>(&mut self, norm: impl Evaluate<S, K>, setting: &Setting<S>, register: usize) {
         let Self(simd, MeetKernel { shape, crowd, .. }) = self;
         let tolerance = Lanes::splat(*simd, shape.tolerance);
-        let (near, passage) = crowd.passage(*simd, setting, register);
-        let Crossing { s, found, error, doubt } =
-            first_crossings(norm, &passage, tolerance);
+        let (near, passage) = crowd.passage(setting.origin, register);
+        let Crossing { s, found, error, doubt } = first_crossings(norm, &passage, tolerance);
         let t = found.select(near + s, near.all(f32::INFINITY));
         let error = doubt.select(near.all(-1.0), error);
-        for k in 0..K {
-            S::as_mut_simd_f32s(&mut crowd.t.0).0[register + k] = t.part(k).register();
-            S::as_mut_simd_f32s(&mut crowd.error.0).0[register + k] = error.part(k).register();
-        }
+        crowd.put(register, [t, error]);
     }
 
     /// The rule of [`PacketHits::take`], for all lanes of a register. Whether any became the best.
     #[inline(always)]
     fn take(&mut self, origin: Origin, setting: &Setting<S>) -> bool {
         let Self(simd, MeetKernel { hits, ends, crowd, id, .. }) = self;
-        let Origin { packet, register: i, lanes, first } = origin;
+        let Origin { packet, register: i, lanes, .. } = origin;
         let (hits, asked) = (&mut hits[packet], Mask::of_bits(*simd, lanes));
         let (zero, one) = (Lanes::splat(*simd, 0.0), Lanes::splat(*simd, 1.0));
         let infinity = zero.all(f32::INFINITY);
-        let t = asked.select(Lanes::unpack(*simd, lanes, &crowd.t.0[first..]), infinity);
+        let [t, error] = crowd.found(*simd, origin);
+        let t = asked.select(t, infinity);
         let found = t.lt(infinity);
         if !found.any() {
             return false;
         }
-        let error = Lanes::unpack(*simd, lanes, &crowd.error.0[first..]);
         let doubt = error.lt(zero).select(one, zero);
         let t = t * setting.t_scale;
         // t may be off by as much as its place in the shape's space, and by its own rounding.
@@ -1088,29 +1004,30 @@ impl<S: Simd> WithNorm<S> for Occlude<'_, S> {
         let simd = self.0;
         let setting = Setting::new(simd, self.1.shape);
         let OccludeKernel { directions, hits, crowd, mask, .. } = &mut self.1;
-        crowd.registers.clear();
-        let mut count = 0;
+        crowd.clear();
         for packet in bits(*mask) {
             for i in 0..PACKET / S::F32_LANES {
                 let v = Triple::of_packet(simd, &directions[packet], i);
                 let end = Lanes::new(simd, S::as_simd_f32s(&hits[packet].t.0).0[i]);
                 let end = end * setting.inverse_t_scale * end.all(1.0 + END);
                 if let Some(approach) = setting.approach(v, || end) {
-                    count = crowd.push(count, packet, i, &approach);
+                    crowd.push(packet, i, &approach);
                 }
             }
         }
-        crowd.length.0[count..count + S::F32_LANES].fill(-1.0);
-        for register in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
-            if (register + 1) * S::F32_LANES < count {
+        let count = crowd.close::<S>();
+        for register in (0..count).step_by(SIDE_BY_SIDE) {
+            if register + 1 < count {
                 self.enter(many, &setting, register);
             } else {
                 self.enter(one, &setting, register);
             }
         }
         let mut answer = Occlusion { packets: 0, hit: [0; MOST_PACKETS], doubt: [0; MOST_PACKETS] };
-        for origin in &self.1.crowd.registers {
-            self.answer(*origin, &setting, &mut answer);
+        let mut place = 0;
+        while let Some(origin) = self.1.crowd.origin(place) {
+            self.answer(origin, &setting, &mut answer);
+            place += 1;
         }
         answer
     }
@@ -1122,24 +1039,20 @@ impl<S: Simd> Occlude<'_, S> {
     fn enter<const K: usize>(&mut self, norm: impl Evaluate<S, K>, setting: &Setting<S>, register: usize) {
         let Self(simd, OccludeKernel { shape, crowd, .. }) = self;
         let tolerance = Lanes::splat(*simd, shape.tolerance);
-        let (near, passage) = crowd.passage(*simd, setting, register);
+        let (near, passage) = crowd.passage(setting.origin, register);
         let Entry { s, inside, touched } = entries(norm, &passage, tolerance);
         let place = near.all(0.5).mul_add(passage.length, near + s);
         let place = inside.select(place, near.all(f32::INFINITY));
         let doubt = (touched | inside).select(near.all(-1.0), near.all(0.0));
-        for k in 0..K {
-            S::as_mut_simd_f32s(&mut crowd.t.0).0[register + k] = place.part(k).register();
-            S::as_mut_simd_f32s(&mut crowd.error.0).0[register + k] = doubt.part(k).register();
-        }
+        crowd.put(register, [place, doubt]);
     }
 
     /// What the crowd knows of the rays of a register.
     #[inline(always)]
     fn answer(&self, origin: Origin, setting: &Setting<S>, answer: &mut Occlusion) {
         let Self(simd, OccludeKernel { hits, crowd, .. }) = self;
-        let Origin { packet, register: i, lanes, first } = origin;
-        let place = Lanes::unpack(*simd, lanes, &crowd.t.0[first..]);
-        let doubt = Lanes::unpack(*simd, lanes, &crowd.error.0[first..]);
+        let Origin { packet, register: i, lanes, .. } = origin;
+        let [place, doubt] = crowd.found(*simd, origin);
         // A place inside that is nearer than the end is proof; one at the end is not.
         let end = Lanes::new(*simd, S::as_simd_f32s(&hits[packet].t.0).0[i]);
         let end = end * setting.inverse_t_scale * end.all(1.0 - END);

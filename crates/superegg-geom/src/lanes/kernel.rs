@@ -87,7 +87,12 @@ impl<S: Simd, const K: usize> Norm2<S, K> for Square {
 
 impl<S: Simd, const K: usize> Bent<S, K> for Square {
     #[inline(always)]
-    fn bend(self, value: Lanes<S, K>, [a, b]: [Lanes<S, K>; 2], [to_a, to_b]: [Lanes<S, K>; 2]) -> Lanes<S, K> {
+    fn bend(
+        self,
+        value: Lanes<S, K>,
+        [a, b]: [Lanes<S, K>; 2],
+        [to_a, to_b]: [Lanes<S, K>; 2],
+    ) -> Lanes<S, K> {
         let inverse = value.max(value.all(TINY)).recip_rough();
         let turn = a.mul_add(to_b, -(b * to_a)) * inverse;
         turn * turn * inverse
@@ -265,7 +270,8 @@ impl<S: Simd, X: Bent<S, K>, Z: Bent<S, K>, const K: usize> Evaluate<S, K> for P
         let (norm, by_r, by_z) = self.1.value_and_gradient(r, z);
         let to_r = by_x.mul_add(to_x, by_y * to_y);
         let slope = by_r.mul_add(to_r, by_z * to_z);
-        let bend = by_r.mul_add(self.0.bend(r, [x, y], [to_x, to_y]), self.1.bend(norm, [r, z], [to_r, to_z]));
+        let bend =
+            by_r.mul_add(self.0.bend(r, [x, y], [to_x, to_y]), self.1.bend(norm, [r, z], [to_r, to_z]));
         Curve { excess: norm - level, scale: level.all(1.0), slope, bend }
     }
 

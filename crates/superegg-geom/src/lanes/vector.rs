@@ -39,6 +39,12 @@ impl<S: Simd> Lanes<S> {
         self.registers[0]
     }
 
+    /// Another register of the same width.
+    #[inline(always)]
+    pub fn with(self, register: S::f32s) -> Self {
+        Self::new(self.simd, register)
+    }
+
     /// Writes the lanes of a mask one after the other, and what does not matter after them, up to a register in all; all in their places where the machine
     /// cannot do that quickly. See [`Mask::packed`].
     #[inline(always)]
@@ -375,8 +381,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
                 pulp::bytemuck::cast(v4.avx512dq._mm512_reduce_ps::<0>(pulp::bytemuck::cast(x)))
             });
             return f.exp2_of_half().zip(self - f, |_, p, whole| {
-                let power =
-                    v4.avx512f._mm512_scalef_ps(pulp::bytemuck::cast(p), pulp::bytemuck::cast(whole));
+                let power = v4.avx512f._mm512_scalef_ps(pulp::bytemuck::cast(p), pulp::bytemuck::cast(whole));
                 pulp::bytemuck::cast(power)
             });
         }
