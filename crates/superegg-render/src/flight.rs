@@ -40,16 +40,16 @@ fn rays_together(root: &Group) -> usize {
 impl CompiledScene {
     /// The first crossing on each of many rays: the answers of [`CompiledScene::intersect_footprint`], found together.
     pub fn intersect_many(&self, rays: &[FlightRay]) -> Vec<Option<Hit>> {
-        let mut found = vec![None; rays.len()];
-        let Some(root) = self.root.as_deref().filter(|_| !rays.is_empty()) else { return found };
+        let Some(root) = self.root.as_deref() else { return vec![None; rays.len()] };
+        let mut found = Vec::with_capacity(rays.len());
         let mut stream = Stream::new(self, root, None);
         let (mut settling, together) = (Settling::default(), rays_together(root));
-        for (rays, found) in rays.chunks(together).zip(found.chunks_mut(together)) {
+        for rays in rays.chunks(together) {
             Arch::new().dispatch(Run { stream: &mut stream, rays });
             // Some at a time, so that each stays in the nearest cache from the first to the last that is done with it.
             let parts = rays.chunks(SETTLED_TOGETHER).zip(stream.told().chunks(SETTLED_TOGETHER));
-            for ((rays, told), found) in parts.zip(found.chunks_mut(SETTLED_TOGETHER)) {
-                settling.take(self, root, &stream, told, rays, found);
+            for (rays, told) in parts {
+                settling.take(self, root, &stream, told, rays, &mut found);
             }
         }
         stream.end_here();
@@ -115,7 +115,7 @@ struct Open {
 }
 
 impl Settling {
-    /// Makes hits of what is told of rays.
+    /// Makes hits of what is told of rays, and adds them to others.
     fn take(
         &mut self,
         scene: &CompiledScene,
@@ -123,17 +123,21 @@ impl Settling {
         stream: &Stream<'_>,
         told: &[Told],
         rays: &[FlightRay],
-        found: &mut [Option<Hit>],
+        found: &mut Vec<Option<Hit>>,
     ) {
+        let first = found.len();
         let exactly = |asked: &FlightRay| {
             scene.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint)
         };
         for (index, (asked, told)) in rays.iter().zip(told).enumerate() {
-            found[index] = match told {
+            found.push(match told {
                 Told::Nothing | Told::Occluded => None,
                 Told::Doubtful => exactly(asked),
                 Told::Found(best) => {
-                    let Some((direction, scale)) = scale_to_unit(asked.ray.direction) else { continue };
+                    let Some((direction, scale)) = scale_to_unit(asked.ray.direction) else {
+                        found.push(None);
+                        continue;
+                    };
                     let path = stream.path(best);
                     match best.found {
                         Found::Exactly(place) => {
@@ -149,12 +153,12 @@ impl Settling {
                         }
                     }
                 }
-            };
+            });
         }
         self.batch.run();
         for (place, open) in self.open.drain(..).enumerate() {
             let Open { index, scale, back_from, primitive, path } = open;
-            found[index] = match self.batch.get(place) {
+            found[first + index] = match self.batch.get(place) {
                 Some((ShapeHit { t, point: unit_point, .. }, _)) => {
                     let t = back_from.map_or(t, |from| from - t) * scale;
                     Some(Hit { t, leaving: back_from.is_some(), primitive, unit_point, path })

@@ -165,6 +165,7 @@ pub(crate) struct StreamMemory {
     told: Vec<Told>,
     /// No crossing beyond these counts.
     ends: Vec<f32>,
+    /// None where the root has no groups.
     footprints: Vec<Footprint>,
     patience: Vec<Patience>,
     /// The origins and directions of rays in the spaces of the groups that are open, and what their trees see of them.
@@ -421,6 +422,7 @@ impl<'s> Stream<'s> {
         self.path.clear();
         self.frames.clear();
         self.frames.push(Frame { group: self.root, stretch: 1.0, trail: ROOT, first_ray: 0 });
+        let has_groups = !self.root.instances.is_empty();
         let end = self.any_before.map_or(f32::MAX, |t_max| (t_max as f32).next_up().min(f32::MAX));
         for (place, asked) in asked.iter().enumerate() {
             let departs_from = match &asked.departure {
@@ -442,7 +444,9 @@ impl<'s> Stream<'s> {
                 }
             }
             self.memory.told.push(told);
-            self.memory.footprints.push(footprint);
+            if has_groups {
+                self.memory.footprints.push(footprint);
+            }
             self.memory.ends.push(if tree.is_some() { end } else { DONE });
             // The place of a ray in the root's space is that of all else.
             self.memory.lines.push([ray.origin, ray.direction]);
