@@ -178,3 +178,188 @@ pub(super) fn entries<S: Simd, const K: usize>(
     entry.touched = entry.touched | active;
     entry
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use pulp::{Arch, Scalar, WithSimd};
+
+    use super::*;
+    use crate::{Exponents, Ray, RayStart, Superquadric};
+
+    const LANES: usize = 16;
+    const TOLERANCE: f32 = 1.5e-6;
+
+    /// Rays from outside of a unit shape, by columns: starts, directions, and ways.
+    #[derive(Clone)]
+    struct Rays {
+        start: [[f32; LANES]; 3],
+        direction: [[f32; LANES]; 3],
+        length: [f32; LANES],
+    }
+
+    impl Rays {
+        fn ray(&self, lane: usize) -> Ray {
+            let vector = |columns: &[[f32; LANES]; 3]| DVec3::from_array(columns.map(|x| f64::from(x[lane])));
+            Ray::new(vector(&self.start), vector(&self.direction))
+        }
+    }
+
+    /// What is asked of N on each ray.
+    struct Asked<'a> {
+        shape: &'a Superquadric,
+        rays: &'a Rays,
+    }
+
+    /// At the starts what Newton's step and the parabola are made of; the crossing, by how much it may be off, and whether it is found and in doubt.
+    #[derive(Clone, Copy, Default)]
+    struct Told {
+        newton: [f32; LANES],
+        bow: [f32; LANES],
+        s: [f32; LANES],
+        error: [f32; LANES],
+        found: u32,
+        doubt: u32,
+    }
+
+    impl WithSimd for Asked<'_> {
+        type Output = Told;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Told {
+            let norm = self.shape.norm();
+            with_norm(simd, PowerKind::of(norm.xy.p), PowerKind::of(norm.rz.p), AskedOf(simd, self.rays))
+        }
+    }
+
+    struct AskedOf<'a, S: Simd>(S, &'a Rays);
+
+    impl<S: Simd> WithNorm<S> for AskedOf<'_, S> {
+        type Output = Told;
+
+        #[inline(always)]
+        fn run(self, one: impl Evaluate<S>, _: impl Evaluate<S, SIDE_BY_SIDE>) -> Told {
+            let Self(simd, Rays { start, direction, length }) = self;
+            let mut told = Told::default();
+            for i in 0..LANES / S::F32_LANES {
+                let lanes = |column: &[f32; LANES]| Lanes::<S>::new(simd, S::as_simd_f32s(column).0[i]);
+                let triple =
+                    |v: &[[f32; LANES]; 3]| Triple { x: lanes(&v[0]), y: lanes(&v[1]), z: lanes(&v[2]) };
+                let (start, direction, length) = (triple(start), triple(direction), lanes(length));
+                let Curve { excess, scale, slope, bend } = one.curve(start, direction, length.all(1.0));
+                S::as_mut_simd_f32s(&mut told.newton).0[i] = (excess * scale / slope).register();
+                S::as_mut_simd_f32s(&mut told.bow).0[i] = (bend * excess / (slope * slope)).register();
+                let active = length.all(0.0).le(length);
+                let passage = Passage { start, direction, length, active };
+                let Crossing { s, found, error, doubt } =
+                    first_crossings(one, &passage, length.all(TOLERANCE));
+                S::as_mut_simd_f32s(&mut told.s).0[i] = s.register();
+                S::as_mut_simd_f32s(&mut told.error).0[i] = error.register();
+                told.found |= found.bits() << (i * S::F32_LANES);
+                told.doubt |= doubt.bits() << (i * S::F32_LANES);
+            }
+            told
+        }
+    }
+
+    /// Numbers that are the same on every run, in [-1, 1).
+    fn numbers() -> impl FnMut() -> f32 {
+        let mut state = 7u32;
+        move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        }
+    }
+
+    /// Shapes with rays that start on their boxes and go in.
+    fn cases() -> impl Iterator<Item = (Superquadric, Rays)> {
+        let exponents = [0.0001, 0.01, 0.1, 0.4, 1.0, 1.3, 2.0];
+        let mut next = numbers();
+        (0..49 * 60).map(move |case| {
+            let shape = Superquadric::unit(Exponents { e: exponents[case % 7], n: exponents[case / 7 % 7] });
+            let mut rays =
+                Rays { start: [[0.0; LANES]; 3], direction: [[0.0; LANES]; 3], length: [0.0; LANES] };
+            for lane in 0..LANES {
+                let mut start = [next(), next(), next()];
+                let face = (1.5 + 1.5 * next()) as usize % 3;
+                start[face] = if next() < 0.0 { -1.0 } else { 1.0 };
+                let to = [next(), next(), next()];
+                for axis in 0..3 {
+                    rays.start[axis][lane] = start[axis];
+                    rays.direction[axis][lane] = to[axis] - start[axis];
+                }
+                let size = (0..3).map(|axis| rays.direction[axis][lane].abs()).fold(1e-3, f32::max);
+                rays.length[lane] = 2.0 / size;
+            }
+            (shape, rays)
+        })
+    }
+
+    #[test]
+    fn the_derivatives_are_those_of_the_norm() {
+        let mut told_of = 0;
+        for (shape, rays) in cases().filter(|(shape, _)| shape.exponents().e.min(shape.exponents().n) > 0.05)
+        {
+            for told in [
+                Asked { shape: &shape, rays: &rays }.with_simd(Scalar),
+                Arch::new().dispatch(Asked { shape: &shape, rays: &rays }),
+            ] {
+                for lane in 0..LANES {
+                    let Ray { origin, direction, .. } = rays.ray(lane);
+                    let at = |s: f64| {
+                        let (norm, gradient) = shape.norm().value_and_gradient(origin + s * direction);
+                        (norm, gradient.dot(direction))
+                    };
+                    let (norm, slope) = at(0.0);
+                    let step = 1e-5;
+                    let bend = (at(step).1 - at(-step).1) / (2.0 * step);
+                    // Where it is nearly level, or an edge is near, neither is known well.
+                    let farther = (at(2.0 * step).1 - at(-2.0 * step).1) / (4.0 * step);
+                    let is_clear =
+                        norm > 1.001 && slope.abs() > 0.01 && (bend - farther).abs() < 1e-3 * bend.abs();
+                    if !is_clear || origin.abs().min_element() < 1e-3 {
+                        continue;
+                    }
+                    told_of += 1;
+                    let (newton, bow) = ((norm - 1.0) / slope, bend * (norm - 1.0) / (slope * slope));
+                    let off = f64::from(told.newton[lane]) - newton;
+                    assert!(
+                        off.abs() < 2e-3 * newton.abs(),
+                        "{shape:?} {origin} {direction}: {newton} {off}"
+                    );
+                    let off = f64::from(told.bow[lane]) - bow;
+                    assert!(
+                        off.abs() < 1e-2 * bow.abs() + 1e-6,
+                        "{shape:?} {origin} {direction}: {bow} {off}"
+                    );
+                }
+            }
+        }
+        assert!(told_of > 10_000, "{told_of}");
+    }
+
+    #[test]
+    fn no_crossing_is_missed_and_few_are_farther_off_than_is_said() {
+        let (mut hits, mut off, mut doubtful) = (0, 0, 0);
+        for (shape, rays) in cases() {
+            for told in [
+                Asked { shape: &shape, rays: &rays }.with_simd(Scalar),
+                Arch::new().dispatch(Asked { shape: &shape, rays: &rays }),
+            ] {
+                for lane in 0..LANES {
+                    let ray = rays.ray(lane);
+                    let (found, doubt) = (told.found >> lane & 1 == 1, told.doubt >> lane & 1 == 1);
+                    let exact = shape.intersect(&ray, RayStart::Free);
+                    doubtful += u32::from(doubt);
+                    let Some(exact) = exact.filter(|hit| !hit.leaving) else { continue };
+                    hits += 1;
+                    assert!(found || doubt, "{shape:?} {ray:?} {exact:?}");
+                    // A crossing of the level that tolerance makes of it.
+                    let is_off = (f64::from(told.s[lane]) - exact.t).abs() > f64::from(told.error[lane]);
+                    off += u32::from(is_off && !doubt);
+                }
+            }
+        }
+        assert!(hits > 50_000 && off < hits / 500 && doubtful < hits / 500, "{hits} {off} {doubtful}");
+    }
+}
