@@ -1,5 +1,5 @@
-//! Newton's method along rays that go through the box of a convex shape, several registers at a time: the steps of one depend on each other, those
-//! of another fill the time between.
+//! Searches along rays that go through the box of a convex shape, several registers at a time: the steps of one depend on each other, those of
+//! another fill the time between.
 
 use pulp::Simd;
 
@@ -12,7 +12,7 @@ use super::vector::{Lanes, Mask};
 pub(super) const SIDE_BY_SIDE: usize = 2;
 /// Steps before what is left goes to f64: grazing rays.
 const MOST_STEPS: usize = 10;
-/// From where N is above the level by no more than this the last step is taken unseen.
+/// From where N is off the level by no more than this the last step is taken unseen.
 const NEAR: f32 = 1e-3;
 /// Where N bends so little before its crossing the last step is as good as its second order.
 const STRAIGHT: f32 = 7.0 / 8.0;
@@ -68,10 +68,11 @@ pub(super) struct Passage<S: Simd, const K: usize = 1> {
 /// The first crossing of each ray with the shape, of those that come to the level 1 + tolerance.
 #[derive(Clone, Copy)]
 pub(super) struct Crossing<S: Simd, const K: usize = 1> {
-    /// The way to the level 1, by the slope of N before the last step. The shape itself is not met before it, but for `error`.
+    /// The way to the level 1, by the last step, which is unseen.
     pub(super) s: Lanes<S, K>,
     pub(super) found: Mask<S, K>,
-    /// By how much `s` is off; where N has an edge it may be more, which f64 tells.
+    /// By how much `s` is off: the parabola passes the crossing by no more than it passes the tangent. Where N has an edge on the last step the crossing is
+    /// farther, which f64 tells.
     pub(super) error: Lanes<S, K>,
     /// Where the search has not come to its end.
     pub(super) doubt: Mask<S, K>,
@@ -85,7 +86,8 @@ impl<S: Simd, const K: usize> Crossing<S, K> {
     }
 }
 
-/// From a place outside: N is convex, so each step ends before the crossing.
+/// From a place outside. N is convex, so where a tangent is above the level N is too: what tangents leave is where the crossing can be. Each step goes
+/// to where the parabola with N's value, slope and bend comes down to the level (Cauchy's method, of third order), but not out of that.
 #[inline(always)]
 pub(super) fn first_crossings<S: Simd, const K: usize>(
     norm: impl Evaluate<S, K>,

@@ -562,6 +562,8 @@ mod tests {
         RootRough,
     }
 
+    type Truth = fn(f64) -> f64;
+
     /// A function of numbers in place.
     struct Apply<'a>(Function, &'a mut [f32]);
 
@@ -614,7 +616,7 @@ mod tests {
         let up_to_one = || (1..=1_000_000).map(|i| i as f32 / 1e6).collect();
         let of_one_plus = |x: f64| x.ln_1p() / std::f64::consts::LN_2;
         let last_place = f64::from(f32::EPSILON) / 2.0;
-        let cases: [(Function, Vec<f32>, fn(f64) -> f64, f64); 8] = [
+        let cases: [(Function, Vec<f32>, Truth, f64); 8] = [
             (Function::Log2, normal.clone(), f64::log2, 4e-7),
             (Function::Log2Quick, normal.clone(), f64::log2, 4e-7),
             (Function::Log2OfOnePlus, up_to_one(), of_one_plus, 3e-7),
