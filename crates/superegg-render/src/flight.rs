@@ -11,7 +11,7 @@ use superegg_geom::{Ray, ShapeHit, scale_to_unit};
 use crate::compiled::{CompiledScene, Group};
 use crate::footprint::Footprint;
 use crate::path::InstancePath;
-use crate::stream::{Found, Stream, Told};
+use crate::stream::{Best, Found, Stream, Told};
 use crate::traverse::{Departure, Hit};
 
 /// A ray and what is asked of it.
@@ -108,8 +108,10 @@ struct Open {
     index: usize,
     /// What brings t back to lengths of the ray's own direction.
     scale: f64,
-    /// For a ray that leaves: it is settled backwards from a place at this t.
-    back_from: Option<f64>,
+    /// What the lanes say.
+    best: Best,
+    /// A ray that leaves is settled backwards from twice as far.
+    leaving: bool,
     primitive: u32,
     path: InstancePath,
 }
@@ -125,7 +127,7 @@ impl Settling {
         rays: &[FlightRay],
         found: &mut Vec<Option<Hit>>,
     ) {
-        let first = found.len();
+        let before = found.len();
         let exactly = |asked: &FlightRay| {
             scene.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint)
         };
@@ -147,8 +149,7 @@ impl Settling {
                         Found::Nearly { leaving } => {
                             let ray = Ray { direction, ..asked.ray };
                             let primitive = self.open(scene, root, &ray, &path, best.t, leaving);
-                            let back_from = leaving.then_some(2.0 * best.t);
-                            self.open.push(Open { index, scale, back_from, primitive, path });
+                            self.open.push(Open { index, scale, best: *best, leaving, primitive, path });
                             None
                         }
                     }
@@ -157,12 +158,15 @@ impl Settling {
         }
         self.batch.run();
         for (place, open) in self.open.drain(..).enumerate() {
-            let Open { index, scale, back_from, primitive, path } = open;
-            found[first + index] = match self.batch.get(place) {
-                Some((ShapeHit { t, point: unit_point, .. }, _)) => {
-                    let t = back_from.map_or(t, |from| from - t) * scale;
-                    Some(Hit { t, leaving: back_from.is_some(), primitive, unit_point, path })
-                }
+            let Open { index, scale, best, leaving, primitive, path } = open;
+            let settled = self
+                .batch
+                .get(place)
+                .map(|(ShapeHit { t, point, .. }, _)| (if leaving { 2.0 * best.t - t } else { t }, point));
+            // Where it is farther off than was said another shape may be first.
+            let settled = settled.filter(|(t, _)| (t - best.t).abs() <= f64::from(best.error));
+            found[before + index] = match settled {
+                Some((t, unit_point)) => Some(Hit { t: t * scale, leaving, primitive, unit_point, path }),
                 None => exactly(&rays[index]),
             };
         }

@@ -40,7 +40,8 @@ pub(crate) enum Told {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Best {
     pub(crate) t: f64,
-    error: f32,
+    /// By how much it may be off.
+    pub(crate) error: f32,
     /// The group, as a place among the trails, and the place in it.
     trail: u32,
     place: u32,

@@ -9,7 +9,7 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::crowd::{Approach, Crowd, Origin};
-use super::descent::{Crossing, Entry, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
+use super::descent::{Crossing, Entry, NEAR, SIDE_BY_SIDE, WithNorm, entries, first_crossings, with_norm};
 use super::kernel::{BOX, Evaluate, Rise, TINY, Triple};
 use super::vector::{Lanes, Mask};
 use super::{PowerKind, lane_power};
@@ -758,7 +758,7 @@ impl<S: Simd> Meet<'_, S> {
         let Self(simd, MeetKernel { shape, crowd, .. }) = self;
         let tolerance = Lanes::splat(*simd, shape.tolerance);
         let (near, passage) = crowd.passage(setting.origin, register);
-        let Crossing { s, found, error, doubt } = first_crossings(norm, &passage, tolerance);
+        let Crossing { s, found, error, doubt } = first_crossings(norm, &passage, tolerance, near.all(NEAR));
         let t = found.select(near + s, near.all(f32::INFINITY));
         let error = doubt.select(near.all(-1.0), error);
         crowd.put(register, [t, error]);

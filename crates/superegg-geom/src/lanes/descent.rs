@@ -13,7 +13,11 @@ pub(super) const SIDE_BY_SIDE: usize = 2;
 /// Steps before what is left goes to f64: grazing rays.
 const MOST_STEPS: usize = 10;
 /// From where N is off the level by no more than this the last step is taken unseen.
-const NEAR: f32 = 1e-3;
+pub(super) const NEAR: f32 = 1e-3;
+/// Tangents from inside are followed back this much farther: the crossing is not before what is said of it.
+const BACK: f32 = 1.0 + 1.0 / 2048.0;
+/// From deeper inside they say nothing.
+const DEEPEST: f32 = -0.5;
 /// Where N bends so little before its crossing the last step is as good as its second order.
 const STRAIGHT: f32 = 7.0 / 8.0;
 /// The last step is off by less than this part of itself, or f64 will find that it is not.
@@ -71,8 +75,8 @@ pub(super) struct Crossing<S: Simd, const K: usize = 1> {
     /// The way to the level 1, by the last step, which is unseen.
     pub(super) s: Lanes<S, K>,
     pub(super) found: Mask<S, K>,
-    /// By how much `s` is off: the parabola passes the crossing by no more than it passes the tangent. Where N has an edge on the last step the crossing is
-    /// farther, which f64 tells.
+    /// By how much `s` is off, in doubt or not; it is never farther beyond the crossing: the parabola passes that by no more than it passes the tangent. Where
+    /// N has an edge on the last step the crossing may be farther on, which f64 tells.
     pub(super) error: Lanes<S, K>,
     /// Where the search has not come to its end.
     pub(super) doubt: Mask<S, K>,
@@ -87,15 +91,17 @@ impl<S: Simd, const K: usize> Crossing<S, K> {
 }
 
 /// From a place outside. N is convex, so where a tangent is above the level N is too: what tangents leave is where the crossing can be. Each step goes
-/// to where the parabola with N's value, slope and bend comes down to the level (Cauchy's method, of third order), but not out of that.
+/// to where the parabola with N's value, slope and bend comes down to the level (Cauchy's method, of third order), but not out of that. From `near` the level on the
+/// last step is taken unseen.
 #[inline(always)]
 pub(super) fn first_crossings<S: Simd, const K: usize>(
     norm: impl Evaluate<S, K>,
     passage: &Passage<S, K>,
     tolerance: Lanes<S, K>,
+    near: Lanes<S, K>,
 ) -> Crossing<S, K> {
     let (zero, one) = (tolerance.all(0.0), tolerance.all(1.0));
-    let (level, near, close) = (one + tolerance, tolerance.all(NEAR), tolerance.all(CLOSE));
+    let (level, close) = (one + tolerance, tolerance.all(CLOSE));
     let slack = tolerance + tolerance + close + near * one.all(LAST_STEP);
     let Passage { start, direction, length, mut active } = *passage;
     let (mut s, mut error, mut found) = (zero, zero, zero.lt(zero));
@@ -117,19 +123,20 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
         let unsure = excess.mul_add(way, by_parabola).abs();
         error = arrived.select(slack.mul_add(way.abs(), unsure), error);
         found = found | arrived;
-        let by_tangent = (-excess).mul_add(way, s);
-        first = falls.select(first.max(by_tangent), first);
+        let by_tangent = (-excess.min(excess * one.all(BACK))).mul_add(way, s);
+        first = (falls & one.all(DEEPEST).le(excess)).select(first.max(by_tangent), first);
         last = falls.select(last, last.min(by_tangent));
         let next = falls.select((s + by_parabola).min(last), first).max(first);
         // The last step goes on to the level 1.
-        let next = arrived.select((-tolerance).mul_add(way, next), next);
+        let next = arrived.select((-tolerance).mul_add(way.min(zero), next), next);
         s = active.select(next, s);
         active = active.and_not(arrived) & first.le(last);
         if !active.any() {
             break;
         }
     }
-    Crossing { s, found: found | active, error, doubt: active }
+    // What is in doubt is not before this.
+    Crossing { s: active.select(first, s), found: found | active, error, doubt: active }
 }
 
 /// Whether each ray comes into the shape.
@@ -254,7 +261,7 @@ mod tests {
                 let active = length.all(0.0).le(length);
                 let passage = Passage { start, direction, length, active };
                 let Crossing { s, found, error, doubt } =
-                    first_crossings(one, &passage, length.all(TOLERANCE));
+                    first_crossings(one, &passage, length.all(TOLERANCE), length.all(NEAR));
                 S::as_mut_simd_f32s(&mut told.s).0[i] = s.register();
                 S::as_mut_simd_f32s(&mut told.error).0[i] = error.register();
                 told.found |= found.bits() << (i * S::F32_LANES);
@@ -341,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn no_crossing_is_missed_and_few_are_farther_off_than_is_said() {
+    fn no_crossing_is_missed_or_said_too_far_and_few_are_farther_than_is_said() {
         let (mut hits, mut off, mut doubtful) = (0, 0, 0);
         for (shape, rays) in cases() {
             for told in [
@@ -356,9 +363,9 @@ mod tests {
                     let Some(exact) = exact.filter(|hit| !hit.leaving) else { continue };
                     hits += 1;
                     assert!(found || doubt, "{shape:?} {ray:?} {exact:?}");
-                    // A crossing of the level that tolerance makes of it.
-                    let is_off = (f64::from(told.s[lane]) - exact.t).abs() > f64::from(told.error[lane]);
-                    off += u32::from(is_off && !doubt);
+                    let (s, error) = (f64::from(told.s[lane]), f64::from(told.error[lane]));
+                    assert!(s - error <= exact.t, "{shape:?} {ray:?} {exact:?}: {s} {error}");
+                    off += u32::from(s + error < exact.t && !doubt);
                 }
             }
         }

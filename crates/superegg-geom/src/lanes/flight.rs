@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use pulp::Simd;
 
 use super::beam::NumberOfPackets as Column;
-use super::descent::{Passage, SIDE_BY_SIDE, entries, first_crossings};
+use super::descent::{NEAR, Passage, SIDE_BY_SIDE, entries, first_crossings};
 use super::kernel::{Descent, Evaluate, Triple};
 use super::lane_power;
 use super::log_norm::{AnyPower, LogNorm};
@@ -19,6 +19,9 @@ use crate::superquadric::Superquadric;
 pub const TOLERANCE: f32 = 1.5e-6;
 /// A start where N is so near to 1 may be on the surface.
 const SURFACE: f32 = 1e-4;
+
+/// Where the last step to an exit begins: backwards what an edge hides is too late, and something else may seem to be first.
+const NEAR_EXIT: f32 = 1e-5;
 
 /// How many rays there are in a flight.
 pub const FLIGHT: usize = 32;
@@ -88,7 +91,7 @@ impl FlightLanes {
         let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
         for i in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
             let (norm, passage) = self.load(simd, i);
-            let crossings = first_crossings(norm, &passage, tolerance);
+            let crossings = first_crossings(norm, &passage, tolerance, tolerance.all(NEAR));
             for k in 0..SIDE_BY_SIDE {
                 let crossing = crossings.part(k);
                 let one = crossing.s.all(1.0);
@@ -122,7 +125,8 @@ impl FlightLanes {
                 length,
                 active: active & (inside | outside),
             };
-            let crossing = first_crossings(norm, &turned, tolerance);
+            let crossing =
+                first_crossings(norm, &turned, tolerance, inside.select(one.all(NEAR_EXIT), one.all(NEAR)));
             let way = turn.mul_add(crossing.s, back);
             let way = crossing.found.select(way, one.all(f32::INFINITY));
             // Of those within none can miss.

@@ -88,7 +88,7 @@ impl<S: Simd, X: LogRadius<S, K>, const K: usize> LogNorm<S, X, K> {
 }
 
 /// Two numbers whose quotient is (N - level) / N, from N's logarithm and a level near 1. The first is t = ln (N / level): 1 - e^-t is
-/// t / (1 + t/2 + t^2/12), or less than a thousandth more for t from -1 to 1, and never less for t > 0.
+/// t / (1 + t/2 + t^2/12), or larger in size by less than 2e-4 of itself for t from -1/2 to 1/2.
 #[inline(always)]
 fn excess<S: Simd, const K: usize>(log_n: Lanes<S, K>, level: Lanes<S, K>) -> (Lanes<S, K>, Lanes<S, K>) {
     let over = level - level.all(1.0);

@@ -221,7 +221,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         self.all(1.0) / self.sqrt()
     }
 
-    /// The square root to 1e-4 of its size or better; where it is of less than 1e-30, negative numbers among them, a number from 0 to 1e-15.
+    /// The square root of a finite number to 1e-4 of its size or better; of less than 1e-30, negative numbers among them, a number from 0 to 1e-15.
     #[inline(always)]
     pub fn root_rough(self) -> Self {
         #[cfg(target_arch = "x86_64")]
@@ -455,16 +455,6 @@ impl<S: Simd> Mask<S> {
 }
 
 impl<S: Simd, const K: usize> Mask<S, K> {
-    /// Registers side by side.
-    #[inline(always)]
-    pub fn join(parts: [Mask<S>; K]) -> Self {
-        let mut registers = [parts[0].registers[0]; K];
-        for k in 1..K {
-            registers[k] = parts[k].registers[0];
-        }
-        Self { simd: parts[0].simd, registers }
-    }
-
     /// One of the registers.
     #[inline(always)]
     pub fn part(self, k: usize) -> Mask<S> {
