@@ -176,7 +176,7 @@ impl Film {
         Self { layers: vec![Layers::EMPTY; count], ..Self::without_layers(width, height) }
     }
 
-    /// The same that keeps neither depth nor normals, albedo and ids, but takes a quarter of the memory. Its pixels have those of [`Pixel::EMPTY`].
+    /// The same that keeps neither depth nor normals, albedo and ids, but takes less than a third of the memory. Its pixels have those of [`Pixel::EMPTY`].
     pub fn without_layers(width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
         let samples = Counts::Few(vec![0; count]);
@@ -336,6 +336,35 @@ mod tests {
                 assert_eq!(film.tile(&tile).has_layers(), knows);
                 assert!(film.tile(&tile).light().eq(part.light()));
             }
+        }
+    }
+
+    #[test]
+    fn counts_and_alphas_are_kept_whatever_they_are() {
+        let tile = Tile { x: 1..3, y: 0..1 };
+        let pixel = |samples, alpha| Pixel { color: [0.5; 3], alpha, samples, ..Pixel::EMPTY };
+        let opaque = [pixel(1, 1.0), pixel(255, 1.0)];
+        let many = [pixel(3, 1.0), pixel(65_536, 1.0)];
+        let clear = [pixel(2, 0.25), pixel(2, 1.0)];
+        let film = |pixels: [Pixel; 2]| {
+            let mut film = Film::without_layers(2, 1);
+            (0..2).zip(pixels).for_each(|(x, pixel)| film.set(x, 0, pixel));
+            film
+        };
+        for before in [opaque, many, clear] {
+            for after in [opaque, many, clear] {
+                let mut whole = Film::without_layers(4, 1);
+                whole.set_tile(&Tile { x: 2..4, y: 0..1 }, &film(before));
+                whole.set_tile(&tile, &film(after));
+                let expected = [Pixel::EMPTY, after[0], after[1], before[1]];
+                assert!(whole.pixels().eq(expected), "{before:?} {after:?}");
+                assert_eq!(whole.tile(&tile), film(after));
+                assert!(whole.tile(&tile).light().eq(after.map(|pixel| (pixel.color, pixel.alpha))));
+            }
+        }
+        for counts in [[0, 255, 7], [1, 256, 65_536]] {
+            let kept: Counts = counts.into_iter().collect();
+            assert!((0..3).all(|place| kept.get(place) == counts[place]));
         }
     }
 

@@ -606,3 +606,47 @@ fn lanes_light_surfaces_as_f64_does() {
         assert!(apart < 40, "{apart} pixels at {distance}");
     }
 }
+
+#[test]
+fn what_comes_first_by_little_is_first() {
+    // Rays that graze a shape near its edges, from outside and from within, and a small ball just behind the crossing or just before it.
+    let cases = [
+        (
+            ".01 2",
+            [-1.6769319084859482, -1.2549262162382815, 1.187499347586753],
+            [0.8627542580221493, 0.331865567357543, -0.38147127738154374],
+            (2.022101, 4e-6),
+        ),
+        (
+            ".5 2",
+            [0.20359586738411006, -0.1929394252201342, 0.7173713169968354],
+            [0.6928338224735363, 0.3607618339515265, -0.6243654327400258],
+            (1.148, 4e-4),
+        ),
+        (
+            "2 1",
+            [-1.5537515137721227, 2.5538913015100233, -0.25198304213235795],
+            [0.7036563826087691, -0.7037206703947207, 0.09820851935115678],
+            (2.4863, 2e-3),
+        ),
+        (
+            ".5 2",
+            [-1.680580529344145, 1.1813115291067102, 2.1863559078038777],
+            [0.5563827090766846, -0.5867505705151463, -0.5883553764865582],
+            (3.154, 2e-3),
+        ),
+    ];
+    for (exponents, origin, direction, (t, radius)) in cases {
+        let (origin, direction) = (DVec3::from_array(origin), DVec3::from_array(direction));
+        let DVec3 { x, y, z } = origin + t * direction;
+        let scene = load(&format!(
+            "prm shape\nexp {exponents}\nprm ball\ncoeff {radius} {radius} {radius}\nobj all\nap shape\nap ball\nxs {x} {y} {z}\n"
+        ));
+        let scene = CompiledScene::compile(&scene, Some("all"), 1);
+        let ray = Ray::new(origin, direction);
+        let exact = scene.intersect(&ray, None).unwrap();
+        let many = scene.intersect_many(&[ray.into()]).remove(0).unwrap();
+        assert_eq!(many.primitive, exact.primitive, "{exponents}: {many:?} {exact:?}");
+        assert!((many.t - exact.t).abs() < 1e-12 * exact.t, "{many:?} {exact:?}");
+    }
+}
