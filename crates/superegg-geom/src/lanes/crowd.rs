@@ -1,5 +1,5 @@
-//! Rays of many packets that have one shape's box before them, lane beside lane: of those that a packet sends there a third of the lanes miss it, and N is
-//! what takes the time.
+//! Rays of many packets that have one shape's box before them, lane beside lane: of the lanes that packets send there a fifth to a third
+//! miss it, and N is what takes the time.
 
 #![allow(
     clippy::needless_range_loop,
