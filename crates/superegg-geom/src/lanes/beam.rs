@@ -1131,6 +1131,68 @@ mod tests {
     }
 
     #[test]
+    fn whole_beams_meet_the_same_with_one_lane_and_with_many() {
+        let mut next = numbers();
+        let (mut met, mut stopped) = (0, 0);
+        for e in [0.0001, 0.3, 1.0, 2.0] {
+            let exponents = crate::Exponents { e, n: 0.7 };
+            let one: [[f32; 3]; 3] =
+                std::array::from_fn(|i| std::array::from_fn(|j| f32::from(u8::from(i == j))));
+            let shape = BeamShape::new(&Superquadric::unit(exponents), one, [0.3, -0.2, 9.0], 2e-6, 1.0);
+            let directions: Vec<PacketVectors> = (0..MOST_PACKETS)
+                .map(|_| {
+                    let mut side = || PacketOf(std::array::from_fn(|_| 0.3 * next() - 0.15));
+                    [side(), side(), PacketOf::splat(-1.0)]
+                })
+                .collect();
+            let (mut of_one, mut of_many) = (vec![PacketHits::up_to(30.0); MOST_PACKETS], Vec::new());
+            of_many.clone_from(&of_one);
+            let (mut ends, mut more_ends) = (NumberOfPackets::splat(30.0), NumberOfPackets::splat(30.0));
+            let (shape, directions, mask, id) = (&shape, directions.as_slice(), u32::MAX, 5);
+            let mut crowd = Crowd::default();
+            let stops = [
+                OccludeKernel { shape, directions, hits: &of_one, crowd: &mut crowd, mask }
+                    .with_simd(pulp::Scalar),
+                Kernels::default().occlude(shape, directions, &of_one, &mut crowd, mask),
+            ];
+            let (hits, ends) = (of_one.as_mut_slice(), &mut ends);
+            let better = MeetKernel { shape, directions, hits, ends, crowd: &mut crowd, mask, id }
+                .with_simd(pulp::Scalar);
+            let more_better = Kernels::default().meet(
+                shape,
+                directions,
+                &mut of_many,
+                &mut more_ends,
+                &mut crowd,
+                mask,
+                id,
+            );
+            assert_eq!(better, more_better);
+            for (packet, (one, many)) in of_one.iter().zip(&of_many).enumerate() {
+                assert!((ends.0[packet] - more_ends.0[packet]).abs() < 1e-3);
+                assert_eq!(ends.0[packet], one.end());
+                for lane in 0..PACKET {
+                    assert_eq!(one.id.0[lane], many.id.0[lane]);
+                    let off = (one.t.0[lane] - many.t.0[lane]).abs();
+                    assert!(off <= one.error.0[lane] + many.error.0[lane]);
+                    met += u32::from(one.id.0[lane] == id);
+                    let told = stops.each_ref().map(|stop| {
+                        let is = |lanes: &[u32; MOST_PACKETS]| {
+                            stop.packets >> packet & 1 == 1 && lanes[packet] >> lane & 1 == 1
+                        };
+                        (is(&stop.hit), is(&stop.doubt))
+                    });
+                    let [(hit, doubt), (more_hit, more_doubt)] = told;
+                    assert!(hit == more_hit || doubt || more_doubt);
+                    assert!(one.id.0[lane] != id || hit || doubt);
+                    stopped += u32::from(hit);
+                }
+            }
+        }
+        assert!(met > 800 && stopped > 800 && met < 2_000, "{met} {stopped}");
+    }
+
+    #[test]
     fn bundles_hold_the_reciprocals_of_their_rays_and_are_little_wider() {
         let mut next = numbers();
         let (mut told, mut missed) = (0, 0);
