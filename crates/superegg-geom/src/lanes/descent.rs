@@ -5,7 +5,7 @@ use pulp::Simd;
 
 use super::PowerKind;
 use super::kernel::{CLOSE, Curve, Descent, Evaluate, Pair, Square, Sum, TINY, Triple};
-use super::log_norm::{AnyPower, LogNorm, Round, SHORT};
+use super::log_norm::{AnyPower, LogNorm, Round};
 use super::vector::{Lanes, Mask};
 
 /// So many registers keep the machine busy.
@@ -108,11 +108,10 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
     // By the tangents of N so far the level is not reached before the one, nor beyond the other.
     let (mut first, mut last) = (zero, length);
     for _ in 0..MOST_STEPS {
-        let Curve { excess, scale, slope, bend } = norm.curve(start.along(s, direction), direction, level);
+        let curve = norm.curve(start.along(s, direction), direction, level);
+        let (Curve { excess, scale, slope, bend }, way) = (curve, curve.way());
         let falls = slope.lt(zero);
         let steepness = slope.abs().max(one.all(TINY));
-        // A little too short, so that no step goes too far.
-        let way = scale * steepness.with_sign_of(slope).recip_rough() * one.all(SHORT);
         let square = slope * slope;
         let twice = excess + excess;
         let rest = (-twice).mul_add(bend, square);

@@ -214,8 +214,8 @@ pub(super) struct Descent<S: Simd, const K: usize = 1> {
     pub(super) way: Lanes<S, K>,
 }
 
-/// N on a ray at a place, with its first two derivatives along the ray. These are of N over N, times powers of one positive number, so that none
-/// needs a division.
+/// N on a ray at a place, with its first two derivatives along the ray: those of N over N, times powers of one positive number, so that none needs a
+/// division. All but that number are also times another one, which is near 1 where N is.
 #[derive(Clone, Copy)]
 pub(super) struct Curve<S: Simd, const K: usize = 1> {
     /// As in [`Descent`].
@@ -226,6 +226,19 @@ pub(super) struct Curve<S: Simd, const K: usize = 1> {
     pub(super) slope: Lanes<S, K>,
     /// N'' / N, times its square; never negative.
     pub(super) bend: Lanes<S, K>,
+}
+
+/// Less than 1 by more than what a quick reciprocal is off.
+const SHORT: f32 = 1.0 - 1e-4;
+
+impl<S: Simd, const K: usize> Curve<S, K> {
+    /// As in [`Descent`], a little too short, so that no step goes too far.
+    #[inline(always)]
+    pub(super) fn way(self) -> Lanes<S, K> {
+        let Self { scale, slope, .. } = self;
+        let inverse = slope.abs().max(slope.all(TINY)).with_sign_of(slope).recip_rough();
+        scale * inverse * slope.all(SHORT)
+    }
 }
 
 /// N and the way it rises at a place.

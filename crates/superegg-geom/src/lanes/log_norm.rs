@@ -2,14 +2,11 @@
 
 use pulp::Simd;
 
-use super::kernel::{Curve, Descent, Evaluate, Rise, TINY, Triple};
+use super::kernel::{Curve, Descent, Evaluate, Rise, Triple};
 use super::vector::Lanes;
 
 /// A coordinate is at least this: its derivative is divided by it.
 const LEAST: f32 = 1e-12;
-/// Less than 1 by more than what a quick reciprocal is off.
-pub(super) const SHORT: f32 = 1.0 - 1e-4;
-
 /// The derivative of a norm's logarithm is `(of_a da + of_b db) / sum`, and the second derivative of the norm is the norm times
 /// `bend ((a db - b da) / sum)^2`.
 pub(super) struct Parts<S: Simd, const K: usize> {
@@ -99,28 +96,14 @@ fn excess<S: Simd, const K: usize>(log_n: Lanes<S, K>, level: Lanes<S, K>) -> (L
 }
 
 impl<S: Simd, X: LogRadius<S, K>, const K: usize> Evaluate<S, K> for LogNorm<S, X, K> {
-    /// The slope of log N is that of each logarithm times its share; all denominators are multiplied together, so that the way, which is the slope's
-    /// reciprocal, takes the one division.
     #[inline(always)]
     fn descent(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Descent<S, K> {
-        let least = level.all(LEAST);
-        let (x, y, z) = (point.x.abs().max(least), point.y.abs().max(least), point.z.abs().max(least));
-        let (log_r, Parts { of_a: of_x, of_b: of_y, sum: of_xy, .. }) = self.xy.evaluate(x, y);
-        let (log_n, Parts { of_a: of_r, of_b: of_z, sum, .. }) = self.rz.log_sum(log_r, z.log2_quick());
-        let radial =
-            of_x.mul_add(direction.x.times_sign_of(point.x), of_y * direction.y.times_sign_of(point.y));
-        let upright = of_z * direction.z.times_sign_of(point.z);
-        let below = (of_r * z).mul_add(radial, upright * of_xy);
-        let above = sum * z * of_xy;
-        let (excess, divisor) = excess(log_n, level);
-        let below = below * divisor;
-        // A little too short, so that no step goes too far.
-        let short = below.abs().max(level.all(TINY)).with_sign_of(below).recip_rough() * level.all(SHORT);
-        Descent { excess, way: above * short }
+        let curve = self.curve(point, direction, level);
+        Descent { excess: curve.excess, way: curve.way() }
     }
 
     /// With u and v the slopes of the logarithms of R and z: log N rises by the mean of u and v by their shares, and
-    /// N'' / N = share of R * R'' / R + (q - 1) * both shares * (u - v)^2.
+    /// N'' / N = share of R * R'' / R + (q - 1) * both shares * (u - v)^2. All denominators are multiplied together, so that a step takes few divisions.
     #[inline(always)]
     fn curve(self, point: Triple<S, K>, direction: Triple<S, K>, level: Lanes<S, K>) -> Curve<S, K> {
         let least = level.all(LEAST);
