@@ -19,7 +19,7 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ray::{Ray, RayStart};
-use crate::superquadric::{ShapeHit, Superquadric};
+use crate::superquadric::{Exponents, ShapeHit, Superquadric};
 use kernel::{Kernel, Powers};
 
 /// The widest register has so many lanes; batches are padded to a multiple of it.
@@ -76,6 +76,15 @@ impl PowerKind {
 fn lane_power(p: f64) -> f32 {
     p.min(1e9) as f32
 }
+
+/// The powers of a shape as lanes take them: 2/e and 2/n, and those of a shape that is not convex are [`NO_LANE_POWERS`].
+pub fn lane_powers(exponents: Exponents) -> [f32; 2] {
+    let Exponents { e, n } = exponents;
+    if e <= 2.0 && n <= 2.0 { [lane_power(2.0 / e), lane_power(2.0 / n)] } else { NO_LANE_POWERS }
+}
+
+/// Of a shape that is not convex, which lanes do not take.
+pub const NO_LANE_POWERS: [f32; 2] = [0.0; 2];
 
 /// The powers of many convex shapes, for batches in which each ray has a shape of its own.
 #[derive(Clone, Debug, Default)]

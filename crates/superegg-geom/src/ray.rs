@@ -36,6 +36,7 @@ impl Ray {
     }
 
     /// The same ray in the space that a map leads to: the same `t` means the same point.
+    #[inline]
     pub fn through(&self, map: &DAffine3) -> Self {
         Self {
             origin: map.transform_point3(self.origin),

@@ -94,6 +94,16 @@ impl Node {
         self.slots[..self.count as usize].iter().map(|slot| slot.unpack())
     }
 
+    /// A bit for each slot that is a leaf.
+    #[inline(always)]
+    pub(crate) fn leaves(&self) -> u8 {
+        let mut leaves = 0;
+        for (place, slot) in self.slots.iter().enumerate() {
+            leaves |= u8::from(slot.0 >> 30 == 1) << place;
+        }
+        leaves
+    }
+
     /// The box of a child, in the tree's space.
     pub(crate) fn child_box(&self, place: usize) -> Aabb {
         let corner = |first: usize| {

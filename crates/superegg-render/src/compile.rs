@@ -7,6 +7,7 @@ use foldhash::fast::RandomState;
 use num_bigint::BigUint;
 use rayon::prelude::*;
 use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::lanes::NO_LANE_POWERS;
 use superegg_geom::{Aabb, Superquadric, Transform, inverse_of};
 use superegg_scene::{Child, Entity, MAX_DEPTH, Material, Object, Pattern, Scene};
 
@@ -429,7 +430,7 @@ impl<'a> Compiler<'a> {
         let mut folded: Vec<Option<Leaf>> = Vec::with_capacity(parts.folded.len());
         for FoldedLeaf { child, primitive, maps, chain } in parts.folded {
             let name = if parts.object.is_none() { NameRef::ROOT } else { name_of(child, chain) };
-            folded.push(Some(Leaf { unit_from_group: maps.unit_from_group, primitive, name }));
+            folded.push(Some(Leaf::new(maps.unit_from_group, primitive, name, primitives)));
         }
         let mut groups: Vec<Option<Instance>> = Vec::with_capacity(parts.groups.len());
         for GroupItem { child, parent_from_child, group, chain } in parts.groups {
@@ -443,7 +444,7 @@ impl<'a> Compiler<'a> {
             let map = object.and_then(|object| object.parent_from_child(children[child as usize]).ok());
             let radii = primitives[primitive as usize].radii;
             let unit_from_group = map.map_or(NOWHERE, |map| LeafMaps::new(&map, radii).unit_from_group);
-            Leaf { unit_from_group, primitive, name: NameRef::child(child) }
+            Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives)
         };
         let mut instances = Vec::with_capacity(groups.len());
         let leaves = if leaf_count == plain.len() && groups.is_empty() {
@@ -644,7 +645,8 @@ fn in_order(order: &[u32], make: impl Fn(u32) -> Leaf + Sync) -> Vec<Leaf> {
     }
     let mut place_of = vec![0u32; order.len()];
     (0..).zip(order).for_each(|(place, &item)| place_of[item as usize] = place);
-    let nobody = Leaf { unit_from_group: NOWHERE, primitive: 0, name: NameRef::ROOT };
+    let nobody =
+        Leaf { unit_from_group: NOWHERE, primitive: 0, name: NameRef::ROOT, lane_powers: NO_LANE_POWERS };
     let mut leaves: Vec<Leaf> = order.par_iter().map(|_| nobody).collect();
     let part = order.len().div_ceil(rayon::current_num_threads());
     leaves.par_chunks_mut(part).enumerate().for_each(|(number, leaves)| {

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use num_bigint::BigUint;
 use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::lanes::lane_powers;
 use superegg_geom::{Aabb, Exponents, Ray, Superquadric, Transform};
 use superegg_scene::Material;
 
@@ -22,6 +23,21 @@ pub(crate) struct Leaf {
     /// By its place in [`CompiledScene::primitives`].
     pub(crate) primitive: u32,
     pub(crate) name: NameRef,
+    /// The primitive's, which need not be looked up then.
+    pub(crate) lane_powers: [f32; 2],
+}
+
+impl Leaf {
+    /// An instance of a primitive, the one at a place among `primitives`.
+    pub(crate) fn new(
+        unit_from_group: DAffine3,
+        primitive: u32,
+        name: NameRef,
+        primitives: &[CompiledPrimitive],
+    ) -> Self {
+        let lane_powers = lane_powers(primitives[primitive as usize].exponents);
+        Self { unit_from_group, primitive, name, lane_powers }
+    }
 }
 
 /// A group as a child of a group.

@@ -8,10 +8,9 @@ use pulp::{Arch, Simd, WithSimd};
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
 use superegg_geom::{Ray, ShapeHit, scale_to_unit};
 
-use crate::compiled::{CompiledScene, Group};
+use crate::compiled::{CompiledScene, Group, Leaf};
 use crate::footprint::Footprint;
-use crate::path::InstancePath;
-use crate::stream::{Best, Found, Stream, Told};
+use crate::stream::{Found, Stream, Told};
 use crate::traverse::{Departure, Hit};
 
 /// A ray and what is asked of it.
@@ -47,9 +46,8 @@ impl CompiledScene {
         for rays in rays.chunks(together) {
             Arch::new().dispatch(Run { stream: &mut stream, rays });
             // Some at a time, so that each stays in the nearest cache from the first to the last that is done with it.
-            let parts = rays.chunks(SETTLED_TOGETHER).zip(stream.told().chunks(SETTLED_TOGETHER));
-            for (rays, told) in parts {
-                settling.take(self, root, &stream, told, rays, &mut found);
+            for (part, rays) in rays.chunks(SETTLED_TOGETHER).enumerate() {
+                settling.take(self, &stream, part * SETTLED_TOGETHER, rays, &mut found);
             }
         }
         stream.end_here();
@@ -63,8 +61,8 @@ impl CompiledScene {
         let (mut stream, together) = (Stream::new(self, root, Some(t_max)), rays_together(root));
         for (rays, occluded) in rays.chunks(together).zip(occluded.chunks_mut(together)) {
             Arch::new().dispatch(Run { stream: &mut stream, rays });
-            for ((asked, told), occluded) in rays.iter().zip(stream.told()).zip(occluded) {
-                *occluded = match *told {
+            for ((place, asked), occluded) in rays.iter().enumerate().zip(occluded) {
+                *occluded = match stream.told(place) {
                     Told::Nothing => false,
                     Told::Doubtful => {
                         self.occluded_footprint(&asked.ray, asked.departure.as_ref(), t_max, asked.footprint)
@@ -94,106 +92,83 @@ impl WithSimd for Run<'_, '_> {
 }
 
 /// How many rays have their crossings settled together.
-const SETTLED_TOGETHER: usize = 64;
+const SETTLED_TOGETHER: usize = 128;
 
-/// Crossings that lanes have found, still to be settled in f64.
+/// Crossings that lanes have found, settled in f64.
 #[derive(Default)]
 struct Settling {
     batch: SettleBatch,
-    open: Vec<Open>,
-}
-
-/// The ray of a crossing.
-struct Open {
-    index: usize,
-    /// What brings t back to lengths of the ray's own direction.
-    scale: f64,
-    /// What the lanes say.
-    best: Best,
-    /// A ray that leaves is settled backwards from twice as far.
-    leaving: bool,
-    primitive: u32,
-    path: InstancePath,
+    /// Of each of the batch.
+    primitives: Vec<u32>,
 }
 
 impl Settling {
-    /// Makes hits of what is told of rays, and adds them to others.
+    /// Makes hits of what is told of some rays of a stream, from one on, and adds them to others.
     fn take(
         &mut self,
         scene: &CompiledScene,
-        root: &Group,
         stream: &Stream<'_>,
-        told: &[Told],
+        first: usize,
         rays: &[FlightRay],
         found: &mut Vec<Option<Hit>>,
     ) {
-        let before = found.len();
-        let exactly = |asked: &FlightRay| {
-            scene.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint)
-        };
-        for (index, (asked, told)) in rays.iter().zip(told).enumerate() {
-            found.push(match told {
-                Told::Nothing | Told::Occluded => None,
-                Told::Doubtful => exactly(asked),
-                Told::Found(best) => {
-                    let Some((direction, scale)) = scale_to_unit(asked.ray.direction) else {
-                        found.push(None);
-                        continue;
-                    };
-                    let path = stream.path(best);
-                    match best.found {
-                        Found::Exactly(place) => {
-                            let hit = stream.exact(place);
-                            Some(Hit { t: best.t * scale, path, ..hit.clone() })
-                        }
-                        Found::Nearly { leaving } => {
-                            let ray = Ray { direction, ..asked.ray };
-                            let primitive = self.open(scene, root, &ray, &path, best.t, leaving);
-                            self.open.push(Open { index, scale, best: *best, leaving, primitive, path });
-                            None
-                        }
-                    }
-                }
-            });
+        for (place, asked) in (first..).zip(rays) {
+            if let (Told::Found(best), Some((direction, _))) =
+                (stream.told(place), scale_to_unit(asked.ray.direction))
+                && let Found::Nearly { leaving } = best.found
+            {
+                let ray = Ray { origin: asked.ray.origin, direction, origin_error: 0.0 };
+                let (leaf, ray) = stream.before_leaf(best, &ray);
+                self.push(scene, leaf, &ray, best.t, leaving);
+            }
         }
         self.batch.run();
-        for (place, open) in self.open.drain(..).enumerate() {
-            let Open { index, scale, best, leaving, primitive, path } = open;
-            let settled = self
-                .batch
-                .get(place)
-                .map(|(ShapeHit { t, point, .. }, _)| (if leaving { 2.0 * best.t - t } else { t }, point));
-            // Where it is farther off than was said another shape may be first.
-            let settled = settled.filter(|(t, _)| (t - best.t).abs() <= f64::from(best.error));
-            found[before + index] = match settled {
-                Some((t, unit_point)) => Some(Hit { t: t * scale, leaving, primitive, unit_point, path }),
-                None => exactly(&rays[index]),
+        let mut settled_before = 0;
+        found.extend((first..).zip(rays).map(|(place, asked)| {
+            let exactly = || scene.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint);
+            let best = match stream.told(place) {
+                Told::Nothing | Told::Occluded => return None,
+                Told::Doubtful => return exactly(),
+                Told::Found(best) => best,
             };
-        }
+            // What brings t back to lengths of the ray's own direction.
+            let (_, scale) = scale_to_unit(asked.ray.direction)?;
+            let path = stream.path(best);
+            match best.found {
+                Found::Exactly(place) => Some(Hit { t: best.t * scale, path, ..stream.exact(place).clone() }),
+                Found::Nearly { leaving } => {
+                    let place = settled_before;
+                    settled_before += 1;
+                    let settled = self.batch.get(place);
+                    let settled = settled.map(|(ShapeHit { t, point, .. }, _)| {
+                        (if leaving { 2.0 * best.t - t } else { t }, point)
+                    });
+                    // Where it is farther off than was said another shape may be first.
+                    match settled.filter(|(t, _)| (t - best.t).abs() <= f64::from(best.error)) {
+                        Some((t, unit_point)) => {
+                            let primitive = self.primitives[place];
+                            Some(Hit { t: t * scale, leaving, primitive, unit_point, path })
+                        }
+                        None => exactly(),
+                    }
+                }
+            }
+        }));
         self.batch.clear();
+        self.primitives.clear();
     }
 
-    /// Puts a crossing among those to be settled, and tells of which primitive it is.
-    fn open(
-        &mut self,
-        scene: &CompiledScene,
-        root: &Group,
-        ray: &Ray,
-        path: &InstancePath,
-        t: f64,
-        leaving: bool,
-    ) -> u32 {
-        let Some((&last, above)) = path.places().split_last() else { return 0 };
-        let (group, ray) = root.follow(above, &Ray { origin_error: 0.0, ..*ray });
-        let leaf = &group.leaves[last as usize];
-        let Ray { origin, direction, .. } = ray.through(&leaf.unit_from_group);
+    /// Puts a crossing among those to be settled.
+    #[inline(always)]
+    fn push(&mut self, scene: &CompiledScene, leaf: &Leaf, ray: &Ray, t: f64, leaving: bool) {
+        let Ray { origin, direction, .. } = *ray;
         let powers = settle_powers(&scene.primitives[leaf.primitive as usize].unit_shape());
+        self.primitives.push(leaf.primitive);
         self.batch.push(&if leaving {
             // Backwards it is the first crossing.
             SettleRay { origin: origin + 2.0 * t * direction, direction: -direction, t, powers }
         } else {
             SettleRay { origin, direction, t, powers }
         });
-        leaf.primitive
     }
 }

@@ -5,10 +5,12 @@
 //! Where a list comes to a shape its rays wait: first for [`Approaches`] to be full, then, those that meet the shape's own box, for
 //! [`FlightLanes`].
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use pulp::Simd;
 use superegg_geom::glam::DVec3;
+use superegg_geom::lanes::NO_LANE_POWERS;
 use superegg_geom::lanes::flight::{
     APPROACH, Approach, Approaches, BoxEntries, BoxRay, END, FLIGHT, FlightAnswers, FlightLanes, Listed,
     Verdict, meet_boxes,
@@ -68,7 +70,7 @@ struct Trail {
 const ROOT: u32 = u32::MAX;
 
 /// What a ray is asked where it comes to a shape.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Patience {
     /// The last place of the path that it starts on.
     departs_from: u32,
@@ -105,6 +107,8 @@ enum Task {
     Tree { octant: u8, list: List },
     /// A shape that rays wait for.
     Wait { place: u32, list: List },
+    /// The shapes of a node that met nothing else: those of them that are left to a ray of the list, and all of the rays after it.
+    WaitForLeaves { node: u32, list: List, ray: u32, leaves: u8 },
     /// The way back to the group above.
     Leave,
 }
@@ -135,7 +139,7 @@ const BLOCK: u32 = u64::BITS;
 /// A ray and an instance of a shape that it may meet.
 #[derive(Clone, Copy)]
 struct Meeting<'s> {
-    /// The ray, by its place among those that were asked.
+    /// The ray.
     course: u32,
     /// The path to the instance.
     trail: u32,
@@ -160,10 +164,33 @@ struct Flying<'s> {
     waiting: Vec<Waiting<'s>>,
 }
 
+/// Rays that were taken in together: those of one octant after those of another.
+#[derive(Clone, Copy, Debug)]
+struct OctantRuns {
+    first: u32,
+    counts: [u32; 8],
+}
+
+impl OctantRuns {
+    /// Those of an octant.
+    #[inline(always)]
+    fn of(&self, octant: usize) -> Range<u32> {
+        let first = self.first + self.counts[..octant].iter().sum::<u32>();
+        first..first + self.counts[octant]
+    }
+}
+
+/// How many rays are taken in together, so that the nearest caches hold them from the first look to the last.
+const TAKEN_TOGETHER: usize = 1024;
+
 /// What a stream keeps of its rays: for each of them, and for each list of them. It can be used again, which spares asking the system for it.
 #[derive(Debug, Default)]
 pub(crate) struct StreamMemory {
     told: Vec<Told>,
+    /// Where each ray that was asked is among all else, and which of those that were asked each is there.
+    courses: Vec<u32>,
+    places: Vec<u32>,
+    runs: Vec<OctantRuns>,
     /// No crossing beyond these counts.
     ends: Vec<f32>,
     /// None where the root has no groups.
@@ -210,8 +237,12 @@ pub(crate) struct Stream<'s> {
 /// Scales beyond this are f64's.
 const FARTHEST: f64 = 1e25;
 
-/// In the place of one that boxes do not see.
-const NO_BOX_RAY: BoxRay = BoxRay { first_origin: [0.0; 3], last_origin: [0.0; 3], inverse: [0.0; 3] };
+/// A bit for each axis along which a direction goes backwards.
+#[inline(always)]
+fn octant_of(direction: DVec3) -> usize {
+    let bit = |coordinate: f64| usize::from(coordinate.is_sign_negative());
+    bit(direction.x) | bit(direction.y) << 1 | bit(direction.z) << 2
+}
 
 /// A ray as the boxes of a group's tree see it; `None` where f32 cannot hold it.
 #[inline(always)]
@@ -219,20 +250,8 @@ fn tree_ray(group: &Group, ray: &Ray) -> Option<BoxRay> {
     let origin = (ray.origin - group.space.center) * group.space.scale;
     let direction = ray.direction * group.space.scale;
     let (size, pace) = (origin.abs().max_element(), direction.abs().max_element());
-    if !(size < FARTHEST && pace < FARTHEST && pace > 1.0 / FARTHEST) {
-        return None;
-    }
-    let pad = 5e-7 * (size + 2.0);
-    let mut tree = NO_BOX_RAY;
-    for axis in 0..3 {
-        let inverse = (1.0 / direction[axis] as f32).clamp(-1e30, 1e30);
-        // The face that is met first is moved towards the ray, the other one away.
-        let pad = if inverse >= 0.0 { pad } else { -pad };
-        tree.first_origin[axis] = (origin[axis] + pad) as f32;
-        tree.last_origin[axis] = (origin[axis] - pad) as f32;
-        tree.inverse[axis] = inverse;
-    }
-    Some(tree)
+    (size < FARTHEST && pace < FARTHEST && pace > 1.0 / FARTHEST)
+        .then(|| BoxRay::new(origin, direction, size))
 }
 
 /// Memory that streams have used, for others: as much as there ever were at a time.
@@ -284,24 +303,42 @@ impl<'s> Stream<'s> {
         self.scene.spare.give(self.memory);
     }
 
-    /// What is told of each ray of the last run.
-    pub(crate) fn told(&self) -> &[Told] {
-        &self.memory.told
+    /// What is told of a ray of the last run, by its place among those that were asked.
+    #[inline(always)]
+    pub(crate) fn told(&self, place: usize) -> &Told {
+        &self.memory.told[self.memory.courses[place] as usize]
+    }
+
+    /// The ray that was asked.
+    fn asked(&self, course: usize) -> &'s FlightRay {
+        &self.asked[self.memory.places[course] as usize]
     }
 
     /// The path to a crossing.
+    #[inline(always)]
     pub(crate) fn path(&self, best: &Best) -> InstancePath {
-        let mut path = self.path_to(best.trail);
+        let mut path = if best.trail == ROOT { InstancePath::default() } else { self.path_to(best.trail) };
         path.push(best.place);
         path
+    }
+
+    /// The leaf of a crossing that lanes have found, and a ray in the space of its shape.
+    #[inline(always)]
+    pub(crate) fn before_leaf(&self, best: &Best, ray: &Ray) -> (&'s Leaf, Ray) {
+        let (group, ray) = self.follow(best.trail, ray);
+        let leaf = &group.leaves[best.place as usize];
+        (leaf, ray.through(&leaf.unit_from_group))
+    }
+
+    /// The group that a trail leads to, and a ray in its space.
+    #[inline(always)]
+    fn follow(&self, trail: u32, ray: &Ray) -> (&'s Group, Ray) {
+        if trail == ROOT { (self.root, *ray) } else { self.root.follow(self.path_to(trail).places(), ray) }
     }
 
     /// The path to a group.
     fn path_to(&self, trail: u32) -> InstancePath {
         let mut path = InstancePath::default();
-        if trail == ROOT {
-            return path;
-        }
         let mut places = smallvec::SmallVec::<[u32; 8]>::new();
         let mut at = trail;
         while at != ROOT {
@@ -337,6 +374,9 @@ impl<'s> Stream<'s> {
                     Slot::Instance(place) => self.enter(slot, place, child, list),
                 },
                 Some(Task::Wait { place, list }) => self.wait(place, list),
+                Some(Task::WaitForLeaves { node, list, ray, leaves }) => {
+                    self.wait_for_leaves(node, list, ray, leaves);
+                }
                 Some(Task::Tree { octant, list }) => visit = Some((0, octant, list)),
                 Some(Task::Leave) => self.leave(),
             }
@@ -407,55 +447,87 @@ impl<'s> Stream<'s> {
         self.most_trails = self.most_trails.max(2 * count);
     }
 
+    /// Takes rays in, those of one octant side by side: a list then has whole lines of the cache.
     #[inline(always)]
     fn start(&mut self, asked: &'s [FlightRay]) {
         self.asked = asked;
-        let StreamMemory { told, ends, footprints, patience, lines, boxes, trails, exact, .. } =
-            &mut self.memory;
-        told.clear();
-        ends.clear();
-        footprints.clear();
-        patience.clear();
-        lines.clear();
-        boxes.clear();
-        trails.clear();
-        exact.clear();
+        let count = asked.len();
+        self.reserve(count, 0, 0);
+        let memory = &mut self.memory;
+        memory.trails.clear();
+        memory.exact.clear();
         self.path.clear();
         self.frames.clear();
         self.frames.push(Frame { group: self.root, stretch: 1.0, trail: ROOT, first_ray: 0 });
+        // What is there from rays before is written over.
+        memory.courses.resize(count, 0);
+        memory.places.resize(count, 0);
+        memory.told.resize(count, Told::Nothing);
+        memory.ends.resize(count, DONE);
+        memory.patience.resize(count, Patience::default());
+        memory.lines.resize(count, [DVec3::ZERO; 2]);
+        memory.boxes.resize(count, BoxRay::default());
         let has_groups = !self.root.instances.is_empty();
+        memory.footprints.resize(if has_groups { count } else { 0 }, Footprint::NONE);
+
         let end = self.any_before.map_or(f32::MAX, |t_max| (t_max as f32).next_up().min(f32::MAX));
-        for (place, asked) in asked.iter().enumerate() {
-            let departs_from = match &asked.departure {
-                Some(departure) => departure.path.places().last().copied().unwrap_or(NOWHERE),
-                None => NOWHERE,
-            };
-            self.memory.patience.push(Patience { departs_from, waiting: 0 });
-            let (mut ray, mut footprint, mut tree) = (asked.ray, asked.footprint, None);
-            let mut told = Told::Nothing;
-            if let Some((direction, scale)) = scale_to_unit(ray.direction) {
-                // Occlusion counts t in the ray's own lengths.
-                if self.any_before.is_none() {
-                    ray.direction = direction;
-                    footprint.spread *= scale;
+        memory.runs.clear();
+        for (number, taken) in asked.chunks(TAKEN_TOGETHER).enumerate() {
+            let before = number * TAKEN_TOGETHER;
+            let mut counts = [0; 8];
+            for asked in taken {
+                counts[octant_of(asked.ray.direction)] += 1;
+            }
+            let run = OctantRuns { first: before as u32, counts };
+            memory.runs.push(run);
+            let mut next: [u32; 8] = std::array::from_fn(|octant| run.of(octant).start);
+            for (place, asked) in (before..).zip(taken) {
+                let next = &mut next[octant_of(asked.ray.direction)];
+                (memory.courses[place], memory.places[*next as usize]) = (*next, place as u32);
+                *next += 1;
+            }
+            for course in before..before + taken.len() {
+                let asked = &asked[memory.places[course] as usize];
+                let departs_from = match &asked.departure {
+                    Some(departure) => departure.path.places().last().copied().unwrap_or(NOWHERE),
+                    None => NOWHERE,
+                };
+                let (mut ray, mut footprint) = (asked.ray, asked.footprint);
+                let (mut told, mut its_end, mut tree) = (Told::Nothing, DONE, BoxRay::default());
+                if let Some((direction, scale)) = scale_to_unit(ray.direction) {
+                    // Occlusion counts t in the ray's own lengths.
+                    if self.any_before.is_none() {
+                        ray.direction = direction;
+                        footprint.spread *= scale;
+                    }
+                    match tree_ray(self.root, &ray) {
+                        Some(seen) => (tree, its_end) = (seen, end),
+                        None => told = Told::Doubtful,
+                    }
                 }
-                tree = tree_ray(self.root, &ray);
-                if tree.is_none() {
-                    told = Told::Doubtful;
+                memory.told[course] = told;
+                memory.ends[course] = its_end;
+                memory.boxes[course] = tree;
+                memory.patience[course] = Patience { departs_from, waiting: 0 };
+                // The place of a ray in the root's space is that of all else.
+                memory.lines[course] = [ray.origin, ray.direction];
+                if has_groups {
+                    memory.footprints[course] = footprint;
                 }
             }
-            self.memory.told.push(told);
-            if has_groups {
-                self.memory.footprints.push(footprint);
-            }
-            self.memory.ends.push(if tree.is_some() { end } else { DONE });
-            // The place of a ray in the root's space is that of all else.
-            self.memory.lines.push([ray.origin, ray.direction]);
-            let tree = tree.unwrap_or(NO_BOX_RAY);
-            self.memory.boxes.push(tree);
-            self.memory.arrivals.push((tree.octant(), Listed::new(place as u32, place as u32)));
         }
-        self.list_arrivals(List { first: 0, count: 0, first_near: 0, first_met: 0 });
+        let mut first = 0;
+        for octant in 0..8 {
+            let before = first;
+            for course in memory.runs.iter().flat_map(|run| run.of(octant)) {
+                memory.lists[first as usize] = Listed::new(course, course);
+                first += 1;
+            }
+            if first > before {
+                let list = List { first: before, count: first - before, first_near: 0, first_met: 0 };
+                memory.tasks.push(Task::Tree { octant: octant as u8, list });
+            }
+        }
     }
 
     /// Makes lists of the rays that come to a group, and tasks of these.
@@ -530,7 +602,8 @@ impl<'s> Stream<'s> {
     fn visit<S: Simd>(&mut self, simd: S, node: u32, octant: u8, list: List) {
         let (List { first, count, first_near, first_met }, top) = (list, list.after());
         self.reserve((top.first + count + 1) as usize, top.first_near as usize, top.first_met as usize);
-        let node = &self.frame().0.nodes[node as usize];
+        let index = node;
+        let node = &self.frame().0.nodes[index as usize];
         let StreamMemory { lists, near, met: blocks, boxes_met, boxes, ends, .. } = &mut self.memory;
         let near = &mut near[first_near as usize..top.first_near as usize];
         let listed = &lists[first as usize..top.first as usize];
@@ -544,11 +617,18 @@ impl<'s> Stream<'s> {
         }
         let entries = BoxEntries { near, met: boxes_met };
         let met = meet_boxes(simd, &node.bounds, octant, boxes, listed, ends, entries);
+        let mut met = met & ((1u32 << node.count) - 1) as u8;
+        if met & !node.leaves() == 0 {
+            if met != 0 {
+                let leaves = boxes_met[0];
+                self.wait_for_leaves(index, list, 0, leaves);
+            }
+            return;
+        }
         let blocks = &mut blocks[first_met as usize..top.first_met as usize];
         for (block, met) in blocks.iter_mut().zip(boxes_met.chunks(BLOCK as usize)) {
             *block = by_boxes(met);
         }
-        let mut met = met & ((1u32 << node.count) - 1) as u8;
         let order = if count == 1 { near[0] } else { places_along(node, octant) };
         // What is done last comes first.
         let mut found = [0u8; WIDTH];
@@ -577,27 +657,9 @@ impl<'s> Stream<'s> {
     /// The rays of a list wait for the shape of a leaf, as many as there is room for.
     #[inline(always)]
     fn wait(&mut self, place: u32, list: List) {
-        let (group, _, trail) = self.frame();
-        let leaf = &group.leaves[place as usize];
         for i in 0..list.count {
-            let listed = self.memory.lists[(list.first + i) as usize];
-            let course = listed.end();
-            let start = if self.memory.patience[course].departs_from == place {
-                self.start_at(course, place)
-            } else {
-                RayStart::Free
-            };
-            if start == RayStart::SurfaceOutward && self.shape(leaf).is_convex() {
-                continue;
-            }
-            let lane = self.approaching.len();
-            let t_max = f64::from(self.memory.ends[course]);
-            self.approaches.set(lane, &leaf.unit_from_group, self.memory.lines[listed.ray()], t_max);
-            self.approaching.push((Meeting { course: course as u32, trail, place, leaf }, start));
-            let waiting = &mut self.memory.patience[course].waiting;
-            *waiting += 1;
-            self.is_impatient |= *waiting > PATIENCE;
-            if self.is_impatient || lane + 1 == APPROACH {
+            let is_full = self.approach(place, self.memory.lists[(list.first + i) as usize]);
+            if is_full {
                 let (first, count) = (list.first + i + 1, list.count - i - 1);
                 if count > 0 {
                     self.memory.tasks.push(Task::Wait { place, list: List { first, count, ..list } });
@@ -607,17 +669,61 @@ impl<'s> Stream<'s> {
         }
     }
 
+    /// The rays of the list that was asked for a node's boxes last wait for the shapes of the leaves that they meet, as many as there is room for. Lists
+    /// of single leaves would be short: most have one ray.
+    #[inline(always)]
+    fn wait_for_leaves(&mut self, node: u32, list: List, mut ray: u32, mut leaves: u8) {
+        let slots = &self.frame().0.nodes[node as usize].slots;
+        loop {
+            while leaves != 0 {
+                let child = leaves.trailing_zeros() as usize % WIDTH;
+                leaves &= leaves - 1;
+                let listed = self.memory.lists[(list.first + ray) as usize];
+                let near = self.memory.near[(list.first_near + ray) as usize][child];
+                let Slot::Leaf(place) = slots[child].unpack() else { continue };
+                if near <= self.memory.ends[listed.end()] && self.approach(place, listed) {
+                    self.memory.tasks.push(Task::WaitForLeaves { node, list, ray, leaves });
+                    return;
+                }
+            }
+            ray += 1;
+            if ray >= list.count {
+                return;
+            }
+            leaves = self.memory.boxes_met[ray as usize];
+        }
+    }
+
+    /// A ray waits for a shape. Returns whether there is no room for another one.
+    #[inline(always)]
+    fn approach(&mut self, place: u32, listed: Listed) -> bool {
+        let (group, _, trail) = self.frame();
+        let leaf = &group.leaves[place as usize];
+        let course = listed.end();
+        let start = if self.memory.patience[course].departs_from == place {
+            self.start_at(course, place)
+        } else {
+            RayStart::Free
+        };
+        if start == RayStart::SurfaceOutward && leaf.lane_powers != NO_LANE_POWERS {
+            return false;
+        }
+        let lane = self.approaching.len();
+        let t_max = f64::from(self.memory.ends[course]);
+        self.approaches.set(lane, &leaf.unit_from_group, self.memory.lines[listed.ray()], t_max);
+        self.approaching.push((Meeting { course: course as u32, trail, place, leaf }, start));
+        let waiting = &mut self.memory.patience[course].waiting;
+        *waiting += 1;
+        self.is_impatient |= *waiting > PATIENCE;
+        self.is_impatient || lane + 1 == APPROACH
+    }
+
     /// What is known of a ray's start for the shape, or the group, at a place of the group that it is in.
     fn start_at(&mut self, course: usize, place: u32) -> RayStart {
         self.path.push(place);
-        let start = Departure::start_at(self.asked[course].departure.as_ref(), &self.path);
+        let start = Departure::start_at(self.asked(course).departure.as_ref(), &self.path);
         self.path.pop();
         start
-    }
-
-    #[inline(always)]
-    fn shape(&self, leaf: &Leaf) -> Superquadric {
-        self.scene.primitives[leaf.primitive as usize].unit_shape()
     }
 
     /// Brings rays that wait to the boxes of their shapes.
@@ -632,8 +738,8 @@ impl<'s> Stream<'s> {
                 self.memory.patience[course].waiting -= 1;
                 continue;
             }
-            let shape = self.shape(meeting.leaf);
-            if verdict == Verdict::Doubtful || start != RayStart::Free || !shape.is_convex() {
+            let powers = meeting.leaf.lane_powers;
+            if verdict == Verdict::Doubtful || start != RayStart::Free || powers == NO_LANE_POWERS {
                 self.memory.patience[course].waiting -= 1;
                 self.meet_exactly(&meeting, start);
                 continue;
@@ -645,9 +751,9 @@ impl<'s> Stream<'s> {
             let waiting = Waiting { meeting, entry, t_per_way, leaves };
             // For occlusion it is the same whether a ray starts in the box.
             if is_within && self.any_before.is_none() {
-                self.within.push(&shape, &approach, waiting);
+                self.within.push(powers, &approach, waiting);
             } else {
-                self.outside.push(&shape, &approach, waiting);
+                self.outside.push(powers, &approach, waiting);
             }
         }
         self.approaching.clear();
@@ -764,9 +870,9 @@ impl<'s> Stream<'s> {
         let Meeting { course, trail, place, leaf } = *meeting;
         let course = course as usize;
         let [origin, direction] = self.memory.lines[course];
-        let ray = Ray { origin, direction, ..self.asked[course].ray };
-        let (_, ray) = self.root.follow(self.path_to(trail).places(), &ray);
-        let shape = self.shape(leaf);
+        let ray = Ray { origin, direction, ..self.asked(course).ray };
+        let (_, ray) = self.follow(trail, &ray);
+        let shape = self.scene.primitives[leaf.primitive as usize].unit_shape();
         let local = ray.through(&leaf.unit_from_group);
         self.meet_shape_exactly(course, (trail, place), &shape, leaf.primitive, &local, start);
     }
@@ -898,8 +1004,8 @@ impl<'s> Stream<'s> {
 
 impl<'s> Flying<'s> {
     #[inline(always)]
-    fn push(&mut self, shape: &Superquadric, approach: &Approach, waiting: Waiting<'s>) {
-        self.lanes.set(self.waiting.len(), shape, approach);
+    fn push(&mut self, powers: [f32; 2], approach: &Approach, waiting: Waiting<'s>) {
+        self.lanes.set(self.waiting.len(), powers, approach);
         self.waiting.push(waiting);
     }
 
@@ -955,7 +1061,7 @@ mod tests {
     use superegg_lang::load_text;
 
     use super::*;
-    use crate::flight::Run;
+    use crate::flight;
 
     /// A fractal of shapes in each other.
     const FRACTAL: &str = "prm ball\nexp 1 .4\ncoeff .2 .3 .1\nprm star\nexp 3 2.5\ncoeff .3 .2 .3\n\
@@ -992,13 +1098,14 @@ mod tests {
         for any_before in [None, Some(1.0)] {
             let mut stream = Stream::new(&scene, root, any_before);
             (stream.most_rays, stream.most_trails) = (100, 8);
-            Arch::new().dispatch(Run { stream: &mut stream, rays: &rays });
-            assert!(stream.memory.lines.capacity() <= 4096, "{}", stream.memory.lines.capacity());
+            Arch::new().dispatch(flight::Run { stream: &mut stream, rays: &rays });
+            assert!(stream.memory.lines.capacity() <= 2 * rays.len(), "{}", stream.memory.lines.capacity());
             // Those of found crossings stay.
             let most_trails = if any_before.is_some() { 50 } else { 2_500 };
             assert!(stream.memory.trails.len() < most_trails, "{}", stream.memory.trails.len());
             let (mut found, mut doubtful) = (0, 0);
-            for (asked, told) in rays.iter().zip(stream.told()) {
+            for (place, asked) in rays.iter().enumerate() {
+                let told = stream.told(place);
                 let expected = scene.intersect(&asked.ray, None);
                 match (*told, any_before) {
                     (Told::Found(best), None) => {

@@ -10,10 +10,8 @@ use pulp::Simd;
 use super::beam::NumberOfPackets as Column;
 use super::descent::{NEAR, Passage, SIDE_BY_SIDE, entries, first_crossings};
 use super::kernel::{Descent, Evaluate, Triple};
-use super::lane_power;
 use super::log_norm::{AnyPower, LogNorm};
 use super::vector::Lanes;
-use crate::superquadric::Superquadric;
 
 /// How far N may be off for rays prepared in f64: what f32 rounds within the box.
 pub const TOLERANCE: f32 = 1.5e-6;
@@ -65,16 +63,16 @@ impl Default for FlightLanes {
 }
 
 impl FlightLanes {
-    /// Puts a ray into a lane, with its convex shape of radii 1.
+    /// Puts a ray into a lane, with its convex shape of radii 1, by its [`super::lane_powers`].
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, shape: &Superquadric, approach: &Approach) {
+    pub fn set(&mut self, lane: usize, [p, q]: [f32; 2], approach: &Approach) {
         for axis in 0..3 {
             self.start[axis].0[lane] = approach.start[axis];
             self.direction[axis].0[lane] = approach.direction[axis];
         }
         self.length.0[lane] = approach.length;
-        self.p.0[lane] = lane_power(shape.norm().xy.p);
-        self.q.0[lane] = lane_power(shape.norm().rz.p);
+        self.p.0[lane] = p;
+        self.q.0[lane] = q;
     }
 
     /// Takes the rays out of the lanes from one on.
@@ -181,18 +179,32 @@ impl FlightLanes {
     }
 }
 
-/// A ray as boxes see it.
-#[derive(Clone, Copy, Debug)]
+/// A ray as boxes see it: half a line of the cache.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(32))]
 pub struct BoxRay {
-    /// The origin for faces that are met first, and for those that are met last: moved a little, so that boxes are taken larger.
+    /// The origin, moved by half of `room` against the direction along each axis: for faces that are met first.
     pub first_origin: [f32; 3],
-    /// See `first_origin`.
-    pub last_origin: [f32; 3],
     /// The reciprocals of the direction's coordinates; none is infinite.
     pub inverse: [f32; 3],
+    /// Boxes are taken so much wider, for rounding.
+    pub room: f32,
 }
 
 impl BoxRay {
+    /// A ray from its origin and direction, in a space where boxes have coordinates of the order of 1, and the largest coordinate of the origin.
+    #[inline(always)]
+    pub fn new(origin: DVec3, direction: DVec3, size: f64) -> Self {
+        let pad = 6e-7 * (size + 2.0);
+        let mut ray = Self { room: (2.0 * pad) as f32, ..Self::default() };
+        for axis in 0..3 {
+            let inverse = (1.0 / direction[axis] as f32).clamp(-MOST_INVERSE as f32, MOST_INVERSE as f32);
+            ray.first_origin[axis] = (origin[axis] + pad.copysign(f64::from(inverse))) as f32;
+            ray.inverse[axis] = inverse;
+        }
+        ray
+    }
+
     /// A bit for each axis along which the ray goes backwards.
     #[inline(always)]
     pub fn octant(&self) -> u8 {
@@ -274,19 +286,23 @@ fn meet_boxes_by<S: Simd>(
         let is_back = [octant & 1, octant >> 1 & 1, octant >> 2 & 1];
         let mut first = [face(0); 3];
         let mut last = [face(0); 3];
+        let mut forth = [face(0); 3];
         for axis in 0..3 {
             first[axis] = face(axis + 3 * usize::from(is_back[axis]));
             last[axis] = face(axis + 3 * usize::from(1 - is_back[axis]));
+            forth[axis] = Lanes::splat(simd, if is_back[axis] == 1 { -1.0 } else { 1.0 });
         }
         let nothing = Lanes::<S>::splat(simd, f32::INFINITY);
         for ((listed, near), met) in list.iter().zip(near.iter_mut()).zip(met.iter_mut()) {
             let ray = &rays[listed.ray()];
             let mut enter = Lanes::<S>::splat(simd, 0.0);
             let mut leave = Lanes::<S>::splat(simd, ends[listed.end()]);
+            let room = Lanes::splat(simd, ray.room);
             for axis in 0..3 {
                 let inverse = Lanes::splat(simd, ray.inverse[axis]);
-                enter = enter.max((first[axis] - Lanes::splat(simd, ray.first_origin[axis])) * inverse);
-                leave = leave.min((last[axis] - Lanes::splat(simd, ray.last_origin[axis])) * inverse);
+                let origin = Lanes::splat(simd, ray.first_origin[axis]);
+                enter = enter.max((first[axis] - origin) * inverse);
+                leave = leave.min(forth[axis].mul_add(room, last[axis] - origin) * inverse);
             }
             let meets = enter.le(leave);
             S::as_mut_simd_f32s(near).0[i] = meets.select(enter, nothing).register();

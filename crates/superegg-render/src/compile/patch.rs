@@ -64,7 +64,7 @@ impl<'a> Compiler<'a> {
             let tight =
                 |maps: &LeafMaps| group.space.unit_box(&maps.tight_box(&primitives[primitive as usize]));
             let unit_from_group = maps.as_ref().map_or(NOWHERE, |maps| maps.unit_from_group);
-            let leaf = Leaf { unit_from_group, primitive, name: NameRef::child(child) };
+            let leaf = Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives);
             (seats[child as usize], leaf, maps.as_ref().map_or(UnitBox::POINT, tight))
         })
         .collect();
