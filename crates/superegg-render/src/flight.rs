@@ -54,6 +54,29 @@ impl CompiledScene {
         found
     }
 
+    /// How many of many rays meet something: what [`CompiledScene::intersect_many`] does before it settles where.
+    pub(crate) fn find_many(&self, rays: &[FlightRay]) -> usize {
+        let Some(root) = self.root.as_deref() else { return 0 };
+        let (mut stream, mut count) = (Stream::new(self, root, None), 0);
+        for rays in rays.chunks(rays_together(root)) {
+            Arch::new().dispatch(Run { stream: &mut stream, rays });
+            for (place, asked) in rays.iter().enumerate() {
+                count += usize::from(match stream.told(place) {
+                    Told::Nothing | Told::Occluded => false,
+                    Told::Found(_) => true,
+                    Told::Doubtful => self.intersect_asked(asked).is_some(),
+                });
+            }
+        }
+        stream.end_here();
+        count
+    }
+
+    /// The exact way.
+    fn intersect_asked(&self, asked: &FlightRay) -> Option<Hit> {
+        self.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint)
+    }
+
     /// Whether each of many rays is stopped with 0 <= t < `t_max`: the answers of [`CompiledScene::occluded_footprint`].
     pub fn occluded_many(&self, rays: &[FlightRay], t_max: f64) -> Vec<bool> {
         let mut occluded = vec![false; rays.len()];
@@ -125,10 +148,9 @@ impl Settling {
         self.batch.run();
         let mut settled_before = 0;
         found.extend((first..).zip(rays).map(|(place, asked)| {
-            let exactly = || scene.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint);
             let best = match stream.told(place) {
                 Told::Nothing | Told::Occluded => return None,
-                Told::Doubtful => return exactly(),
+                Told::Doubtful => return scene.intersect_asked(asked),
                 Told::Found(best) => best,
             };
             // What brings t back to lengths of the ray's own direction.
@@ -149,7 +171,7 @@ impl Settling {
                             let primitive = self.primitives[place];
                             Some(Hit { t: t * scale, leaving, primitive, unit_point, path })
                         }
-                        None => exactly(),
+                        None => scene.intersect_asked(asked),
                     }
                 }
             }

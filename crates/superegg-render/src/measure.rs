@@ -6,6 +6,7 @@ use superegg_scene::Light;
 
 use crate::beam::{Beam, ShadowRay, ShadowRays, ShadowStart, Sight};
 use crate::compiled::CompiledScene;
+use crate::flight::FlightRay;
 use crate::footprint::Footprint;
 use crate::pencil::Pencil;
 use crate::tiling::{Tile, tiles};
@@ -32,6 +33,12 @@ pub fn camera_tiles(view: &View, width: u32, height: u32) -> Vec<CameraTile> {
         CameraTile(pencil)
     };
     tiles(width, height).iter().map(rays).collect()
+}
+
+/// Finds which shape each of many rays with nothing in common meets first, and where to f32's precision (where that cannot tell, f64 does), as
+/// [`TileProbe::find`] does for camera rays; returns how many meet one.
+pub fn find_many(scene: &CompiledScene, rays: &[FlightRay]) -> usize {
+    scene.find_many(rays)
 }
 
 /// Traces tiles of camera rays.

@@ -10,7 +10,7 @@ use serde::Serialize;
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::load_text;
-use superegg_render::measure::{CameraTile, TileProbe, camera_tiles};
+use superegg_render::measure::{CameraTile, TileProbe, camera_tiles, find_many};
 use superegg_render::{CompiledScene, FlightRay, RenderBudget, RenderSettings, View, render};
 use superegg_scene::{Picture, Scene};
 
@@ -104,6 +104,8 @@ struct Row {
     shadow_mrays: f64,
     shadow_stopped: f64,
     random_mrays: f64,
+    /// The same settled in f64.
+    random_settled_mrays: f64,
     random_hits: f64,
     random_occlusion_mrays: f64,
     /// Processor seconds of a whole picture, one sample a pixel, shadows and all.
@@ -123,10 +125,10 @@ struct Row {
 }
 
 const HEAD: &str = "\
-| scene | instances | camera | settled | shadow | random | random shadow | picture s | compile s | processor s | again s | peak bytes | bytes |
-|---|---|---|---|---|---|---|---|---|---|---|---|---|";
+| scene | instances | camera | settled | shadow | random | random settled | random shadow | picture s | compile s | processor s | again s | peak bytes | bytes |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|---|";
 const LEGEND: &str = "\
-camera, settled, shadow, random: million rays a second on one core, the best of the rounds; settled: camera rays with the crossing in f64
+camera, shadow, random: million rays a second on one core, the best of the rounds; settled: the same rays with the crossing in f64
 picture s: processor seconds of a whole picture with shadows, one sample a pixel; compile s: on all cores; processor s: of all cores together; again s: after one primitive has changed; bytes: a primitive of the description, at the peak of compiling (of the\nfirst scene of a run) and after it";
 
 impl Row {
@@ -142,6 +144,7 @@ impl Row {
             self.camera_settled_mrays,
             self.shadow_mrays,
             self.random_mrays,
+            self.random_settled_mrays,
             self.random_occlusion_mrays,
         ];
         for rate in mrays {
@@ -198,7 +201,8 @@ fn measure(name: &str, is_first: bool, args: &BenchArgs) -> Result<Row> {
         }
     }
     let random = random_rays(&compiled, &view, args.seed);
-    let (found, random_seconds) =
+    let (found, random_seconds) = best(args.rounds, || find_many(&compiled, &random));
+    let (_, random_settled_seconds) =
         best(args.rounds, || compiled.intersect_many(&random).iter().flatten().count());
     let (_, occlusion_seconds) = best(args.rounds, || {
         compiled.occluded_many(&random, f64::MAX).iter().filter(|&&stops| stops).count()
@@ -227,6 +231,7 @@ fn measure(name: &str, is_first: bool, args: &BenchArgs) -> Result<Row> {
         shadow_mrays: millions(shadow.0, shadow.2),
         shadow_stopped: share(shadow.1, shadow.0),
         random_mrays: millions(random.len(), random_seconds),
+        random_settled_mrays: millions(random.len(), random_settled_seconds),
         random_hits: share(found, random.len()),
         random_occlusion_mrays: millions(random.len(), occlusion_seconds),
         picture_seconds,
