@@ -37,7 +37,7 @@ const LEAST_TOLERANCE: f64 = 1.5e-6;
 const MOST_TOLERANCE: f64 = 0.03;
 /// Scales beyond this many powers of two are f64's.
 const MOST_EXPONENT: i32 = 90;
-/// Where the lanes are off by less than this part of a ray's width, what they tell is shaded as it is.
+/// Where the lanes are off by less than this part of a pixel's width, what they tell is shaded as it is.
 const NEAR: f64 = 1.0 / 64.0;
 /// From further away points on rays are not exact enough to be settled together.
 const MOST_DISTANCE: f64 = 4096.0;
@@ -344,15 +344,16 @@ impl<'s> Beam<'s> {
 
     /// The closest crossing of each ray, settled in f64. There are at most [`MOST_RAYS`].
     pub(crate) fn closest(&mut self, rays: &Pencil, footprint: Footprint, sight: &mut Sight) {
-        self.closest_but(rays, footprint, sight, |_, _| None);
+        self.closest_but(rays, footprint, Footprint::NONE, sight, |_, _| None);
     }
 
     /// The same but for candidates of which `told_by_lanes` gives the columns of the map from gradients to normals. Lanes tell of those: where they are
-    /// right to a small part of the ray's width what they know is enough, and elsewhere what f64 has settled.
+    /// right to a small part of a pixel's width what they know is enough, and elsewhere what f64 has settled.
     pub(crate) fn closest_but(
         &mut self,
         rays: &Pencil,
         footprint: Footprint,
+        pixel: Footprint,
         sight: &mut Sight,
         mut told_by_lanes: impl FnMut(&Self, u32) -> Option<[[f32; 3]; 3]>,
     ) {
@@ -369,8 +370,8 @@ impl<'s> Beam<'s> {
         (sight.t_scale, sight.reach) = (scale, largest(&self.box_of_directions).length());
         let near = NEAR / sight.reach;
         let width = Widening {
-            width: (near * self.footprint.width) as f32,
-            spread: (near * self.footprint.spread) as f32,
+            width: (near * pixel.width) as f32,
+            spread: (near * pixel.spread * scale) as f32,
         };
         let mut batch = std::mem::take(&mut self.batch);
         let mut unsettled = std::mem::take(&mut self.unsettled);
@@ -1203,7 +1204,7 @@ mod tests {
                 let to_unit = beam.candidates[candidate as usize].unit_from_world.matrix3;
                 f32_columns(&to_unit.transpose()).map(|(columns, _)| columns)
             };
-            beam.closest_but(&pencil, view.footprint(1), &mut sight, map);
+            beam.closest_but(&pencil, view.footprint(64), view.footprint(1), &mut sight, map);
             // What f64 has settled is known better than lanes find anything.
             let is_found_by_lanes = |packet: usize, lane: usize| {
                 let PacketSurfaces { t, error, .. } = &sight.surfaces[packet];

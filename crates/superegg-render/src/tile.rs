@@ -287,7 +287,8 @@ impl<'a> TileTracer<'a> {
         self.beam.start_tile();
         self.looks.by_candidate.clear();
         let looks = &mut self.looks;
-        self.beam.closest_but(&self.rays, self.footprint, &mut self.sight, |beam, candidate| {
+        let pixel = self.view.footprint(1);
+        self.beam.closest_but(&self.rays, self.footprint, pixel, &mut self.sight, |beam, candidate| {
             if lanes_may_tell { Some(looks.look(beam, candidate).plain?.1) } else { None }
         });
         self.meet_surroundings(samples);
