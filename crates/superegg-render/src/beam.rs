@@ -369,10 +369,8 @@ impl<'s> Beam<'s> {
         };
         (sight.t_scale, sight.reach) = (scale, largest(&self.box_of_directions).length());
         let near = NEAR / sight.reach;
-        let width = Widening {
-            width: (near * pixel.width) as f32,
-            spread: (near * pixel.spread * scale) as f32,
-        };
+        let width =
+            Widening { width: (near * pixel.width) as f32, spread: (near * pixel.spread * scale) as f32 };
         let mut batch = std::mem::take(&mut self.batch);
         let mut unsettled = std::mem::take(&mut self.unsettled);
         batch.clear();

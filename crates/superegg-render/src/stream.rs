@@ -151,6 +151,7 @@ struct Meeting<'s> {
 #[derive(Clone, Copy)]
 struct Waiting<'s> {
     meeting: Meeting<'s>,
+    start: RayStart,
     /// The t there.
     entry: f64,
     t_per_way: f64,
@@ -739,21 +740,24 @@ impl<'s> Stream<'s> {
                 continue;
             }
             let powers = meeting.leaf.lane_powers;
-            if verdict == Verdict::Doubtful || start != RayStart::Free || powers == NO_LANE_POWERS {
+            let is_within = verdict == Verdict::Within;
+            // Its one crossing is the way out.
+            let is_inward = start == RayStart::SurfaceInward && is_within && self.any_before.is_none();
+            let is_known = start == RayStart::Free || is_inward;
+            if verdict == Verdict::Doubtful || !is_known || powers == NO_LANE_POWERS {
                 self.memory.patience[course].waiting -= 1;
                 self.meet_exactly(&meeting, start);
                 continue;
             }
             let approach = self.approaches.get(lane);
             let Approach { entry, t_per_way, length, .. } = approach;
-            let is_within = verdict == Verdict::Within;
             let leaves = is_within.then_some(entry + f64::from(length) * t_per_way);
-            let waiting = Waiting { meeting, entry, t_per_way, leaves };
+            let waiting = Waiting { meeting, start, entry, t_per_way, leaves };
             // For occlusion it is the same whether a ray starts in the box.
             if is_within && self.any_before.is_none() {
-                self.within.push(powers, &approach, waiting);
+                self.within.push(powers, &approach, is_inward, waiting);
             } else {
-                self.outside.push(powers, &approach, waiting);
+                self.outside.push(powers, &approach, false, waiting);
             }
         }
         self.approaching.clear();
@@ -805,7 +809,7 @@ impl<'s> Stream<'s> {
         if is_doubtful {
             // A grazing ray, which may be behind the best, or one that starts on the surface.
             if waiting.leaves.is_some() || t - f64::from(error) < self.t_max(course) {
-                self.meet_exactly(&waiting.meeting, RayStart::Free);
+                self.meet_exactly(&waiting.meeting, waiting.start);
             }
             return;
         }
@@ -828,7 +832,7 @@ impl<'s> Stream<'s> {
         if way < f32::INFINITY && t < t_max * (1.0 - END) && t > 0.0 {
             self.end(course, Told::Occluded);
         } else if way < f32::INFINITY || self.answers.doubt.0[lane] > 0.0 {
-            self.meet_exactly(&waiting.meeting, RayStart::Free);
+            self.meet_exactly(&waiting.meeting, waiting.start);
         }
     }
 
@@ -1004,8 +1008,8 @@ impl<'s> Stream<'s> {
 
 impl<'s> Flying<'s> {
     #[inline(always)]
-    fn push(&mut self, powers: [f32; 2], approach: &Approach, waiting: Waiting<'s>) {
-        self.lanes.set(self.waiting.len(), powers, approach);
+    fn push(&mut self, powers: [f32; 2], approach: &Approach, is_inward: bool, waiting: Waiting<'s>) {
+        self.lanes.set(self.waiting.len(), powers, approach, is_inward);
         self.waiting.push(waiting);
     }
 

@@ -424,13 +424,20 @@ fn more_rays_than_go_together_and_hostile_ones_answer_as_single_rays_do() {
         })
         .collect();
     let first = scene.intersect_many(&rays);
-    // On from where they come to, into the shapes as well.
+    // On from where they come to, into the shapes as well; some graze the surface from within.
     let further: Vec<FlightRay> = rays
         .iter()
         .zip(&first)
-        .filter_map(|(asked, hit)| {
+        .enumerate()
+        .filter_map(|(i, (asked, hit))| {
             let surface = scene.interaction(hit.as_ref()?);
-            let (ray, departure) = surface.spawn_ray(asked.ray.direction.zxy());
+            let any = asked.ray.direction.zxy();
+            let along = any - any.dot(surface.normal) * surface.normal;
+            let direction = match i % 4 {
+                0 => along - 0.1f64.powi(i as i32 / 4 % 10) * along.length() * surface.normal,
+                _ => any,
+            };
+            let (ray, departure) = surface.spawn_ray(direction);
             Some(FlightRay { ray, departure: Some(departure), footprint: asked.footprint })
         })
         .collect();
@@ -592,18 +599,15 @@ fn lanes_light_surfaces_as_f64_does() {
         let pixels = || lanes.film.pixels().zip(exact.film.pixels());
         assert!(pixels().filter(|(a, _)| a.id != 0).count() > 10_000);
         let mut apart = 0;
-        for (i, (a, b)) in pixels().enumerate() {
-            assert_eq!((a.id, a.albedo), (b.id, b.albedo), "pixel {i}");
-            assert!(
-                a.depth == b.depth || (a.depth - b.depth).abs() < 1e-5 * b.depth,
-                "pixel {i}: {a:?} {b:?}"
-            );
+        for (a, b) in pixels() {
             let numbers = |pixel: &Pixel| pixel.color.into_iter().chain(pixel.normal);
             let off = numbers(&a).zip(numbers(&b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            // Edges and shadows' rims are where they are to a 64th of a pixel.
-            apart += usize::from(off > 1e-3);
+            let is_as_deep = a.depth == b.depth || (a.depth - b.depth).abs() < 1e-5 * b.depth;
+            let is_the_same = (a.id, a.albedo) == (b.id, b.albedo) && is_as_deep && off <= 1e-3;
+            // Edges, silhouettes and shadows' rims are where they are to a 64th of a pixel.
+            apart += usize::from(!is_the_same);
         }
-        assert!(apart < 40, "{apart} pixels at {distance}");
+        assert!(apart < 20, "{apart} pixels at {distance}");
     }
 }
 

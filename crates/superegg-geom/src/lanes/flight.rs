@@ -33,6 +33,8 @@ pub struct FlightLanes {
     length: Column,
     p: Column,
     q: Column,
+    /// 1 where the ray is known to start on the surface and to go in.
+    inward: Column,
 }
 
 /// What is known of each ray.
@@ -58,14 +60,22 @@ impl Default for FlightAnswers {
 impl Default for FlightLanes {
     fn default() -> Self {
         let one = Column::splat(1.0);
-        Self { start: [one; 3], direction: [one; 3], length: Column::splat(-1.0), p: one, q: one }
+        Self {
+            start: [one; 3],
+            direction: [one; 3],
+            length: Column::splat(-1.0),
+            p: one,
+            q: one,
+            inward: Column::splat(0.0),
+        }
     }
 }
 
 impl FlightLanes {
-    /// Puts a ray into a lane, with its convex shape of radii 1, by its [`super::lane_powers`].
+    /// Puts a ray into a lane, with its convex shape of radii 1, by its [`super::lane_powers`]; `is_inward` where it is known to start on the surface and to go
+    /// in.
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, [p, q]: [f32; 2], approach: &Approach) {
+    pub fn set(&mut self, lane: usize, [p, q]: [f32; 2], approach: &Approach, is_inward: bool) {
         for axis in 0..3 {
             self.start[axis].0[lane] = approach.start[axis];
             self.direction[axis].0[lane] = approach.direction[axis];
@@ -73,6 +83,7 @@ impl FlightLanes {
         self.length.0[lane] = approach.length;
         self.p.0[lane] = p;
         self.q.0[lane] = q;
+        self.inward.0[lane] = f32::from(u8::from(is_inward));
     }
 
     /// Takes the rays out of the lanes from one on.
@@ -103,8 +114,8 @@ impl FlightLanes {
         }
     }
 
-    /// The same for rays that start within the boxes of their shapes and are seen to the boxes' ends: from a start in the shape the way out, which is
-    /// the first crossing from the other end. A start too near to the surface to tell is a doubt.
+    /// The same for rays that start within the boxes of their shapes and are seen to the boxes' ends: from a start in the shape, or on it and inwards, the
+    /// way out, which is the first crossing from the other end. Any other start too near to the surface to tell is a doubt.
     #[inline(always)]
     pub fn meet_within<S: Simd>(&self, simd: S, count: usize, answers: &mut FlightAnswers) {
         let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
@@ -113,7 +124,9 @@ impl FlightLanes {
             let one = tolerance.all(1.0);
             let zero = tolerance.all(0.0);
             let Descent { excess, .. } = norm.descent(passage.start, passage.direction, one);
-            let (inside, outside) = (excess.lt(one.all(-SURFACE)), one.all(SURFACE).lt(excess));
+            let inward = zero.lt(lanes(simd, &self.inward, i));
+            let inside = excess.lt(one.all(-SURFACE)) | inward;
+            let outside = one.all(SURFACE).lt(excess).and_not(inward);
             let Passage { start, direction, length, active } = passage;
             let turn = inside.select(-one, one);
             let back = inside.select(length, zero);
@@ -128,8 +141,14 @@ impl FlightLanes {
             let way = turn.mul_add(crossing.s, back);
             let way = crossing.found.select(way, one.all(f32::INFINITY));
             // Of those within none can miss.
-            let doubt =
+            let mut doubt =
                 crossing.doubt | active.and_not(inside | outside) | (inside & active).and_not(crossing.found);
+            if inward.any() {
+                // A way that nowhere goes deep is along the surface, and may end anywhere.
+                let halfway = start.along(way * one.all(0.5), direction);
+                let Descent { excess, .. } = norm.descent(halfway, direction, one);
+                doubt = doubt | (inward & active).and_not(excess.lt(one.all(-SURFACE)));
+            }
             let error = crossing.error + one.all(1e-6);
             for k in 0..SIDE_BY_SIDE {
                 S::as_mut_simd_f32s(&mut answers.way.0).0[i + k] = way.part(k).register();
