@@ -162,14 +162,14 @@ impl Settling {
                     let place = settled_before;
                     settled_before += 1;
                     let settled = self.batch.get(place);
-                    let settled = settled.map(|(ShapeHit { t, point, .. }, _)| {
-                        (if leaving { 2.0 * best.t - t } else { t }, point)
+                    let settled = settled.map(|(ShapeHit { t, point, .. }, gradient)| {
+                        (if leaving { 2.0 * best.t - t } else { t }, point, gradient)
                     });
                     // Where it is farther off than was said another shape may be first.
-                    match settled.filter(|(t, _)| (t - best.t).abs() <= f64::from(best.error)) {
-                        Some((t, unit_point)) => {
+                    match settled.filter(|(t, ..)| (t - best.t).abs() <= f64::from(best.error)) {
+                        Some((t, unit_point, unit_gradient)) => {
                             let primitive = self.primitives[place];
-                            Some(Hit { t: t * scale, leaving, primitive, unit_point, path })
+                            Some(Hit { t: t * scale, leaving, primitive, unit_point, unit_gradient, path })
                         }
                         None => scene.intersect_asked(asked),
                     }

@@ -46,7 +46,8 @@ impl CompiledScene {
                 (stand_in.unit_from_group, StandIn::unit_shape(), material, Some(instance))
             }
         };
-        let (_, gradient) = shape.norm().value_and_gradient(hit.unit_point);
+        let known = Some(hit.unit_gradient).filter(|gradient| *gradient != DVec3::ZERO);
+        let gradient = known.unwrap_or_else(|| shape.norm().value_and_gradient(hit.unit_point).1);
         let mut normal = unit_vector(gradient).unwrap_or(DVec3::Z);
         let mut position = hit.unit_point;
         let mut position_error = 4.0 * f64::EPSILON * position.abs().max_element();

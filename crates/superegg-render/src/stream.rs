@@ -903,7 +903,8 @@ impl<'s> Stream<'s> {
             _ => self.memory.exact.len(),
         };
         if t < self.t_max(course) {
-            let hit = Hit { t, leaving, primitive, unit_point, path: InstancePath::default() };
+            let (unit_gradient, path) = (DVec3::ZERO, InstancePath::default());
+            let hit = Hit { t, leaving, primitive, unit_point, unit_gradient, path };
             match self.memory.exact.get_mut(kept) {
                 Some(exact) => *exact = hit,
                 None => self.memory.exact.push(hit),

@@ -22,6 +22,8 @@ pub struct Hit {
     pub primitive: u32,
     /// The point in the space of the primitive's unit shape: the primitive's own, in which coordinates are divided by the radii.
     pub unit_point: DVec3,
+    /// The gradient of N there, of any length, where it came with the crossing; else zero.
+    pub(crate) unit_gradient: DVec3,
     /// Which instance of a primitive; for a ray with a footprint perhaps a group that stands in as a whole.
     pub path: InstancePath,
 }
@@ -288,7 +290,9 @@ impl<'a> Traversal<'a> {
                 .is_some_and(|best| t == best.t && self.scene.rank(&self.path) < self.scene.rank(&best.path));
         if is_closer {
             self.t_max = t;
-            self.best = Some(Hit { t, leaving, primitive, unit_point, path: self.path.clone() });
+            let unit_gradient = DVec3::ZERO;
+            self.best =
+                Some(Hit { t, leaving, primitive, unit_point, unit_gradient, path: self.path.clone() });
         }
     }
 }

@@ -450,6 +450,8 @@ fn more_rays_than_go_together_and_hostile_ones_answer_as_single_rays_do() {
         assert_eq!(hit.as_ref().map(told), expected.as_ref().map(told), "{asked:?}");
         if let (Some(hit), Some(expected)) = (hit, expected) {
             leaving += usize::from(hit.leaving);
+            let [normal, known] = [&hit, &expected].map(|hit| scene.interaction(hit).normal);
+            assert!(normal.distance(known) < 1e-6, "{normal} {known} {asked:?}");
             assert!((hit.t - expected.t).abs() <= 1e-9 * (1.0 + expected.t), "{hit:?} {expected:?}");
         }
     }
