@@ -107,8 +107,8 @@ enum Task {
     Tree { octant: u8, list: List },
     /// A shape that rays wait for.
     Wait { place: u32, list: List },
-    /// The shapes of a node that met nothing else: those of them that are left to a ray of the list, and all of the rays after it.
-    WaitForLeaves { node: u32, list: List, ray: u32, leaves: u8 },
+    /// The shapes of a node that met nothing else: for eight rays of the list those that are left of them, a byte for each ray, and for all rays after these.
+    WaitForLeaves { node: u32, list: List, eight: u32, pairs: u64 },
     /// The way back to the group above.
     Leave,
 }
@@ -375,8 +375,8 @@ impl<'s> Stream<'s> {
                     Slot::Instance(place) => self.enter(slot, place, child, list),
                 },
                 Some(Task::Wait { place, list }) => self.wait(place, list),
-                Some(Task::WaitForLeaves { node, list, ray, leaves }) => {
-                    self.wait_for_leaves(node, list, ray, leaves);
+                Some(Task::WaitForLeaves { node, list, eight, pairs }) => {
+                    self.wait_for_leaves(node, list, eight, pairs);
                 }
                 Some(Task::Tree { octant, list }) => visit = Some((0, octant, list)),
                 Some(Task::Leave) => self.leave(),
@@ -621,8 +621,8 @@ impl<'s> Stream<'s> {
         let mut met = met & ((1u32 << node.count) - 1) as u8;
         if met & !node.leaves() == 0 {
             if met != 0 {
-                let leaves = boxes_met[0];
-                self.wait_for_leaves(index, list, 0, leaves);
+                let pairs = self.eight_rays(0) & (u64::from(node.leaves()) * 0x0101_0101_0101_0101);
+                self.wait_for_leaves(index, list, 0, pairs);
             }
             return;
         }
@@ -671,28 +671,36 @@ impl<'s> Stream<'s> {
     }
 
     /// The rays of the list that was asked for a node's boxes last wait for the shapes of the leaves that they meet, as many as there is room for. Lists
-    /// of single leaves would be short: most have one ray.
+    /// of single leaves would be short: most have one ray. Eight rays at a time, so that there is one loop, whose end is seldom guessed wrong.
     #[inline(always)]
-    fn wait_for_leaves(&mut self, node: u32, list: List, mut ray: u32, mut leaves: u8) {
-        let slots = &self.frame().0.nodes[node as usize].slots;
+    fn wait_for_leaves(&mut self, node: u32, list: List, mut eight: u32, mut pairs: u64) {
+        let node_of = &self.frame().0.nodes[node as usize];
+        let leaves = u64::from(node_of.leaves()) * 0x0101_0101_0101_0101;
         loop {
-            while leaves != 0 {
-                let child = leaves.trailing_zeros() as usize % WIDTH;
-                leaves &= leaves - 1;
+            while pairs != 0 {
+                let pair = pairs.trailing_zeros();
+                pairs &= pairs - 1;
+                let (ray, child) = (WIDTH as u32 * eight + pair / WIDTH as u32, pair as usize % WIDTH);
                 let listed = self.memory.lists[(list.first + ray) as usize];
                 let near = self.memory.near[(list.first_near + ray) as usize][child];
-                let Slot::Leaf(place) = slots[child].unpack() else { continue };
+                let Slot::Leaf(place) = node_of.slots[child].unpack() else { continue };
                 if near <= self.memory.ends[listed.end()] && self.approach(place, listed) {
-                    self.memory.tasks.push(Task::WaitForLeaves { node, list, ray, leaves });
+                    self.memory.tasks.push(Task::WaitForLeaves { node, list, eight, pairs });
                     return;
                 }
             }
-            ray += 1;
-            if ray >= list.count {
+            eight += 1;
+            if eight * WIDTH as u32 >= list.count {
                 return;
             }
-            leaves = self.memory.boxes_met[ray as usize];
+            pairs = self.eight_rays(eight) & leaves;
         }
+    }
+
+    /// The boxes that eight rays of the list that was asked last meet: a byte for each ray.
+    #[inline(always)]
+    fn eight_rays(&self, eight: u32) -> u64 {
+        u64::from_le_bytes(self.memory.boxes_met.as_chunks::<WIDTH>().0[eight as usize])
     }
 
     /// A ray waits for a shape. Returns whether there is no room for another one.
