@@ -213,6 +213,20 @@ pub(crate) struct StreamMemory {
     exact: Vec<Hit>,
 }
 
+impl StreamMemory {
+    /// The rays of a flight wait no longer: a bit for each of which there is something to tell.
+    #[inline(always)]
+    fn end_waiting(&mut self, flying: &[Waiting<'_>], answers: &FlightAnswers) -> u32 {
+        let mut told = 0;
+        for (lane, waiting) in flying.iter().enumerate() {
+            self.patience[waiting.meeting.course as usize].waiting -= 1;
+            let tells = (answers.way.0[lane] < f32::INFINITY) | (answers.doubt.0[lane] > 0.0);
+            told |= u32::from(tells) << lane;
+        }
+        told
+    }
+}
+
 /// Rays that go through a scene together.
 pub(crate) struct Stream<'s> {
     scene: &'s CompiledScene,
@@ -739,14 +753,21 @@ impl<'s> Stream<'s> {
     #[inline(always)]
     fn come_to_boxes(&mut self) {
         self.approaches.run();
-        for lane in 0..self.approaching.len() {
+        // No branch is taken for those that miss, which nobody could guess.
+        let mut arrived = 0u32;
+        for (lane, (meeting, _)) in self.approaching.iter().enumerate() {
+            let course = meeting.course as usize;
+            let arrives =
+                (self.approaches.verdict(lane) != Verdict::Misses) & (self.memory.ends[course] != DONE);
+            self.memory.patience[course].waiting -= u32::from(!arrives);
+            arrived |= u32::from(arrives) << lane;
+        }
+        while arrived != 0 {
+            let lane = arrived.trailing_zeros() as usize;
+            arrived &= arrived - 1;
             let (meeting, start) = self.approaching[lane];
             let verdict = self.approaches.verdict(lane);
             let course = meeting.course as usize;
-            if verdict == Verdict::Misses || self.memory.ends[course] == DONE {
-                self.memory.patience[course].waiting -= 1;
-                continue;
-            }
             let powers = meeting.leaf.lane_powers;
             let is_within = verdict == Verdict::Within;
             // Its one crossing is the way out.
@@ -780,7 +801,10 @@ impl<'s> Stream<'s> {
         } else {
             self.outside.lanes.meet(simd, count, &mut self.answers);
         }
-        for lane in 0..count {
+        let mut told = self.memory.end_waiting(&self.outside.waiting, &self.answers);
+        while told != 0 {
+            let lane = told.trailing_zeros() as usize;
+            told &= told - 1;
             let waiting = self.outside.waiting[lane];
             match self.any_before {
                 Some(t_max) => self.take_occlusion(lane, &waiting, t_max),
@@ -798,7 +822,10 @@ impl<'s> Stream<'s> {
         }
         self.within.lanes.unset_from(count);
         self.within.lanes.meet_within(simd, count, &mut self.answers);
-        for lane in 0..count {
+        let mut told = self.memory.end_waiting(&self.within.waiting, &self.answers);
+        while told != 0 {
+            let lane = told.trailing_zeros() as usize;
+            told &= told - 1;
             let waiting = self.within.waiting[lane];
             self.take_crossing(lane, &waiting, self.answers.leaving.0[lane] > 0.0);
         }
@@ -810,7 +837,6 @@ impl<'s> Stream<'s> {
         let way = self.answers.way.0[lane];
         let is_doubtful = self.answers.doubt.0[lane] > 0.0;
         let course = waiting.meeting.course as usize;
-        self.memory.patience[course].waiting -= 1;
         let t = waiting.entry + f64::from(way) * waiting.t_per_way;
         let error = f64::from(self.answers.error.0[lane]) * waiting.t_per_way;
         let error = (error as f32).next_up();
@@ -830,7 +856,6 @@ impl<'s> Stream<'s> {
     #[inline(always)]
     fn take_occlusion(&mut self, lane: usize, waiting: &Waiting<'s>, t_max: f64) {
         let course = waiting.meeting.course as usize;
-        self.memory.patience[course].waiting -= 1;
         if self.memory.ends[course] == DONE {
             return;
         }
