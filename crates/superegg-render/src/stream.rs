@@ -635,8 +635,7 @@ impl<'s> Stream<'s> {
         let mut met = met & ((1u32 << node.count) - 1) as u8;
         if met & !node.leaves() == 0 {
             if met != 0 {
-                let pairs = self.eight_rays(0) & (u64::from(node.leaves()) * 0x0101_0101_0101_0101);
-                self.wait_for_leaves(index, list, 0, pairs);
+                self.wait_for_leaves(index, list, 0, self.pairs(index, 0));
             }
             return;
         }
@@ -688,8 +687,7 @@ impl<'s> Stream<'s> {
     /// of single leaves would be short: most have one ray. Eight rays at a time, so that there is one loop, whose end is seldom guessed wrong.
     #[inline(always)]
     fn wait_for_leaves(&mut self, node: u32, list: List, mut eight: u32, mut pairs: u64) {
-        let node_of = &self.frame().0.nodes[node as usize];
-        let leaves = u64::from(node_of.leaves()) * 0x0101_0101_0101_0101;
+        let slots = &self.frame().0.nodes[node as usize].slots;
         loop {
             while pairs != 0 {
                 let pair = pairs.trailing_zeros();
@@ -697,7 +695,7 @@ impl<'s> Stream<'s> {
                 let (ray, child) = (WIDTH as u32 * eight + pair / WIDTH as u32, pair as usize % WIDTH);
                 let listed = self.memory.lists[(list.first + ray) as usize];
                 let near = self.memory.near[(list.first_near + ray) as usize][child];
-                let Slot::Leaf(place) = node_of.slots[child].unpack() else { continue };
+                let Slot::Leaf(place) = slots[child].unpack() else { continue };
                 if near <= self.memory.ends[listed.end()] && self.approach(place, listed) {
                     self.memory.tasks.push(Task::WaitForLeaves { node, list, eight, pairs });
                     return;
@@ -707,14 +705,15 @@ impl<'s> Stream<'s> {
             if eight * WIDTH as u32 >= list.count {
                 return;
             }
-            pairs = self.eight_rays(eight) & leaves;
+            pairs = self.pairs(node, eight);
         }
     }
 
-    /// The boxes that eight rays of the list that was asked last meet: a byte for each ray.
+    /// The leaves of a node that eight rays of the list that was asked last meet: a byte for each ray.
     #[inline(always)]
-    fn eight_rays(&self, eight: u32) -> u64 {
-        u64::from_le_bytes(self.memory.boxes_met.as_chunks::<WIDTH>().0[eight as usize])
+    fn pairs(&self, node: u32, eight: u32) -> u64 {
+        let met = u64::from_le_bytes(self.memory.boxes_met.as_chunks::<WIDTH>().0[eight as usize]);
+        met & u64::from_le_bytes([self.frame().0.nodes[node as usize].leaves(); WIDTH])
     }
 
     /// A ray waits for a shape. Returns whether there is no room for another one.

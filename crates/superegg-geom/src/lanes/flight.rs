@@ -202,7 +202,7 @@ impl FlightLanes {
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
 pub struct BoxRay {
-    /// The origin, moved by half of `room` against the direction along each axis: for faces that are met first.
+    /// The origin, moved by half of `room` along each axis the way the ray goes, for faces that are met first; without all of it, for those that are met last.
     pub first_origin: [f32; 3],
     /// The reciprocals of the direction's coordinates; none is infinite.
     pub inverse: [f32; 3],
