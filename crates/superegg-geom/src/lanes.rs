@@ -19,7 +19,7 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ray::{Ray, RayStart};
-use crate::superquadric::{Exponents, ShapeHit, Superquadric};
+use crate::superquadric::{ShapeHit, Superquadric};
 use kernel::{Kernel, Powers};
 
 /// The widest register has so many lanes; batches are padded to a multiple of it.
@@ -78,9 +78,9 @@ fn lane_power(p: f64) -> f32 {
 }
 
 /// The powers of a shape as lanes take them: 2/e and 2/n, and those of a shape that is not convex are [`NO_LANE_POWERS`].
-pub fn lane_powers(exponents: Exponents) -> [f32; 2] {
-    let Exponents { e, n } = exponents;
-    if e <= 2.0 && n <= 2.0 { [lane_power(2.0 / e), lane_power(2.0 / n)] } else { NO_LANE_POWERS }
+pub fn lane_powers(shape: &Superquadric) -> [f32; 2] {
+    let norm = shape.norm();
+    if shape.is_convex() { [lane_power(norm.xy.p), lane_power(norm.rz.p)] } else { NO_LANE_POWERS }
 }
 
 /// Of a shape that is not convex, which lanes do not take.

@@ -62,29 +62,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for count in [mesh.vertices.len(), mesh.triangles.len(), spheres.len(), rays.len()] {
         file.write_all(&(count as u64).to_le_bytes())?;
     }
-    let corners = [bounds.center() - bounds.half_extent(), bounds.center() + bounds.half_extent()];
-    for corner in corners.into_iter().chain([scene.camera.position]).map(|point| point.as_vec3().to_array()) {
-        write_all(&mut file, corner.map(f32::to_le_bytes))?;
-    }
-    for vertex in &mesh.vertices {
-        write_all(&mut file, vertex.map(f32::to_le_bytes))?;
-    }
-    for triangle in &mesh.triangles {
-        write_all(&mut file, triangle.map(u32::to_le_bytes))?;
-    }
-    for sphere in &spheres {
-        write_all(&mut file, sphere.map(f32::to_le_bytes))?;
-    }
-    for ray in &rays {
-        write_all(&mut file, ray.map(f32::to_le_bytes))?;
-    }
+    let (middle, half) = (bounds.center(), bounds.half_extent());
+    let places = [middle - half, middle + half, scene.camera.position];
+    write_rows(&mut file, &places.map(|place| place.as_vec3().to_array()), f32::to_le_bytes)?;
+    write_rows(&mut file, &mesh.vertices, f32::to_le_bytes)?;
+    write_rows(&mut file, &mesh.triangles, u32::to_le_bytes)?;
+    write_rows(&mut file, &spheres, f32::to_le_bytes)?;
+    write_rows(&mut file, &rays, f32::to_le_bytes)?;
     file.flush()?;
     println!("{}", mesh.triangles.len());
     Ok(())
 }
 
-fn write_all<const N: usize>(file: &mut impl Write, words: [[u8; 4]; N]) -> std::io::Result<()> {
-    words.iter().try_for_each(|word| file.write_all(word))
+fn write_rows<T: Copy, const N: usize>(
+    file: &mut impl Write,
+    rows: &[[T; N]],
+    bytes_of: impl Fn(T) -> [u8; 4],
+) -> std::io::Result<()> {
+    rows.iter().flatten().try_for_each(|&number| file.write_all(&bytes_of(number)))
 }
 
 /// The pixels of a picture, by blocks; the last of a row or column may lie beyond its edge.

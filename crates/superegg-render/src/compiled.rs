@@ -35,7 +35,7 @@ impl Leaf {
         name: NameRef,
         primitives: &[CompiledPrimitive],
     ) -> Self {
-        let lane_powers = lane_powers(primitives[primitive as usize].exponents);
+        let lane_powers = lane_powers(&primitives[primitive as usize].unit_shape());
         Self { unit_from_group, primitive, name, lane_powers }
     }
 }

@@ -5,7 +5,6 @@
 //! Where a list comes to a shape its rays wait: first for [`Approaches`] to be full, then, those that meet the shape's own box, for
 //! [`FlightLanes`].
 
-use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use pulp::Simd;
@@ -17,6 +16,7 @@ use superegg_geom::lanes::flight::{
 };
 use superegg_geom::{Ray, RayStart, ShapeHit, Superquadric, scale_to_unit};
 
+use crate::beam::lanes;
 use crate::bvh::{Node, PackedSlot, Slot, WIDTH};
 use crate::compiled::{CompiledScene, Group, Leaf};
 use crate::flight::FlightRay;
@@ -165,22 +165,6 @@ struct Flying<'s> {
     waiting: Vec<Waiting<'s>>,
 }
 
-/// Rays that were taken in together: those of one octant after those of another.
-#[derive(Clone, Copy, Debug)]
-struct OctantRuns {
-    first: u32,
-    counts: [u32; 8],
-}
-
-impl OctantRuns {
-    /// Those of an octant.
-    #[inline(always)]
-    fn of(&self, octant: usize) -> Range<u32> {
-        let first = self.first + self.counts[..octant].iter().sum::<u32>();
-        first..first + self.counts[octant]
-    }
-}
-
 /// How many rays are taken in together, so that the nearest caches hold them from the first look to the last.
 const TAKEN_TOGETHER: usize = 1024;
 
@@ -191,7 +175,6 @@ pub(crate) struct StreamMemory {
     /// Where each ray that was asked is among all else, and which of those that were asked each is there.
     courses: Vec<u32>,
     places: Vec<u32>,
-    runs: Vec<OctantRuns>,
     /// No crossing beyond these counts.
     ends: Vec<f32>,
     /// None where the root has no groups.
@@ -332,7 +315,7 @@ impl<'s> Stream<'s> {
     /// The path to a crossing.
     #[inline(always)]
     pub(crate) fn path(&self, best: &Best) -> InstancePath {
-        let mut path = if best.trail == ROOT { InstancePath::default() } else { self.path_to(best.trail) };
+        let mut path = self.path_to(best.trail);
         path.push(best.place);
         path
     }
@@ -340,19 +323,18 @@ impl<'s> Stream<'s> {
     /// The leaf of a crossing that lanes have found, and a ray in the space of its shape.
     #[inline(always)]
     pub(crate) fn before_leaf(&self, best: &Best, ray: &Ray) -> (&'s Leaf, Ray) {
-        let (group, ray) = self.follow(best.trail, ray);
+        let (group, ray) = self.root.follow(self.path_to(best.trail).places(), ray);
         let leaf = &group.leaves[best.place as usize];
         (leaf, ray.through(&leaf.unit_from_group))
     }
 
-    /// The group that a trail leads to, and a ray in its space.
+    /// The path to a group.
     #[inline(always)]
-    fn follow(&self, trail: u32, ray: &Ray) -> (&'s Group, Ray) {
-        if trail == ROOT { (self.root, *ray) } else { self.root.follow(self.path_to(trail).places(), ray) }
+    fn path_to(&self, trail: u32) -> InstancePath {
+        if trail == ROOT { InstancePath::default() } else { self.path_along(trail) }
     }
 
-    /// The path to a group.
-    fn path_to(&self, trail: u32) -> InstancePath {
+    fn path_along(&self, trail: u32) -> InstancePath {
         let mut path = InstancePath::default();
         let mut places = smallvec::SmallVec::<[u32; 8]>::new();
         let mut at = trail;
@@ -467,7 +449,6 @@ impl<'s> Stream<'s> {
     fn start(&mut self, asked: &'s [FlightRay]) {
         self.asked = asked;
         let count = asked.len();
-        self.reserve(count, 0, 0);
         let memory = &mut self.memory;
         memory.trails.clear();
         memory.exact.clear();
@@ -486,19 +467,17 @@ impl<'s> Stream<'s> {
         memory.footprints.resize(if has_groups { count } else { 0 }, Footprint::NONE);
 
         let end = self.any_before.map_or(f32::MAX, |t_max| (t_max as f32).next_up().min(f32::MAX));
-        memory.runs.clear();
         for (number, taken) in asked.chunks(TAKEN_TOGETHER).enumerate() {
             let before = number * TAKEN_TOGETHER;
             let mut counts = [0; 8];
             for asked in taken {
                 counts[octant_of(asked.ray.direction)] += 1;
             }
-            let run = OctantRuns { first: before as u32, counts };
-            memory.runs.push(run);
-            let mut next: [u32; 8] = std::array::from_fn(|octant| run.of(octant).start);
+            let mut next: [usize; 8] =
+                std::array::from_fn(|octant| before + counts[..octant].iter().sum::<usize>());
             for (place, asked) in (before..).zip(taken) {
                 let next = &mut next[octant_of(asked.ray.direction)];
-                (memory.courses[place], memory.places[*next as usize]) = (*next, place as u32);
+                (memory.courses[place], memory.places[*next]) = (*next as u32, place as u32);
                 *next += 1;
             }
             for course in before..before + taken.len() {
@@ -526,23 +505,14 @@ impl<'s> Stream<'s> {
                 memory.patience[course] = Patience { departs_from, waiting: 0 };
                 // The place of a ray in the root's space is that of all else.
                 memory.lines[course] = [ray.origin, ray.direction];
+                let octant = octant_of(ray.direction) as u8;
+                memory.arrivals.push((octant, Listed::new(course as u32, course as u32)));
                 if has_groups {
                     memory.footprints[course] = footprint;
                 }
             }
         }
-        let mut first = 0;
-        for octant in 0..8 {
-            let before = first;
-            for course in memory.runs.iter().flat_map(|run| run.of(octant)) {
-                memory.lists[first as usize] = Listed::new(course, course);
-                first += 1;
-            }
-            if first > before {
-                let list = List { first: before, count: first - before, first_near: 0, first_met: 0 };
-                memory.tasks.push(Task::Tree { octant: octant as u8, list });
-            }
-        }
+        self.list_arrivals(List { first: 0, count: 0, first_near: 0, first_met: 0 });
     }
 
     /// Makes lists of the rays that come to a group, and tasks of these.
@@ -614,10 +584,9 @@ impl<'s> Stream<'s> {
 
     /// Asks the rays of a list for the boxes of a node.
     #[inline(always)]
-    fn visit<S: Simd>(&mut self, simd: S, node: u32, octant: u8, list: List) {
+    fn visit<S: Simd>(&mut self, simd: S, index: u32, octant: u8, list: List) {
         let (List { first, count, first_near, first_met }, top) = (list, list.after());
         self.reserve((top.first + count + 1) as usize, top.first_near as usize, top.first_met as usize);
-        let index = node;
         let node = &self.frame().0.nodes[index as usize];
         let StreamMemory { lists, near, met: blocks, boxes_met, boxes, ends, .. } = &mut self.memory;
         let near = &mut near[first_near as usize..top.first_near as usize];
@@ -761,9 +730,7 @@ impl<'s> Stream<'s> {
             self.memory.patience[course].waiting -= u32::from(!arrives);
             arrived |= u32::from(arrives) << lane;
         }
-        while arrived != 0 {
-            let lane = arrived.trailing_zeros() as usize;
-            arrived &= arrived - 1;
+        for lane in lanes(arrived) {
             let (meeting, start) = self.approaching[lane];
             let verdict = self.approaches.verdict(lane);
             let course = meeting.course as usize;
@@ -800,10 +767,7 @@ impl<'s> Stream<'s> {
         } else {
             self.outside.lanes.meet(simd, count, &mut self.answers);
         }
-        let mut told = self.memory.end_waiting(&self.outside.waiting, &self.answers);
-        while told != 0 {
-            let lane = told.trailing_zeros() as usize;
-            told &= told - 1;
+        for lane in lanes(self.memory.end_waiting(&self.outside.waiting, &self.answers)) {
             let waiting = self.outside.waiting[lane];
             match self.any_before {
                 Some(t_max) => self.take_occlusion(lane, &waiting, t_max),
@@ -821,10 +785,7 @@ impl<'s> Stream<'s> {
         }
         self.within.lanes.unset_from(count);
         self.within.lanes.meet_within(simd, count, &mut self.answers);
-        let mut told = self.memory.end_waiting(&self.within.waiting, &self.answers);
-        while told != 0 {
-            let lane = told.trailing_zeros() as usize;
-            told &= told - 1;
+        for lane in lanes(self.memory.end_waiting(&self.within.waiting, &self.answers)) {
             let waiting = self.within.waiting[lane];
             self.take_crossing(lane, &waiting, self.answers.leaving.0[lane] > 0.0);
         }
@@ -907,7 +868,7 @@ impl<'s> Stream<'s> {
         let course = course as usize;
         let [origin, direction] = self.memory.lines[course];
         let ray = Ray { origin, direction, ..self.asked(course).ray };
-        let (_, ray) = self.follow(trail, &ray);
+        let (_, ray) = self.root.follow(self.path_to(trail).places(), &ray);
         let shape = self.scene.primitives[leaf.primitive as usize].unit_shape();
         let local = ray.through(&leaf.unit_from_group);
         self.meet_shape_exactly(course, (trail, place), &shape, leaf.primitive, &local, start);
@@ -990,9 +951,8 @@ impl<'s> Stream<'s> {
                 self.end(course, Told::Doubtful);
                 continue;
             };
-            self.memory
-                .arrivals
-                .push((tree.octant(), Listed::new(self.memory.lines.len() as u32, course as u32)));
+            let listed = Listed::new(self.memory.lines.len() as u32, course as u32);
+            self.memory.arrivals.push((octant_of(local.direction) as u8, listed));
             self.memory.lines.push([local.origin, local.direction]);
             self.memory.boxes.push(tree);
         }

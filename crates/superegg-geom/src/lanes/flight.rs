@@ -223,13 +223,6 @@ impl BoxRay {
         }
         ray
     }
-
-    /// A bit for each axis along which the ray goes backwards.
-    #[inline(always)]
-    pub fn octant(&self) -> u8 {
-        let bit = |axis: usize| u8::from(self.inverse[axis] < 0.0) << axis;
-        bit(0) | bit(1) | bit(2)
-    }
 }
 
 /// A ray of a list: its place among the rays, and that of its end among the ends.
