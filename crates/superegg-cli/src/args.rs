@@ -13,6 +13,7 @@ use crate::share::ShareArg;
 /// A modeller and exact ray tracer for superquadrics.
 #[derive(Debug, Parser)]
 #[command(
+    name = "superegg",
     version,
     args_conflicts_with_subcommands = true,
     before_help = "Without a command: the modeller, a prompt to build scenes at; lines from standard input where that is no terminal.",
