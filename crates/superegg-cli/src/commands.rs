@@ -19,7 +19,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use superegg_render::CompiledScene;
+use superegg_trace::CompiledScene;
 
 use crate::args::RootArgs;
 use crate::files;

@@ -8,10 +8,11 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use superegg_render::{
-    CompiledScene, Film, PartHeader, RenderBudget, RenderSettings, Rendered, Share, Taken, Tile, TileWork,
-    render_tiles, tiles,
+    Film, PartHeader, RenderBudget, RenderSettings, Rendered, Share, Taken, Tile, TileWork, render_tiles,
+    tiles,
 };
 use superegg_scene::Picture;
+use superegg_trace::CompiledScene;
 
 use crate::commands::counted;
 use crate::files;

@@ -7,8 +7,9 @@ use std::time::Duration;
 use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
-use superegg_render::{CompiledScene, RenderSettings, Shows};
+use superegg_render::{RenderSettings, Shows};
 use superegg_scene::{Camera, Light, LightKind};
+use superegg_trace::CompiledScene;
 
 /// Asking whether the camera is inside of something may take so long; a deep fractal around it could take for ever.
 const LONGEST_ASKED: Duration = Duration::from_millis(500);

@@ -16,8 +16,9 @@ use std::io::{BufWriter, Write};
 use superegg_geom::Superquadric;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_lang::load_text;
-use superegg_render::flatten::{FlatInstance, flatten};
-use superegg_render::{CompiledScene, View};
+use superegg_render::View;
+use superegg_trace::CompiledScene;
+use superegg_trace::flatten::{FlatInstance, flatten};
 
 /// That of the pictures of `superegg bench`.
 const SIZE_PX: (u32, u32) = (1280, 960);

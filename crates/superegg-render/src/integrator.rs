@@ -8,20 +8,15 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Ray, inverse_of};
 use superegg_scene::{Light, Material, Pattern, Picture};
 
-use crate::beam::Kind;
-use crate::compiled::CompiledScene;
-use crate::flight::FlightRay;
-use crate::footprint::Footprint;
 use crate::ground::Ground;
-use crate::interaction::SurfaceInteraction;
 use crate::lighting;
 use crate::medium::Media;
-use crate::path::InstancePath;
 use crate::point::{Arrival, MaterialRef, Place, Seen, SurfacePoint, albedo_of_floor, albedo_of_shape};
 use crate::render::{RenderSettings, Surroundings};
 use crate::sequence::power_cosine_direction;
 use crate::shading::{self, Shares};
-use crate::traverse::Hit;
+use superegg_trace::beam::Kind;
+use superegg_trace::{CompiledScene, FlightRay, Footprint, Hit, InstancePath, SurfaceInteraction};
 
 /// How many rays of each kind were traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,7 +83,7 @@ impl<'a> Setting<'a> {
             surroundings: &settings.surroundings,
             picture: &settings.picture,
             ground,
-            lets_light_through: scene.materials.iter().any(lets_light_through),
+            lets_light_through: scene.materials().iter().any(lets_light_through),
         }
     }
 
@@ -127,8 +122,8 @@ impl<'a> Setting<'a> {
             .filter_map(|path| {
                 let (unit_from_world, kind) = self.scene.unit_from_world(&path);
                 let Kind::Primitive(primitive) = kind else { return None };
-                let primitive = &self.scene.primitives[primitive as usize];
-                let material = &self.scene.materials[primitive.material as usize];
+                let primitive = self.scene.primitive(primitive);
+                let material = self.scene.material_of(primitive);
                 let local = unit_from_world.transform_point3(point);
                 (primitive.unit_shape().inside_outside(local) < 0.0 && lets_light_through(material))
                     .then(|| (unit_from_world.matrix3.determinant().abs(), path, material))
@@ -168,7 +163,7 @@ impl<'a> Setting<'a> {
             return material.color;
         }
         let (unit_from_world, _) = self.scene.unit_from_world(&hit.path);
-        let primitive = &self.scene.primitives[hit.primitive as usize];
+        let primitive = self.scene.primitive(hit.primitive);
         albedo_of_shape(material, primitive, hit.unit_point, &inverse_of(&unit_from_world), seen)
     }
 

@@ -5,15 +5,13 @@ use std::rc::Rc;
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 use superegg_scene::{AmbientOcclusion, Light};
+use superegg_trace::{FlightRay, Footprint, Side};
 
-use crate::flight::FlightRay;
-use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken};
 use crate::medium::Media;
 use crate::point::{Arrival, Seen, SurfacePoint};
 use crate::sequence::{SampleKey, cosine_direction, disc};
 use crate::shading;
-use crate::traverse::Side;
 
 /// A way from a point to a light.
 #[derive(Clone, Copy, Debug)]

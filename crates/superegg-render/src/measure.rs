@@ -1,28 +1,13 @@
-//! Parts of a picture's work on their own, on one thread, for benchmarks.
+//! The camera rays of a picture's tiles, for benchmarks.
 
 use superegg_geom::glam::DVec2;
-use superegg_geom::{Ray, RayStart, unit_vector};
-use superegg_scene::Light;
+use superegg_trace::measure::CameraTile;
+use superegg_trace::pencil::Pencil;
 
-use crate::beam::{Beam, ShadowRay, ShadowRays, ShadowStart, Sight};
-use crate::compiled::CompiledScene;
-use crate::flight::FlightRay;
-use crate::footprint::Footprint;
-use crate::pencil::Pencil;
 use crate::tiling::{Tile, tiles};
 use crate::view::View;
 
-/// The camera rays of a tile.
-pub struct CameraTile(Pencil);
-
-impl CameraTile {
-    /// How many rays it has.
-    pub fn count(&self) -> usize {
-        self.0.count()
-    }
-}
-
-/// The camera rays of a picture, one a pixel, by tiles as [`crate::render`] makes them; of a camera whose rays begin at one place.
+/// The camera rays of a picture, one a pixel, by tiles as [`crate::render`] makes them, for a camera whose rays share an origin.
 pub fn camera_tiles(view: &View, width: u32, height: u32) -> Vec<CameraTile> {
     let rays = |tile: &Tile| {
         let mut pencil = Pencil::default();
@@ -30,74 +15,7 @@ pub fn camera_tiles(view: &View, width: u32, height: u32) -> Vec<CameraTile> {
         for (x, y) in tile.pixels_by_block() {
             pencil.push(view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)).direction);
         }
-        CameraTile(pencil)
+        CameraTile::new(pencil)
     };
     tiles(width, height).iter().map(rays).collect()
-}
-
-/// Finds which shape each of many rays with nothing in common meets first, and where to f32's precision (where that cannot tell, f64 does), as
-/// [`TileProbe::find`] does for camera rays; returns how many meet one.
-pub fn find_many(scene: &CompiledScene, rays: &[FlightRay]) -> usize {
-    scene.find_many(rays)
-}
-
-/// Traces tiles of camera rays.
-pub struct TileProbe<'s> {
-    beam: Beam<'s>,
-    footprint: Footprint,
-    sight: Sight,
-}
-
-impl<'s> TileProbe<'s> {
-    /// For a scene, and rays of this width.
-    pub fn new(scene: &'s CompiledScene, footprint: Footprint) -> Self {
-        Self { beam: Beam::new(scene), footprint, sight: Sight::default() }
-    }
-
-    /// Finds which shape each ray meets first, and where to f32's precision; returns how many meet one.
-    pub fn find(&mut self, tile: &CameraTile) -> usize {
-        self.beam.start_tile();
-        self.beam.find(&tile.0, self.footprint)
-    }
-
-    /// The same settled in f64.
-    pub fn settle(&mut self, tile: &CameraTile) -> usize {
-        self.beam.start_tile();
-        self.beam.closest(&tile.0, self.footprint, &mut self.sight);
-        self.sight.hits.len()
-    }
-
-    /// Traces the shadow rays from what a tile sees to a light: how many there are, how many are stopped, and the time for them
-    /// alone by a clock of seconds.
-    pub fn shadows(
-        &mut self,
-        tile: &CameraTile,
-        light: &Light,
-        clock: &dyn Fn() -> f64,
-    ) -> (usize, usize, f64) {
-        let place = light.position().unwrap_or_default();
-        let (mut starts, mut rays, mut from_light) = (Vec::new(), Vec::new(), Pencil::default());
-        from_light.start(place);
-        self.settle(tile);
-        for (_, hit) in &self.sight.hits {
-            let candidate = &self.beam.candidates[hit.candidate as usize];
-            let origin = candidate.world_from_unit().transform_point3(hit.unit_point);
-            let direction = place - origin;
-            let normal = unit_vector(candidate.unit_from_world.matrix3.transpose() * hit.gradient);
-            if normal.is_some_and(|normal| normal.dot(direction) > 0.0) {
-                let origin_error = 16.0 * f64::EPSILON * origin.abs().max_element();
-                let width = self.footprint.at(hit.t);
-                from_light.push(-direction);
-                starts.push(ShadowStart { own: hit.candidate, start: RayStart::SurfaceOutward });
-                rays.push(ShadowRay { ray: Ray { origin, direction, origin_error }, width });
-            }
-        }
-        let width = rays.iter().map(|ray| ray.width).reduce(f64::min).unwrap_or(0.0);
-        let footprint = Footprint { width, spread: 0.0 };
-        let asked = ShadowRays { from_light: &from_light, starts: &starts, ray: &|i| rays[i] };
-        let before = clock();
-        let stopped = self.beam.occluded(asked, footprint);
-        let seconds = clock() - before;
-        (rays.len(), stopped.into_iter().map(u32::count_ones).sum::<u32>() as usize, seconds)
-    }
 }

@@ -4,8 +4,7 @@ use std::rc::Rc;
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::Material;
-
-use crate::path::InstancePath;
+use superegg_trace::InstancePath;
 
 /// The transparent shapes that a ray is in, the last entered first; empty is the open air, of index 1. A clone is cheap.
 #[derive(Clone, Debug, Default)]

@@ -7,17 +7,13 @@ use std::rc::Rc;
 use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Ray, RayStart};
 use superegg_scene::Material;
+use superegg_trace::{CompiledPrimitive, Departure, FlightRay, Footprint, InstancePath};
 
-use crate::compiled::CompiledPrimitive;
-use crate::flight::FlightRay;
-use crate::footprint::Footprint;
 use crate::ground::Ground;
 use crate::medium::Media;
-use crate::path::InstancePath;
 use crate::pattern;
 use crate::sequence::SampleKey;
 use crate::shading::Shares;
-use crate::traverse::Departure;
 
 /// A surface of the scene, or the average of several that was made for a stand-in.
 #[derive(Clone, Debug)]

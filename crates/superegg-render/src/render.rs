@@ -6,9 +6,9 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 use superegg_geom::glam::DVec3;
 use superegg_scene::{AmbientOcclusion, Camera, Floor, Light, Material, Picture, Scene, Sky};
+use superegg_trace::CompiledScene;
 
 use crate::adaptive::Stopping;
-use crate::compiled::CompiledScene;
 use crate::develop::Development;
 use crate::film::Film;
 use crate::gather::{Gathered, Keeps};

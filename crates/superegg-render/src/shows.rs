@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::{AmbientOcclusion, Filter, Picture};
+use superegg_trace::CompiledScene;
 
-use crate::compiled::CompiledScene;
 use crate::film::{Film, Pixel};
 use crate::render::{RenderSettings, Surroundings};
 

@@ -10,22 +10,19 @@ use superegg_geom::lanes::beam::{ALL_LANES, PacketVectors};
 use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::{AmbientOcclusion, Light, Pattern};
 
-use crate::beam::{
-    self, Beam, BeamHit, Kind, LANES, NO_CANDIDATE, ShadowRay, ShadowStart, Sight, Told, f32_columns, lanes,
-};
-use crate::compiled::CompiledScene;
-use crate::flight::FlightRay;
-use crate::footprint::Footprint;
 use crate::integrator::{Setting, Taken, Wave, at_surface};
 use crate::lighting::{self, LightWay, ShadowRays};
 use crate::medium::Media;
 use crate::packet_light::{AddShine, Finish, PacketFinish, PacketLight, PacketShine, SetFinish, Shine};
-use crate::path::InstancePath;
-use crate::pencil::{DirectionsFrom, Pencil, first_lanes};
 use crate::point::{Arrival, MaterialRef, Place, Seen, SurfacePoint, albedo_of_shape};
 use crate::sequence::SampleKey;
 use crate::shading::Shares;
 use crate::view::{PacketDirections, View};
+use superegg_trace::beam::{
+    self, Beam, BeamHit, Kind, LANES, NO_CANDIDATE, ShadowRay, ShadowStart, Sight, Told, f32_columns, lanes,
+};
+use superegg_trace::pencil::{DirectionsFrom, Pencil, first_lanes};
+use superegg_trace::{CompiledScene, FlightRay, Footprint, InstancePath};
 
 /// A sample of the picture.
 #[derive(Clone, Copy, Debug)]
@@ -175,7 +172,7 @@ impl<'a> TileTracer<'a> {
         }
     }
 
-    /// What each of some samples sees: at most [`crate::beam::MOST_RAYS`] of them, neighbours by the sixteen.
+    /// What each of some samples sees: at most [`superegg_trace::beam::MOST_RAYS`] of them, neighbours by the sixteen.
     pub(crate) fn trace(&mut self, samples: &[FilmSample]) -> &mut Sightings {
         self.meet_surfaces(samples, true);
         self.add_light();
@@ -397,7 +394,7 @@ impl<'a> TileTracer<'a> {
         let albedo = match look.primitive {
             Some(primitive) if look.material.pattern != Pattern::None => {
                 let seen = Seen { normal, direction, width: footprint.width };
-                let primitive = &scene.primitives[primitive as usize];
+                let primitive = scene.primitive(primitive);
                 albedo_of_shape(&look.material, primitive, hit.unit_point, world_from_unit, &seen)
             }
             _ => look.material.color,
@@ -570,8 +567,8 @@ impl<'a> Looks<'a> {
             let candidate = &beam.candidates[candidate as usize];
             let (primitive, material) = match candidate.kind {
                 Kind::Primitive(primitive) => {
-                    let material = scene.primitives[primitive as usize].material;
-                    (Some(primitive), MaterialRef::Scene(&scene.materials[material as usize]))
+                    let material = scene.material_of(scene.primitive(primitive));
+                    (Some(primitive), MaterialRef::Scene(material))
                 }
                 Kind::StandIn => (None, MaterialRef::Mean(Rc::new(scene.stand_in_material(&path)))),
             };

@@ -5,8 +5,8 @@ use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketVectors64};
 use superegg_scene::{Camera, Lens};
+use superegg_trace::Footprint;
 
-use crate::footprint::Footprint;
 use crate::sequence::{SampleKey, disc};
 use crate::tile::FilmSample;
 
@@ -153,7 +153,7 @@ mod tests {
     use pulp::Arch;
 
     use super::*;
-    use crate::pencil::direction;
+    use superegg_trace::pencil::direction;
 
     #[test]
     fn corners_and_centre_of_the_default_camera() {

@@ -8,11 +8,10 @@ use proptest::test_runner::{RngSeed, TestRunner};
 use superegg_geom::glam::{DMat3, DVec3, Vec3Swizzles};
 use superegg_geom::{Aabb, Exponents, Ray, Superquadric, TransformStep};
 use superegg_lang::load_text;
-use superegg_render::flatten;
-use superegg_render::{
-    CompiledScene, Film, FlightRay, Footprint, Pixel, RenderBudget, RenderSettings, render,
-};
+use superegg_render::{Film, Pixel, RenderBudget, RenderSettings, render};
 use superegg_scene::{Camera, Entity, Light, LightKind, Picture, Scene};
+use superegg_trace::flatten;
+use superegg_trace::{CompiledScene, FlightRay, Footprint};
 
 fn load(text: &str) -> Scene {
     let (session, diagnostics) = load_text("fast.scn", text);
@@ -170,7 +169,7 @@ fn assert_same_answers(one: &CompiledScene, other: &CompiledScene, rays: &[([f64
         .map(|(origin, direction)| Ray::new((*origin).into(), (*direction).into()).into())
         .collect();
     let sides = [one, other].map(|scene| {
-        let seen = |hit: &superegg_render::Hit| {
+        let seen = |hit: &superegg_trace::Hit| {
             let color = scene.interaction(hit).material.color;
             (hit.t, hit.leaving, hit.primitive, hit.unit_point, scene.path_name(&hit.path), color)
         };
@@ -446,7 +445,7 @@ fn more_rays_than_go_together_and_hostile_ones_answer_as_single_rays_do() {
     let mut leaving = 0;
     for (asked, hit) in rays.iter().zip(scene.intersect_many(&rays)) {
         let expected = scene.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint);
-        let told = |hit: &superegg_render::Hit| (hit.path.clone(), hit.leaving, hit.primitive);
+        let told = |hit: &superegg_trace::Hit| (hit.path.clone(), hit.leaving, hit.primitive);
         assert_eq!(hit.as_ref().map(told), expected.as_ref().map(told), "{asked:?}");
         if let (Some(hit), Some(expected)) = (hit, expected) {
             leaving += usize::from(hit.leaving);

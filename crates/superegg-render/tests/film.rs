@@ -3,10 +3,9 @@
 use std::sync::atomic::AtomicBool;
 
 use superegg_lang::load_text;
-use superegg_render::{
-    CompiledScene, Development, Film, RenderBudget, RenderSettings, Rendered, Shows, render,
-};
+use superegg_render::{Development, Film, RenderBudget, RenderSettings, Rendered, Shows, render};
 use superegg_scene::{Filter, Picture};
+use superegg_trace::CompiledScene;
 
 /// A picture of a scene, 48 by 36 pixels unless the settings are changed.
 fn made(text: &str, threads: usize, change: impl FnOnce(&mut RenderSettings)) -> (Rendered, RenderSettings) {

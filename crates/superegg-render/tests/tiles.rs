@@ -4,10 +4,9 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use superegg_lang::load_text;
-use superegg_render::{
-    CompiledScene, Film, RenderBudget, RenderSettings, Tile, TileWork, render_tiles, tiles,
-};
+use superegg_render::{Film, RenderBudget, RenderSettings, Tile, TileWork, render_tiles, tiles};
 use superegg_scene::Picture;
+use superegg_trace::CompiledScene;
 
 const SIZE: (u32, u32) = (50, 35);
 

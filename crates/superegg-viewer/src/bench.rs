@@ -6,8 +6,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use superegg_geom::glam::DVec2;
-use superegg_render::{CompiledScene, RenderSettings};
+use superegg_render::RenderSettings;
 use superegg_scene::{Scene, Shading};
+use superegg_trace::CompiledScene;
 
 use crate::draw::{DrawStats, Drawing, Picture, Style};
 use crate::eye::Eye;

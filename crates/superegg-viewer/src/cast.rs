@@ -3,8 +3,8 @@
 use superegg_geom::glam::DVec3;
 use superegg_geom::lanes::{LaneHits, LaneRays};
 use superegg_geom::{Ray, Superquadric};
-use superegg_render::CompiledScene;
 use superegg_scene::Scene;
+use superegg_trace::CompiledScene;
 
 use crate::draw::{Line, Mark};
 

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 use superegg_geom::glam::DVec3;
-use superegg_render::CompiledScene;
 use superegg_scene::ViewSettings;
+use superegg_trace::CompiledScene;
 
 use crate::draw::Mark;
 

@@ -4,8 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use superegg_render::{CompiledScene, Film, RenderBudget, RenderSettings, render};
+use superegg_render::{Film, RenderBudget, RenderSettings, render};
 use superegg_scene::Picture;
+use superegg_trace::CompiledScene;
 
 /// A view to be traced.
 #[derive(Clone, Debug)]

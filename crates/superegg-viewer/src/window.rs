@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 
 use superegg_geom::glam::DVec2;
 use superegg_geom::{Aabb, Ray};
-use superegg_render::{CompiledScene, Development, RenderSettings, Surroundings};
+use superegg_render::{Development, RenderSettings, Surroundings};
 use superegg_scene::{Camera, Light, Scene};
+use superegg_trace::CompiledScene;
 use wgpu::CurrentSurfaceTexture;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;

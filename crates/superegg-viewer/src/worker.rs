@@ -4,8 +4,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use superegg_render::CompiledScene;
 use superegg_scene::{Camera, Scene};
+use superegg_trace::CompiledScene;
 
 use crate::io_grid::{GridSpec, IoGrid};
 use crate::preview::{Preview, PreviewBudget, SceneIndex};

@@ -6,8 +6,9 @@
 use image::{Rgba, RgbaImage};
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_lang::Session;
-use superegg_render::{CompiledScene, View};
+use superegg_render::View;
 use superegg_scene::{Encoding, Light, Patches, Scene, Shading};
+use superegg_trace::CompiledScene;
 use superegg_viewer::draw::{Drawing, Line, Mark, Picture, SHADERS, Style};
 use superegg_viewer::{Eye, Gpu, Preview, PreviewBudget, SceneIndex};
 

@@ -9,8 +9,9 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use superegg_lang::{Session, scene_at, write_scene};
-use superegg_render::{CompiledScene, RenderBudget, RenderSettings, Share, render};
+use superegg_render::{RenderBudget, RenderSettings, Share, render};
 use superegg_scene::{Picture, Scene, Track};
+use superegg_trace::CompiledScene;
 
 use crate::args::{AnimateArgs, FrameRange};
 use crate::commands::{Outcome, available_threads, counted, progress_bar};

@@ -10,9 +10,11 @@ use serde::Serialize;
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::load_text;
-use superegg_render::measure::{CameraTile, TileProbe, camera_tiles, find_many};
-use superegg_render::{CompiledScene, FlightRay, RenderBudget, RenderSettings, View, render};
+use superegg_render::measure::camera_tiles;
+use superegg_render::{RenderBudget, RenderSettings, View, render};
 use superegg_scene::{Picture, Scene};
+use superegg_trace::measure::{CameraTile, TileProbe, find_many};
+use superegg_trace::{CompiledScene, FlightRay};
 
 use crate::args::BenchArgs;
 use crate::commands::{Outcome, made_scene};

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use superegg_lang::lint;
-use superegg_render::CompiledScene;
+use superegg_trace::CompiledScene;
 
 use crate::args::CheckArgs;
 use crate::commands::{Outcome, counted};

@@ -4,8 +4,9 @@ use anyhow::Result;
 use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_lang::format_number;
-use superegg_render::{CompiledScene, Hit, View};
+use superegg_render::View;
 use superegg_scene::Camera;
+use superegg_trace::{CompiledScene, Hit};
 
 use crate::args::IntersectArgs;
 use crate::commands::{Outcome, load_compiled, write_csv};

@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use superegg_geom::glam::DVec3;
 use superegg_lang::format_number;
-use superegg_render::CompiledScene;
+use superegg_trace::CompiledScene;
 
 use crate::args::IotestArgs;
 use crate::commands::{Outcome, load_compiled, write_csv};

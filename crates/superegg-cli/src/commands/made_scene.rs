@@ -300,7 +300,7 @@ impl Sink for TextSink {
 #[cfg(test)]
 mod tests {
     use superegg_lang::load_text;
-    use superegg_render::CompiledScene;
+    use superegg_trace::CompiledScene;
 
     use super::*;
 

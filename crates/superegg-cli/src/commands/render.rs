@@ -6,10 +6,9 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use superegg_lang::write_scene;
-use superegg_render::{
-    CompiledScene, Film, PartHeader, RayCounts, RenderBudget, RenderSettings, Share, Shows,
-};
+use superegg_render::{Film, PartHeader, RayCounts, RenderBudget, RenderSettings, Share, Shows};
 use superegg_scene::{Picture, Scene};
+use superegg_trace::CompiledScene;
 
 use crate::args::RenderArgs;
 use crate::commands::animate::still_at;

@@ -6,8 +6,9 @@ use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use superegg_render::{CompiledScene, RenderBudget, RenderSettings, render};
+use superegg_render::{RenderBudget, RenderSettings, render};
 use superegg_scene::{Picture, Scene};
+use superegg_trace::CompiledScene;
 
 use crate::commands::{available_threads, counted};
 use crate::files;

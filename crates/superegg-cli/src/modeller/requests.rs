@@ -7,8 +7,9 @@ use std::time::SystemTime;
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::{Fault, Recovery, Request, Timeline, format_number, scene_at, write_session};
-use superegg_render::{CompiledScene, Development, RenderBudget, RenderSettings, render};
+use superegg_render::{Development, RenderBudget, RenderSettings, render};
 use superegg_scene::{Encoding, Picture};
+use superegg_trace::CompiledScene;
 
 use crate::commands::intersect::{tell_camera_ray, tell_hit};
 use crate::commands::iotest::Grid;

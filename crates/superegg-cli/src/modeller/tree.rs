@@ -1,8 +1,8 @@
 //! What is in an object, drawn as a tree.
 
 use superegg_lang::{Session, format_number};
-use superegg_render::CompiledScene;
 use superegg_scene::{Entity, Scene};
+use superegg_trace::CompiledScene;
 
 use crate::commands::counted;
 

@@ -5,8 +5,9 @@
 use std::sync::atomic::AtomicBool;
 
 use superegg_lang::load_text;
-use superegg_render::{CompiledScene, Film, RenderBudget, RenderSettings, Rendered, render};
+use superegg_render::{Film, RenderBudget, RenderSettings, Rendered, render};
 use superegg_scene::Picture;
+use superegg_trace::CompiledScene;
 
 pub(crate) fn rendered(text: &str, side: u32, samples: u32, threads: usize) -> Rendered {
     let (session, diagnostics) = load_text("known.scn", text);

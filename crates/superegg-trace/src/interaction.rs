@@ -24,7 +24,8 @@ pub struct SurfaceInteraction<'a> {
     pub leaving: bool,
     /// The surface; for a group that stands in as a whole its average.
     pub material: Cow<'a, Material>,
-    pub(crate) path: InstancePath,
+    /// The path of the instance.
+    pub path: InstancePath,
 }
 
 impl CompiledScene {

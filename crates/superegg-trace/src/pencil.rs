@@ -8,26 +8,26 @@ use superegg_geom::lanes::beam::{ALL_LANES, PACKET, PacketOf, PacketVectors64};
 use crate::beam::lanes as bits;
 
 /// The bits of the first lanes of a packet, at least one.
-pub(crate) fn first_lanes(count: usize) -> u32 {
+pub fn first_lanes(count: usize) -> u32 {
     ALL_LANES >> (PACKET - count)
 }
 
 /// One direction of a packet.
-pub(crate) fn direction(packet: &PacketVectors64, lane: usize) -> DVec3 {
+pub fn direction(packet: &PacketVectors64, lane: usize) -> DVec3 {
     DVec3::from_array(packet.each_ref().map(|column| column.0[lane]))
 }
 
 /// Rays from one place, in the order of their lanes.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Pencil {
-    pub(crate) origin: DVec3,
+pub struct Pencil {
+    pub origin: DVec3,
     directions: Vec<PacketVectors64>,
     count: usize,
 }
 
 impl Pencil {
     /// Forgets the rays, and begins with others.
-    pub(crate) fn start(&mut self, origin: DVec3) {
+    pub fn start(&mut self, origin: DVec3) {
         self.origin = origin;
         self.directions.clear();
         self.count = 0;
@@ -35,7 +35,7 @@ impl Pencil {
 
     /// Takes a ray by its direction, of any length.
     #[inline]
-    pub(crate) fn push(&mut self, direction: DVec3) {
+    pub fn push(&mut self, direction: DVec3) {
         let lane = self.count % PACKET;
         if lane == 0 {
             self.directions.push([PacketOf::splat(f64::NAN); 3]);
@@ -49,7 +49,7 @@ impl Pencil {
     }
 
     /// Takes those rays of a packet whose bits are set in `lanes`.
-    pub(crate) fn extend(&mut self, packet: &PacketVectors64, lanes: u32) {
+    pub fn extend(&mut self, packet: &PacketVectors64, lanes: u32) {
         if lanes == ALL_LANES && self.count.is_multiple_of(PACKET) {
             self.directions.push(*packet);
             self.count += PACKET;
@@ -59,40 +59,40 @@ impl Pencil {
     }
 
     /// How many rays there are.
-    pub(crate) fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.count
     }
 
     /// The directions by packets; what is left of the last one is NaN.
-    pub(crate) fn directions(&self) -> &[PacketVectors64] {
+    pub fn directions(&self) -> &[PacketVectors64] {
         &self.directions
     }
 
     /// The direction of a ray.
-    pub(crate) fn direction(&self, ray: usize) -> DVec3 {
+    pub fn direction(&self, ray: usize) -> DVec3 {
         direction(&self.directions[ray / PACKET], ray % PACKET)
     }
 
     /// A ray.
-    pub(crate) fn ray(&self, ray: usize) -> Ray {
+    pub fn ray(&self, ray: usize) -> Ray {
         Ray::new(self.origin, self.direction(ray))
     }
 
     /// The lanes of a packet that have a ray, a bit for each.
-    pub(crate) fn asked(&self, packet: usize) -> u32 {
+    pub fn asked(&self, packet: usize) -> u32 {
         first_lanes(PACKET.min(self.count - packet * PACKET))
     }
 }
 
 /// Directions, from a place, to points on the rays of a packet.
-pub(crate) struct DirectionsFrom<'a> {
+pub struct DirectionsFrom<'a> {
     /// The rays.
-    pub(crate) rays: &'a PacketVectors64,
+    pub rays: &'a PacketVectors64,
     /// The points, by their t times `t_scale`.
-    pub(crate) t: &'a PacketOf<f32>,
-    pub(crate) t_scale: f64,
+    pub t: &'a PacketOf<f32>,
+    pub t_scale: f64,
     /// From the place to the rays' origin.
-    pub(crate) way: DVec3,
+    pub way: DVec3,
 }
 
 impl WithSimd for DirectionsFrom<'_> {

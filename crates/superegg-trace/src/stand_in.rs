@@ -39,7 +39,7 @@ impl Group {
 
 impl CompiledScene {
     /// The average look of the group that a path ends in.
-    pub(crate) fn stand_in_material(&self, path: &InstancePath) -> Material {
+    pub fn stand_in_material(&self, path: &InstancePath) -> Material {
         match self.groups_along(path).1 {
             PathEnd::StandIn(_, instance) => {
                 instance.group.stand_in(&self.primitives).material(&self.primitives, &self.materials)

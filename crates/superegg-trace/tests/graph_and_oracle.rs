@@ -8,9 +8,9 @@ use std::sync::atomic::AtomicBool;
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::load_text;
-use superegg_render::CompiledScene;
-use superegg_render::flatten::{self, FlatInstance};
 use superegg_scene::Scene;
+use superegg_trace::CompiledScene;
+use superegg_trace::flatten::{self, FlatInstance};
 
 /// Four primitives and three objects with children among all of them, themselves included.
 fn scene_text() -> impl Strategy<Value = String> {

@@ -26,10 +26,10 @@ impl InstancePath {
     }
 
     /// The id of the floor.
-    pub(crate) const FLOOR_ID: u32 = 1;
+    pub const FLOOR_ID: u32 = 1;
 
     /// One level down.
-    pub(crate) fn push(&mut self, place: u32) {
+    pub fn push(&mut self, place: u32) {
         self.0.push(place);
     }
 

@@ -26,9 +26,9 @@ use crate::stand_in::StandIn;
 use crate::traverse::{Departure, Hit};
 
 /// Rays of a packet.
-pub(crate) const LANES: usize = PACKET;
+pub const LANES: usize = PACKET;
 /// Rays of a beam at most: as many packets as a mask has bits.
-pub(crate) const MOST_RAYS: usize = MOST_PACKETS * PACKET;
+pub const MOST_RAYS: usize = MOST_PACKETS * PACKET;
 /// The rounding of a direction and a map in f32, as a part of the way, with room.
 const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 /// The least tolerance of N in f32.
@@ -44,11 +44,11 @@ const MOST_DISTANCE: f64 = 4096.0;
 
 /// A shape that was found on some ray of the tile.
 #[derive(Clone, Debug)]
-pub(crate) struct Candidate {
-    pub(crate) unit_from_world: DAffine3,
+pub struct Candidate {
+    pub unit_from_world: DAffine3,
     /// The path, as a node of the tile's paths.
     path: u32,
-    pub(crate) kind: Kind,
+    pub kind: Kind,
     /// How its crossings are settled together; `None` where each goes by itself.
     lens: Option<Lens>,
     /// What the lanes know of it; `None` of what they only know a shape around.
@@ -74,7 +74,7 @@ struct Pending {
 
 /// What a candidate is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// A primitive, by its number.
     Primitive(u32),
     /// A group that stands in as a whole.
@@ -83,13 +83,13 @@ pub(crate) enum Kind {
 
 /// The closest crossing on one ray.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BeamHit {
-    pub(crate) t: f64,
-    pub(crate) candidate: u32,
-    pub(crate) unit_point: DVec3,
+pub struct BeamHit {
+    pub t: f64,
+    pub candidate: u32,
+    pub unit_point: DVec3,
     /// The gradient of N there.
-    pub(crate) gradient: DVec3,
-    pub(crate) leaving: bool,
+    pub gradient: DVec3,
+    pub leaving: bool,
 }
 
 /// A place in the graph as a linked list: the node above, and the place taken there.
@@ -103,7 +103,7 @@ struct PathNode {
 
 const NO_NODE: u32 = u32::MAX;
 /// Stands for the candidate of a shadow ray that starts on none.
-pub(crate) const NO_CANDIDATE: u32 = u32::MAX;
+pub const NO_CANDIDATE: u32 = u32::MAX;
 
 /// A group that is open.
 #[derive(Debug)]
@@ -144,55 +144,55 @@ fn least_along(directions: &Directions, row: DVec3) -> f64 {
 
 /// Where a shadow ray of a tile starts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ShadowStart {
+pub struct ShadowStart {
     /// The candidate on whose surface, or [`NO_CANDIDATE`].
-    pub(crate) own: u32,
+    pub own: u32,
     /// Where it goes from there.
-    pub(crate) start: RayStart,
+    pub start: RayStart,
 }
 
 /// A shadow ray of a tile.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ShadowRay {
+pub struct ShadowRay {
     /// From the surface to the light, t = 1 there.
-    pub(crate) ray: Ray,
+    pub ray: Ray,
     /// Its width at the surface.
-    pub(crate) width: f64,
+    pub width: f64,
 }
 
 /// Shadow rays of a tile in the order of their lanes. Neighbours on one surface have neighbouring rays, so they are to be beside each other.
 #[derive(Clone, Copy)]
-pub(crate) struct ShadowRays<'a> {
+pub struct ShadowRays<'a> {
     /// The rays backwards, from the light: they end at t = 1.
-    pub(crate) from_light: &'a Pencil,
-    pub(crate) starts: &'a [ShadowStart],
+    pub from_light: &'a Pencil,
+    pub starts: &'a [ShadowStart],
     /// All of a ray, by its number: few are asked for.
-    pub(crate) ray: &'a dyn Fn(usize) -> ShadowRay,
+    pub ray: &'a dyn Fn(usize) -> ShadowRay,
 }
 
 /// What the rays of a tile see first.
 #[derive(Debug, Default)]
-pub(crate) struct Sight {
+pub struct Sight {
     /// What is left to f64: the rays, and what each meets.
-    pub(crate) hits: Vec<(u32, BeamHit)>,
+    pub hits: Vec<(u32, BeamHit)>,
     /// The other surfaces, which the lanes tell of, some of them as f64 has settled them, and the rays' directions.
-    pub(crate) surfaces: Vec<PacketSurfaces>,
-    pub(crate) directions: Vec<PacketVectors>,
+    pub surfaces: Vec<PacketSurfaces>,
+    pub directions: Vec<PacketVectors>,
     /// The candidates in them.
-    pub(crate) told: Vec<Told>,
+    pub told: Vec<Told>,
     /// What brings t back to that of the rays as they came.
-    pub(crate) t_scale: f64,
+    pub t_scale: f64,
     /// None of the directions is longer.
     reach: f64,
 }
 
 /// A candidate that lanes tell of.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Told {
-    pub(crate) packet: usize,
-    pub(crate) candidate: u32,
+pub struct Told {
+    pub packet: usize,
+    pub candidate: u32,
     /// A bit for each.
-    pub(crate) lanes: u32,
+    pub lanes: u32,
 }
 
 /// A candidate that rays of a packet meet first.
@@ -205,7 +205,7 @@ struct Met {
 
 impl Sight {
     /// A crossing that the lanes tell of: the candidate, its t for the ray as it came, and by how much it may be off in the world.
-    pub(crate) fn told(&self, ray: usize) -> (u32, f64, f64) {
+    pub fn told(&self, ray: usize) -> (u32, f64, f64) {
         let (surfaces, lane) = (&self.surfaces[ray / PACKET], ray % PACKET);
         let t = f64::from(surfaces.t.0[lane]) * self.t_scale;
         (surfaces.id.0[lane], t, self.reach * f64::from(surfaces.error.0[lane]))
@@ -234,10 +234,10 @@ impl Sight {
 }
 
 /// The state of a tile.
-pub(crate) struct Beam<'s> {
+pub struct Beam<'s> {
     scene: &'s CompiledScene,
     kernels: Kernels,
-    pub(crate) candidates: Vec<Candidate>,
+    pub candidates: Vec<Candidate>,
     paths: Vec<PathNode>,
     /// The rays' directions, scaled, and the boxes around those of each packet.
     directions: Vec<PacketVectors>,
@@ -294,7 +294,7 @@ impl Question<'_> {
 }
 
 impl<'s> Beam<'s> {
-    pub(crate) fn new(scene: &'s CompiledScene) -> Self {
+    pub fn new(scene: &'s CompiledScene) -> Self {
         Self {
             scene,
             kernels: Kernels::default(),
@@ -321,13 +321,13 @@ impl<'s> Beam<'s> {
     }
 
     /// Forgets the candidates of the tile before.
-    pub(crate) fn start_tile(&mut self) {
+    pub fn start_tile(&mut self) {
         self.candidates.clear();
         self.paths.clear();
     }
 
     /// The path of a candidate.
-    pub(crate) fn path(&self, candidate: u32) -> InstancePath {
+    pub fn path(&self, candidate: u32) -> InstancePath {
         self.instance_path(self.candidates[candidate as usize].path)
     }
 
@@ -343,13 +343,13 @@ impl<'s> Beam<'s> {
     }
 
     /// The closest crossing of each ray, settled in f64. There are at most [`MOST_RAYS`].
-    pub(crate) fn closest(&mut self, rays: &Pencil, footprint: Footprint, sight: &mut Sight) {
+    pub fn closest(&mut self, rays: &Pencil, footprint: Footprint, sight: &mut Sight) {
         self.closest_but(rays, footprint, Footprint::NONE, sight, |_, _| None);
     }
 
     /// The same but for candidates of which `told_by_lanes` gives the columns of the map from gradients to normals. Lanes tell of those: where they are
     /// right to a small part of a pixel's width what they know is enough, and elsewhere what f64 has settled.
-    pub(crate) fn closest_but(
+    pub fn closest_but(
         &mut self,
         rays: &Pencil,
         footprint: Footprint,
@@ -453,7 +453,7 @@ impl<'s> Beam<'s> {
     }
 
     /// How many rays meet something, as far as the lanes can tell.
-    pub(crate) fn find(&mut self, rays: &Pencil, footprint: Footprint) -> usize {
+    pub fn find(&mut self, rays: &Pencil, footprint: Footprint) -> usize {
         if self.find_candidates(rays, footprint).is_none() {
             return 0;
         }
@@ -470,7 +470,7 @@ impl<'s> Beam<'s> {
     }
 
     /// Which rays do not reach the light, at most [`MOST_RAYS`]: by packets, a bit for each lane.
-    pub(crate) fn occluded(&mut self, shadow: ShadowRays<'_>, footprint_of_light: Footprint) -> Vec<u32> {
+    pub fn occluded(&mut self, shadow: ShadowRays<'_>, footprint_of_light: Footprint) -> Vec<u32> {
         self.packet_own.clear();
         self.packet_own.extend(shadow.starts.chunks(PACKET).map(|starts| {
             let own = starts[0].own;
@@ -980,7 +980,7 @@ impl<'s> Beam<'s> {
     }
 
     /// Makes a candidate of a hit that was found otherwise.
-    pub(crate) fn adopt(&mut self, hit: &Hit) -> BeamHit {
+    pub fn adopt(&mut self, hit: &Hit) -> BeamHit {
         let (unit_from_world, kind) = self.scene.unit_from_world(&hit.path);
         let shape = match kind {
             Kind::Primitive(primitive) => self.scene.primitives[primitive as usize].unit_shape(),
@@ -1000,7 +1000,7 @@ impl<'s> Beam<'s> {
 
 impl Candidate {
     /// The map back.
-    pub(crate) fn world_from_unit(&self) -> DAffine3 {
+    pub fn world_from_unit(&self) -> DAffine3 {
         inverse_of(&self.unit_from_world)
     }
 }
@@ -1016,7 +1016,7 @@ struct LeafTarget {
 }
 
 /// A linear map in f32, scaled by the power of two that is returned with it; `None` beyond the range of f32.
-pub(crate) fn f32_columns(linear: &DMat3) -> Option<([[f32; 3]; 3], f64)> {
+pub fn f32_columns(linear: &DMat3) -> Option<([[f32; 3]; 3], f64)> {
     let largest = linear.x_axis.abs().max(linear.y_axis.abs()).max(linear.z_axis.abs());
     let (_, scale) = scale_to_unit(largest)?;
     let exponent = (scale.to_bits() >> 52) as i32 - 1023;
@@ -1033,7 +1033,7 @@ fn path_key(above: u32, place: u32) -> u32 {
 }
 
 /// The bits by which a ray draws lots.
-pub(crate) fn ray_bits(ray: &Ray) -> [u64; 3] {
+pub fn ray_bits(ray: &Ray) -> [u64; 3] {
     let (direction, _) = scale_to_unit(ray.direction).unwrap_or((DVec3::ZERO, 1.0));
     direction.to_array().map(f64::to_bits)
 }
@@ -1043,7 +1043,7 @@ fn packets(mask: u32) -> impl Iterator<Item = usize> {
 }
 
 /// The bits that are set.
-pub(crate) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+pub fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (mask != 0).then(|| {
             let bit = mask.trailing_zeros() as usize;
@@ -1060,7 +1060,7 @@ mod tests {
     use superegg_scene::Camera;
 
     use super::*;
-    use crate::view::View;
+    use crate::test_camera::TestCamera;
 
     /// Shapes of all kinds, nested, turned, mirrored, in each other, beside each other, and twice in the same place.
     const SCENE: &str = "prm ball\nprm box\nexp .1 .1\ncoeff .8 .5 .6\nprm drop\nexp .7 1.6\ncoeff .3 .9 .5\n\
@@ -1076,7 +1076,7 @@ mod tests {
         CompiledScene::compile(session.scene(), Some("all"), 10)
     }
 
-    fn views() -> Vec<View> {
+    fn views() -> Vec<TestCamera> {
         // From afar, from among the shapes, from within one, and straight down.
         [(9.0, -7.0, 5.0), (0.3, -0.9, 0.9), (2.0, 2.0, 0.2), (0.0, 0.0, 30.0), (900.0, 300.0, 200.0)]
             .map(|(x, y, z)| {
@@ -1088,12 +1088,12 @@ mod tests {
                     fov_deg,
                     ..Camera::default()
                 };
-                View::new(&camera, 96, 96)
+                TestCamera::new(&camera, 96, 96)
             })
             .to_vec()
     }
 
-    fn tile(view: &View, tile: u32) -> Vec<Ray> {
+    fn tile(view: &TestCamera, tile: u32) -> Vec<Ray> {
         let (x, y) = (16 * (tile % 6), 16 * (tile / 6));
         let pixel = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
         (0..256).map(|i| view.ray(pixel(i))).collect()
@@ -1189,7 +1189,7 @@ mod tests {
             fov_deg: 29.0,
             ..Camera::default()
         };
-        let view = View::new(&camera, 1280, 960);
+        let view = TestCamera::new(&camera, 1280, 960);
         let (mut beam, mut sight) = (Beam::new(&scene), Sight::default());
         let (mut told, mut met, mut pencil) = (0, 0, Pencil::default());
         for i in (0..4800).step_by(37) {

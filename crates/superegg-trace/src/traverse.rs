@@ -49,7 +49,7 @@ pub struct Departure {
 
 impl Departure {
     /// What a start says of the shape at a path; nothing where it is free.
-    pub(crate) fn of(path: InstancePath, start: RayStart) -> Option<Self> {
+    pub fn of(path: InstancePath, start: RayStart) -> Option<Self> {
         match start {
             RayStart::Free => None,
             RayStart::SurfaceOutward => Some(Self { path, side: Side::Outward }),
@@ -131,7 +131,7 @@ impl CompiledScene {
     }
 
     /// How many boxes and shapes are asked for the first crossing of a ray of some width.
-    pub(crate) fn steps(&self, ray: &Ray, footprint: Footprint) -> u64 {
+    pub fn steps(&self, ray: &Ray, footprint: Footprint) -> u64 {
         let Some((direction, scale)) = scale_to_unit(ray.direction) else { return 0 };
         let footprint = Footprint { spread: footprint.spread * scale, ..footprint };
         let ray = Ray { direction, ..*ray };

@@ -189,16 +189,18 @@ impl Group {
 
 /// A primitive, ready to be hit and shaded.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct CompiledPrimitive {
-    pub(crate) radii: DVec3,
-    pub(crate) exponents: Exponents,
-    /// By its place in [`CompiledScene::materials`].
-    pub(crate) material: u32,
+pub struct CompiledPrimitive {
+    /// The semi-axes.
+    pub radii: DVec3,
+    /// The exponents.
+    pub exponents: Exponents,
+    /// The index of its material in [`CompiledScene::materials`].
+    pub material: u32,
 }
 
 impl CompiledPrimitive {
-    /// The shape with radii 1, of whose space [`Leaf::unit_from_group`] speaks.
-    pub(crate) fn unit_shape(&self) -> Superquadric {
+    /// The shape with semi-axes 1: hits are computed in its space.
+    pub fn unit_shape(&self) -> Superquadric {
         Superquadric::unit(self.exponents)
     }
 }
@@ -232,6 +234,21 @@ pub struct CompiledScene {
 }
 
 impl CompiledScene {
+    /// The primitive that a hit names by its index. Panics for an index of another scene.
+    pub fn primitive(&self, index: u32) -> &CompiledPrimitive {
+        &self.primitives[index as usize]
+    }
+
+    /// The materials of all primitives, each once.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The material of a primitive.
+    pub fn material_of(&self, primitive: &CompiledPrimitive) -> &Material {
+        &self.materials[primitive.material as usize]
+    }
+
     /// How many groups the graph has.
     pub fn group_count(&self) -> usize {
         self.opened.len()
@@ -297,7 +314,7 @@ impl CompiledScene {
 
     /// What tells instances apart in a picture: a hash of the places of a path's children among the children of their objects, above
     /// [`InstancePath::FLOOR_ID`]. It does not depend on the order of leaves in their tree.
-    pub(crate) fn instance_id(&self, path: &InstancePath) -> u32 {
+    pub fn instance_id(&self, path: &InstancePath) -> u32 {
         let mut hash = 0x811c_9dc5;
         let mut mix = |place: u32| hash = u32::wrapping_mul(hash ^ place, 0x0100_0193).rotate_left(15);
         self.walk(path, |group, child| mix(group.rank(child)));
@@ -339,7 +356,7 @@ impl CompiledScene {
     }
 
     /// The map from the world to the unit shape at the end of a path, and what stands there.
-    pub(crate) fn unit_from_world(&self, path: &InstancePath) -> (DAffine3, Kind) {
+    pub fn unit_from_world(&self, path: &InstancePath) -> (DAffine3, Kind) {
         let (passed, end) = self.groups_along(path);
         let above = passed.iter().fold(DAffine3::IDENTITY, |map, (group, place)| {
             *group.instances[*place as usize].map().inverse() * map
