@@ -12,10 +12,15 @@ use crate::ray::RayStart;
 use crate::superquadric::ShapeHit;
 
 /// Each step divides g g' by four at least (convexity), so sixty reach the last digit even from a double root.
-const MAX_STEPS: usize = 100;
+const MAX_STEPS: u32 = 100;
 
 /// The first crossing in unit space.
 pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Option<ShapeHit> {
+    solve(norm, span, start).map(|(hit, _)| hit)
+}
+
+/// The first crossing in unit space, and the number of Newton steps to it.
+pub(crate) fn solve(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Option<(ShapeHit, u32)> {
     let inside = match start {
         // What leaves a convex shape does not meet it again.
         RayStart::SurfaceOutward => return None,
@@ -26,25 +31,26 @@ pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Opt
     if inside {
         // An inside start has exactly one exit. Where there is no way back from the far side the start is on the surface to rounding,
         // and so is the exit.
-        let back = first_root(norm, span.point_out, -span.direction, length).unwrap_or(length);
+        let back = first_root(norm, span.point_out, -span.direction, length);
+        let (back, steps) = back.unwrap_or((length, 0));
         let point = span.point_out - back * span.direction;
-        Some(ShapeHit { t: (span.t_out - back).max(0.0), point, leaving: true })
+        Some((ShapeHit { t: (span.t_out - back).max(0.0), point, leaving: true }, steps))
     } else {
-        let forth = first_root(norm, span.point_in, span.direction, length)?;
+        let (forth, steps) = first_root(norm, span.point_in, span.direction, length)?;
         let point = span.point_in + forth * span.direction;
-        Some(ShapeHit { t: span.t_in + forth, point, leaving: false })
+        Some((ShapeHit { t: span.t_in + forth, point, leaving: false }, steps))
     }
 }
 
-/// The smallest s in 0..=length with N(from + s direction) = 1, from a point outside of the shape or on it.
-fn first_root(norm: &NormForm, from: DVec3, direction: DVec3, length: f64) -> Option<f64> {
+/// The smallest s in 0..=length with N(from + s direction) = 1, from a point outside of the shape or on it; and the number of Newton steps.
+fn first_root(norm: &NormForm, from: DVec3, direction: DVec3, length: f64) -> Option<(f64, u32)> {
     let mut s = 0.0;
-    for _ in 0..MAX_STEPS {
+    for steps in 0..MAX_STEPS {
         let (value, gradient) = norm.value_and_gradient(from + s * direction);
         let above = value - 1.0;
         let slope = gradient.dot(direction);
         if above <= 0.0 && (slope < 0.0 || s > 0.0) {
-            return Some(s);
+            return Some((s, steps));
         }
         if slope >= 0.0 {
             return None;
@@ -54,9 +60,9 @@ fn first_root(norm: &NormForm, from: DVec3, direction: DVec3, length: f64) -> Op
             return None;
         }
         if next <= s {
-            return Some(s);
+            return Some((s, steps));
         }
         s = next;
     }
-    Some(s)
+    Some((s, MAX_STEPS))
 }

@@ -163,6 +163,22 @@ impl Superquadric {
         self.intersect_by(self.solver(), ray, start)
     }
 
+    /// The number of Newton steps that [`Superquadric::intersect`] takes to its hit. `None` without a hit, and for a shape that is not convex,
+    /// whose roots are isolated by bounds instead.
+    ///
+    /// ```
+    /// use superegg_geom::{Ray, RayStart, Superquadric, glam::DVec3};
+    /// let (sphere, from) = (Superquadric::unit_sphere(), DVec3::new(0.3, 0.2, 10.0));
+    /// let steps = sphere.newton_steps(&Ray::new(from, DVec3::NEG_Z), RayStart::Free);
+    /// assert!(steps.is_some_and(|steps| (1..100).contains(&steps)));
+    /// assert_eq!(sphere.newton_steps(&Ray::new(from, DVec3::Z), RayStart::Free), None);
+    /// ```
+    pub fn newton_steps(&self, ray: &Ray, start: RayStart) -> Option<u32> {
+        let local = self.unit_ray(ray, start).filter(|_| self.is_convex())?;
+        let span = BoxSpan::of(local.origin, local.direction)?;
+        convex::solve(&self.norm, &span, local.start).map(|(_, steps)| steps)
+    }
+
     /// Whether the surface is crossed with 0 <= t < `t_max`: for shadow rays. For a ray from outside of the box a point inside proves it, so most
     /// answers cost one evaluation of N there; the others are those of [`Superquadric::intersect`].
     pub fn occluded(&self, ray: &Ray, start: RayStart, t_max: f64) -> bool {

@@ -1,8 +1,7 @@
 //! The intersection test (course text, drawIntersectTest): a ray, where it first meets the scene, and the normal there.
 
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::{LaneHits, LaneRays};
-use superegg_geom::{Ray, Superquadric};
+use superegg_geom::{Ray, RayStart, Superquadric};
 use superegg_scene::Scene;
 use superegg_trace::CompiledScene;
 
@@ -21,7 +20,7 @@ pub struct CastHit {
     pub path: String,
     /// The primitive's own name.
     pub primitive: String,
-    /// Newton steps that the f32 lanes take for this ray on that shape; `None` where it is not convex, and roots are isolated by bounds.
+    /// Newton steps to the hit. `None` for a shape that is not convex: its roots are isolated by bounds.
     pub newton_steps: Option<u32>,
 }
 
@@ -31,13 +30,7 @@ pub fn cast(scene: &Scene, compiled: &CompiledScene, ray: &Ray) -> Option<CastHi
     let surface = compiled.interaction(&hit);
     let (primitive, described) = scene.primitives().nth(hit.primitive as usize)?;
     let shape = Superquadric::new(DVec3::ONE, described.shape.exponents()).ok()?;
-    let newton_steps = shape.is_convex().then(|| {
-        let mut rays = LaneRays::default();
-        rays.push(&shape, &compiled.unit_ray(ray, &hit));
-        let mut hits = LaneHits::default();
-        rays.intersect(&shape, &mut hits);
-        hits.steps(0)
-    });
+    let newton_steps = shape.newton_steps(&compiled.unit_ray(ray, &hit), RayStart::Free);
     Some(CastHit {
         t: hit.t * ray.direction.length(),
         point: surface.position,
