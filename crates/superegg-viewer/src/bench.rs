@@ -10,52 +10,12 @@ use superegg_render::RenderSettings;
 use superegg_scene::{Scene, Shading};
 use superegg_trace::CompiledScene;
 
-use crate::draw::{DrawStats, Drawing, Picture, Style};
+use crate::draw::{Drawing, Picture, Style};
 use crate::eye::Eye;
+use crate::frame_stats::{DrawStats, FrameTimes, PreviewBench, TraceBench, ViewerBench};
 use crate::gpu::{Gpu, GpuError};
 use crate::preview::{PreviewBudget, SceneIndex};
 use crate::tracer::{Pace, TraceJob, available_threads, trace_pass};
-
-/// Milliseconds of a row of frames.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrameTimes {
-    /// The frame in the middle.
-    pub median_ms: f64,
-    /// One of twenty frames takes longer.
-    pub slow_ms: f64,
-    /// How many frames there were.
-    pub frames: usize,
-}
-
-/// The preview's frames.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PreviewBench {
-    /// Driver and device.
-    pub device: String,
-    /// To open the scene.
-    pub open_ms: f64,
-    /// Instances opened.
-    pub instances: usize,
-    /// The last frame.
-    pub stats: DrawStats,
-    /// Each frame with the picture read back, which a window does not do.
-    pub times: FrameTimes,
-}
-
-/// The live ray traced view's frames.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TraceBench {
-    /// Threads that traced.
-    pub threads: usize,
-    /// To compile the scene.
-    pub compile_ms: f64,
-    /// Frames at every pixel, one sample each.
-    pub full: FrameTimes,
-    /// Frames as a window shows them while it is turned: as coarse as 20 a second ask for.
-    pub live: FrameTimes,
-    /// One pixel of the last of these stands for so many of the window, along a side.
-    pub coarseness: u32,
-}
 
 /// The instances that a preview opens in a window are opened here.
 const MOST_INSTANCES: usize = 250_000;
@@ -82,11 +42,24 @@ fn ms_since(begin: Instant) -> f64 {
     1e3 * begin.elapsed().as_secs_f64()
 }
 
-/// Draws a row of frames of the preview.
+/// Measures the frames of the preview, then those of the live ray traced view.
 ///
 /// # Errors
 /// There is no graphics driver.
-pub fn bench_preview(
+pub fn bench(
+    scene: &Scene,
+    root: Option<&str>,
+    size: (u32, u32),
+    frames: usize,
+) -> Result<ViewerBench, GpuError> {
+    Ok(ViewerBench {
+        preview: bench_preview(scene, root, size, frames)?,
+        traced: bench_trace(scene, root, size, frames),
+    })
+}
+
+/// Draws a row of frames of the preview.
+fn bench_preview(
     scene: &Scene,
     root: Option<&str>,
     size: (u32, u32),
@@ -127,7 +100,7 @@ pub fn bench_preview(
 }
 
 /// Traces a row of frames, as a window does.
-pub fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usize) -> TraceBench {
+fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usize) -> TraceBench {
     let threads = available_threads();
     let begin = Instant::now();
     let compiled = Arc::new(CompiledScene::compile(scene, root, scene.depth));

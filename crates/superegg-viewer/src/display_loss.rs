@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::viewer::FromViewer;
+use crate::protocol::FromViewer;
 
 /// Told in the place of the window.
 const SENTENCE: &str = "the display has gone away, and the viewer's window with it; everything else goes on";

@@ -16,6 +16,7 @@ use wgpu::util::DeviceExt;
 use self::lod::LevelOfDetail;
 use self::meshes::{MeshKey, Meshes};
 use self::pipelines::Pipelines;
+use crate::frame_stats::DrawStats;
 use crate::gpu::{Gpu, GpuError};
 use crate::preview::{Preview, PreviewInstance};
 
@@ -102,23 +103,6 @@ pub struct Target<'a> {
     pub size: (u32, u32),
     /// Left, top, width and height of the part that the picture takes.
     pub viewport: (u32, u32, u32, u32),
-}
-
-/// What a picture took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DrawStats {
-    /// Instances within the picture.
-    pub instances: usize,
-    /// Triangles given to the GPU, or edges in wireframe.
-    pub triangles: usize,
-    /// Draw calls.
-    pub draws: usize,
-    /// Seconds on the processor to prepare it.
-    pub seconds: f64,
-    /// Instances drawn with fewer patches than their own, to keep to the drawing budget.
-    pub coarser: usize,
-    /// Lights that had no place.
-    pub lights_left_out: usize,
 }
 
 #[repr(C)]

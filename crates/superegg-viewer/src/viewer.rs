@@ -1,47 +1,14 @@
-//! The seam to whoever runs a session: snapshots go in, lines come out.
+//! The event loop with its window, and the handle that reaches it from any thread.
 
 use std::sync::mpsc::Sender;
 
-use superegg_scene::{Scene, ViewSettings};
-use thiserror::Error;
 use winit::event_loop::{EventLoop, EventLoopProxy};
 
 use crate::display_loss;
+use crate::protocol::{FromViewer, NoWindow, Shown};
 use crate::tracer::Pass;
 use crate::window::App;
 use crate::worker::Ready;
-
-/// What the window shows: a snapshot.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Shown {
-    /// The scene.
-    pub scene: Scene,
-    /// The selected primitive or object, which is what is shown.
-    pub selected: Option<String>,
-    /// The switches.
-    pub settings: ViewSettings,
-}
-
-/// What the window has to say.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FromViewer {
-    /// A line exactly as the prompt would take it.
-    Command(String),
-    /// A key or the panel has changed a switch.
-    Settings(ViewSettings),
-    /// Something to tell the person at the prompt.
-    Say(String),
-    /// The keyboard goes back to the prompt.
-    KeyboardBack,
-    /// The window is closed: by its user, by [`ViewerHandle::close`], or because it can be shown no longer. [`ViewerHandle::open`] may open it
-    /// again, unless a [`FromViewer::Say`] before told that the display has gone.
-    Closed,
-}
-
-/// Why there can be no window.
-#[derive(Debug, Error)]
-#[error("there is no display to open a window on ({0}); everything but the viewer works without one")]
-pub struct NoDisplay(String);
 
 /// What reaches the event loop from other threads.
 #[derive(Debug)]
@@ -74,7 +41,7 @@ impl Viewer {
     ///
     /// # Errors
     /// There is no display.
-    pub fn new() -> Result<Self, NoDisplay> {
+    pub fn new() -> Result<Self, NoWindow> {
         // Some systems have no library to ask, and say so by panicking.
         let built = std::panic::catch_unwind(|| EventLoop::with_user_event().build());
         match built {
@@ -83,9 +50,9 @@ impl Viewer {
                 let text = first_line(&error.to_string());
                 // It begins with the line of the library's source that says it.
                 let reason = text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
-                Err(NoDisplay(reason.map_or(text.clone(), |(_, reason)| reason.to_owned())))
+                Err(NoWindow::NoDisplay(reason.map_or(text.clone(), |(_, reason)| reason.to_owned())))
             }
-            Err(_) => Err(NoDisplay("the window library is incomplete".to_owned())),
+            Err(_) => Err(NoWindow::NoDisplay("the window library is incomplete".to_owned())),
         }
     }
 

@@ -20,16 +20,18 @@ use winit::window::{Window, WindowId};
 
 use crate::annotations;
 use crate::cast::{CastHit, cast, lines_and_marks};
-use crate::draw::{DrawStats, Drawing, FilmTexture, Line, Mark, Picture, Style, Target};
+use crate::draw::{Drawing, FilmTexture, Line, Mark, Picture, Style, Target};
+use crate::frame_stats::DrawStats;
 use crate::gpu::{Gpu, GpuError, by_family};
 use crate::io_grid::{GridSpec, IoGrid};
 use crate::keys::{Action, action_of};
 use crate::panel::{Done, Model, Panel};
 use crate::preview::{Preview, PreviewBudget};
+use crate::protocol::{FromViewer, Shown};
 use crate::screenshot;
 use crate::state::{Request, ViewState, Viewport};
 use crate::tracer::{Pass, TraceJob, Tracer};
-use crate::viewer::{Event, FromViewer, Shown, first_line};
+use crate::viewer::{Event, first_line};
 use crate::worker::{Order, Ready, Worker};
 
 const FIRST_SIZE: (u32, u32) = (1280, 860);

@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 
 use anyhow::{Context, Result};
 use superegg_scene::Scene;
-use superegg_viewer::{FrameTimes, FromViewer, Viewer, bench_preview, bench_trace};
+use superegg_viewer::{FrameTimes, FromViewer, Viewer, ViewerBench};
 
 use crate::args::ViewArgs;
 use crate::commands::model::plain_voice;
@@ -65,7 +65,8 @@ fn bench(args: &ViewArgs, scene: &Scene, root: Option<&str>) -> Result<()> {
     let size = (args.size.width, args.size.height);
     let frames = usize::from(args.frames);
     say::out(format_args!("{}x{}, {}", size.0, size.1, counted(frames, "frame")))?;
-    let preview = bench_preview(scene, root, size, frames).context("the preview cannot be drawn")?;
+    let ViewerBench { preview, traced } =
+        superegg_viewer::bench(scene, root, size, frames).context("the preview cannot be drawn")?;
     say::out(format_args!(
         "preview on {}: {} ms to open {}, {}; {} and {} in the picture, {} coarser than their own patches",
         preview.device,
@@ -76,7 +77,6 @@ fn bench(args: &ViewArgs, scene: &Scene, root: Option<&str>) -> Result<()> {
         counted(preview.stats.triangles, "triangle"),
         preview.stats.coarser,
     ))?;
-    let traced = bench_trace(scene, root, size, frames);
     say::out(format_args!(
         "ray traced on {}: {} ms to compile; at every pixel {}",
         counted(traced.threads, "thread"),

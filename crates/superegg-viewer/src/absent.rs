@@ -1,0 +1,87 @@
+//! The viewer of a build without the feature `window`: its names are there, and no value of them can be made.
+
+use std::convert::Infallible;
+use std::sync::mpsc::Sender;
+
+use superegg_scene::Scene;
+
+use crate::frame_stats::ViewerBench;
+use crate::protocol::{FromViewer, NoWindow, Shown};
+
+/// The event loop with its window, which this build cannot make.
+#[derive(Debug)]
+pub struct Viewer(Infallible);
+
+/// The handle of a [`Viewer`], which this build cannot make.
+#[derive(Clone, Debug)]
+pub struct ViewerHandle(Infallible);
+
+impl Viewer {
+    /// Connects to no display.
+    ///
+    /// # Errors
+    /// Always [`NoWindow::NotBuilt`].
+    pub fn new() -> Result<Self, NoWindow> {
+        Err(NoWindow::NotBuilt)
+    }
+
+    /// The handle to this viewer from other threads.
+    pub fn handle(&self) -> ViewerHandle {
+        match self.0 {}
+    }
+
+    /// Runs the event loop.
+    pub fn run(
+        self,
+        _first: Option<Shown>,
+        _out: Sender<FromViewer>,
+        _after_loss: impl FnOnce() + Send + 'static,
+    ) {
+        match self.0 {}
+    }
+}
+
+impl ViewerHandle {
+    /// Opens the window with this.
+    pub fn open(&self, _shown: Shown) {
+        match self.0 {}
+    }
+
+    /// Shows this from now on.
+    pub fn show(&self, _shown: Shown) {
+        match self.0 {}
+    }
+
+    /// Shows a line of text in the window for a while.
+    pub fn notice(&self, _text: String) {
+        match self.0 {}
+    }
+
+    /// Asks the desktop to give the window the keyboard.
+    pub fn interact(&self) {
+        match self.0 {}
+    }
+
+    /// Closes the window.
+    pub fn close(&self) {
+        match self.0 {}
+    }
+
+    /// Ends [`Viewer::run`].
+    pub fn quit(&self) {
+        match self.0 {}
+    }
+}
+
+/// Measures no frames.
+///
+/// # Errors
+/// Always [`NoWindow::NotBuilt`].
+pub fn bench(
+    _scene: &Scene,
+    _root: Option<&str>,
+    _size: (u32, u32),
+    _frames: usize,
+) -> Result<ViewerBench, NoWindow> {
+    Err(NoWindow::NotBuilt)
+}
