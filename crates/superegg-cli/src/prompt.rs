@@ -258,7 +258,8 @@ fn open_history(editor: &mut PromptEditor, modeller: &Modeller) -> Option<PathBu
 
 /// What is selected and the child at its cursor: `snowman[head]> `.
 fn prompt_text(modeller: &Modeller) -> String {
-    match modeller.session().place() {
+    let selection = modeller.session().selection();
+    match (selection.selected, selection.cursor()) {
         (None, _) => "superegg> ".to_owned(),
         (Some(name), None) => format!("{}> ", shown_name(name)),
         (Some(name), Some(cursor)) => format!("{}[{}]> ", shown_name(name), shown_name(cursor)),

@@ -9,11 +9,10 @@ use superegg_scene::{
     Camera, Entity, Floor, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Sky,
 };
 
-use crate::animation::line_of;
-use crate::info::vector;
-use crate::number::format_number;
-use crate::session::Session;
-use crate::settings;
+use crate::parse::number::{format_number, vector};
+use crate::session::interpreter::Session;
+use crate::session::keys::line_of;
+use crate::session::settings;
 
 /// The session as commands: the settings, then one block for each primitive and object, then the floor (which names a primitive), the keys, and what is selected. What has its default value is left
 /// out; numbers read back to the same bits. Loading the text gives the same session.

@@ -1,11 +1,11 @@
 //! Help, made from the table.
 
 use crate::diagnostic::Fault;
-use crate::parser::shorten;
-use crate::session::did_you_mean;
-use crate::settings::SETTINGS;
-use crate::spec::{ArgKind, CommandSpec, Group, Needs, Of};
-use crate::table::{COMMANDS, commands_spelt};
+use crate::grammar::spec::{ArgKind, CommandSpec, Group, Needs, Of};
+use crate::grammar::table::{COMMANDS, commands_spelt};
+use crate::session::settings::SETTINGS;
+use crate::suggest::did_you_mean;
+use crate::text::{beside, shorten, two_columns};
 
 /// The list of commands by groups, or the text of each of those named.
 ///
@@ -46,38 +46,6 @@ fn list_group(group: Group) -> String {
         let call = format!("{} {}", spec.all_spellings().collect::<Vec<_>>().join(", "), spec.usage());
         text.push('\n');
         text.push_str(&two_columns(&format!("  {}", call.trim_end()), spec.summary));
-    }
-    text
-}
-
-/// Text is broken so that it fits a terminal of 80 columns.
-const WIDTH: usize = 79;
-/// Where the right one of two columns begins.
-const RIGHT: usize = 32;
-
-/// A word or two at the left, and what there is to say about it at the right, broken into lines; below, where the left is too long.
-pub(crate) fn two_columns(left: &str, right: &str) -> String {
-    let gap = if left.chars().count() + 2 > RIGHT { "\n" } else { "" };
-    beside(&format!("{left}{gap}"), right, RIGHT)
-}
-
-/// Text from a column on, beside what stands before it, broken into lines.
-fn beside(left: &str, right: &str, column: usize) -> String {
-    let mut text = left.to_owned();
-    let mut at = left.rsplit('\n').next().map_or(0, |line| line.chars().count());
-    let mut is_first = true;
-    for word in right.split_whitespace() {
-        let length = word.chars().count();
-        if !is_first && at + 1 + length > WIDTH {
-            text.push('\n');
-            at = 0;
-            is_first = true;
-        }
-        let gap = if is_first { column.saturating_sub(at) } else { 1 };
-        text.push_str(&" ".repeat(gap));
-        text.push_str(word);
-        at += gap + length;
-        is_first = false;
     }
     text
 }

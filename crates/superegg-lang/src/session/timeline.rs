@@ -2,11 +2,12 @@
 
 use superegg_scene::Scene;
 
-use crate::command::{Command, Request};
 use crate::diagnostic::Fault;
-use crate::parser::{Parsed, parse_line};
-use crate::session::{Effect, Session, place};
-use crate::settings::Settings;
+use crate::grammar::command::{Command, Request};
+use crate::parse::parser::{Parsed, parse_line};
+use crate::session::interpreter::{Effect, Session};
+use crate::session::selection::Selection;
+use crate::session::settings::Settings;
 
 /// The last so many steps keep what was before them, so that undoing them takes no time.
 const DENSE: usize = 1000;
@@ -40,6 +41,10 @@ struct Moment {
 impl Moment {
     fn of(session: &Session) -> Self {
         Self { scene: session.scene.clone(), selected: session.selected.clone() }
+    }
+
+    fn selection(&self) -> Selection<'_> {
+        Selection { scene: &self.scene, selected: self.selected.as_deref() }
     }
 
     fn bring_back(self, session: &mut Session) {
@@ -124,8 +129,8 @@ impl Timeline {
             );
             if is_same
                 && selects
-                && place(&self.now.scene, self.now.selected())
-                    == place(&before.scene, before.selected.as_deref())
+                && before.selected.as_deref() == self.now.selected()
+                && before.selection().cursor() == self.now.selection().cursor()
             {
                 return Ok(Effect::Done);
             }
@@ -259,7 +264,7 @@ fn nothing(verb: &str, why: &str, parsed: &Parsed) -> Fault {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::load_text;
+    use crate::session::script::load_text;
 
     fn run(timeline: &mut Timeline, line: &str) -> Effect {
         timeline.run_line(line).unwrap_or_else(|fault| panic!("{line}: {fault:?}"))

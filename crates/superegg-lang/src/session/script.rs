@@ -1,8 +1,8 @@
 //! Files of commands.
 
-use crate::command::Request;
 use crate::diagnostic::{Diagnostic, Fault};
-use crate::session::{Effect, Session};
+use crate::grammar::command::Request;
+use crate::session::interpreter::{Effect, Session};
 
 /// Whether to go on after a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

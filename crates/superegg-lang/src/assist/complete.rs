@@ -1,11 +1,13 @@
 //! What the word at the cursor could become.
 
-use crate::names::{names_of, next_arg};
-use crate::parser::{Word, line_within, words_of_command};
-use crate::session::Session;
-use crate::settings::{SettingKind, find_setting};
-use crate::spec::{ArgKind, CommandSpec};
-use crate::table::{COMMANDS, command_of};
+use crate::assist::names::{names_of, next_arg};
+use crate::grammar::spec::{ArgKind, CommandSpec};
+use crate::grammar::table::COMMANDS;
+use crate::parse::parser::command_of;
+use crate::parse::parser::{line_within, words_of_command};
+use crate::parse::words::Word;
+use crate::session::interpreter::Session;
+use crate::session::settings::{SettingKind, find_setting};
 
 /// The ways to go on from a cursor.
 #[derive(Clone, Debug, PartialEq, Eq)]

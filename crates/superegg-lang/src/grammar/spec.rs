@@ -4,7 +4,8 @@ use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
 use superegg_scene::Picture;
 
-use crate::command::Command;
+use crate::diagnostic::Fault;
+use crate::grammar::command::Command;
 
 /// Where help lists a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -249,6 +250,13 @@ impl CommandSpec {
         self.all_args().any(|arg| arg.kind == ArgKind::Line)
     }
 
+    /// Whether there can be keys of it: it sets numbers of the scene. (Of `set`, only where the setting is a number of the scene.)
+    pub fn is_keyable(&self) -> bool {
+        let is_of_scene = matches!(self.group, Group::Primitives | Group::Objects | Group::Scene);
+        let has_number = self.all_args().any(|arg| matches!(arg.kind, ArgKind::Number(_)));
+        self.name == "set" || (is_of_scene && has_number)
+    }
+
     /// The numbers of arguments that it may have (without those of a variadic one), growing; some may come twice.
     pub fn counts(&self) -> impl Iterator<Item = usize> {
         self.args.iter().scan(0, |total, part| {
@@ -275,6 +283,14 @@ impl CommandSpec {
         words.push_str(&"]".repeat(self.args.len().saturating_sub(1)));
         words
     }
+}
+
+/// The fault of a key for a command that has no numbers to interpolate.
+pub(crate) fn not_keyable(spec: &CommandSpec) -> Fault {
+    let message =
+        format!("there are no keys of {}: they need numbers that can go over into others", spec.name);
+    Fault::new("not-keyable", message)
+        .help("keys are of commands such as rotate, setColor, camera or 'set exposure'; for example: key 24 rotate 0 0 1 90")
 }
 
 /// Reads the form of a picture's size, WIDTHxHEIGHT; whether a picture may be so large is not looked at.

@@ -7,10 +7,8 @@ use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
 use superegg_scene::{AmbientOcclusion, Camera, Light, LightKind, MAX_DEPTH, MaterialShare, Patches, Sky};
 
-use crate::command::{Command, Recovery, Request};
-use crate::number::parse_number;
-use crate::parser::Word;
-use crate::spec::{Arg, ArgKind, CommandSpec, Group, Needs, Of, Range};
+use crate::grammar::command::{Command, Recovery, Request};
+use crate::grammar::spec::{Arg, ArgKind, CommandSpec, Group, Needs, Of, Range};
 
 const fn number(name: &'static str, range: Range) -> Arg {
     Arg { name, kind: ArgKind::Number(range) }
@@ -1021,7 +1019,7 @@ pub const COMMANDS: &[CommandSpec] = &[
 ];
 
 /// The one spelling of two commands: addObject's of old, and ambientOcclusion's. See [`command_of`].
-const SHARED_SPELLING: &str = "ao";
+pub(crate) const SHARED_SPELLING: &str = "ao";
 
 /// The command with this spelling, in any case; the course's where two have it.
 pub fn find_command(word: &str) -> Option<&'static CommandSpec> {
@@ -1044,21 +1042,11 @@ static BY_FIRST_LETTER: LazyLock<[Vec<(&str, &CommandSpec)>; 256]> = LazyLock::n
     })
 });
 
-/// The command that these words call: a spelling and its arguments. `ao` with exactly two arguments, both of them numbers, is
-/// ambientOcclusion; with any others it is addObject, as it was before there was the other one.
-pub(crate) fn command_of(first: &str, rest: &[Word<'_>]) -> Option<&'static CommandSpec> {
-    let is_number = |word: &Word<'_>| parse_number(word.text).is_ok();
-    let is_second =
-        first.eq_ignore_ascii_case(SHARED_SPELLING) && rest.len() == 2 && rest.iter().all(is_number);
-    commands_spelt(first).nth(usize::from(is_second))
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::HashSet;
 
     use super::*;
-    use crate::parser::parse_line;
 
     #[test]
     fn no_two_commands_share_a_spelling() {
@@ -1068,35 +1056,6 @@ mod tests {
         }
         let shared: Vec<&str> = commands_spelt("AO").map(|spec| spec.name).collect();
         assert_eq!(shared, ["addObject", "ambientOcclusion"]);
-    }
-
-    #[test]
-    fn the_shared_spelling_means_one_thing_for_each_line() {
-        for (line, name) in [
-            ("ao 16 2", "ambientOcclusion"),
-            ("AO 0 1.", "ambientOcclusion"),
-            ("ao arm", "addObject"),
-            ("ao arm 2", "addObject"),
-            ("ao 2nd 3", "addObject"),
-            ("ao 2", "addObject"),
-            ("addObject 1 2", "addObject"),
-        ] {
-            assert_eq!(parse_line(line).unwrap().unwrap().spec.name, name, "{line}");
-        }
-        // What is wrong with the numbers is said of those.
-        assert_eq!(parse_line("ao 1.5 2").unwrap_err().code, "out-of-range");
-    }
-
-    #[test]
-    fn every_row_is_complete_and_its_example_parses_to_itself() {
-        for spec in COMMANDS {
-            assert!(!spec.summary.is_empty() && !spec.summary.ends_with('.'), "{}", spec.name);
-            let parsed = parse_line(spec.example).unwrap().unwrap();
-            assert_eq!(parsed.spec.name, spec.name, "{}", spec.example);
-            for spelling in spec.all_spellings() {
-                assert!(commands_spelt(&spelling.to_uppercase()).any(|found| found.name == spec.name));
-            }
-        }
     }
 
     #[test]

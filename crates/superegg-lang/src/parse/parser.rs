@@ -2,14 +2,16 @@
 
 use std::ops::Range;
 
-use crate::animation::not_keyable;
-use crate::command::Command;
 use crate::diagnostic::Fault;
-use crate::number::parse_number;
-use crate::session::did_you_mean;
-use crate::spec::{ArgKind, Args, CommandSpec, Range as NumberRange, parse_size, size_form};
-use crate::suggest::nearest;
-use crate::table::{COMMANDS, command_of, find_command};
+use crate::grammar::command::Command;
+use crate::grammar::spec::{
+    ArgKind, Args, CommandSpec, Range as NumberRange, not_keyable, parse_size, size_form,
+};
+use crate::grammar::table::{COMMANDS, SHARED_SPELLING, commands_spelt, find_command};
+use crate::parse::number::parse_number;
+use crate::parse::words::{Quoting, Word, split_words};
+use crate::suggest::{did_you_mean, nearest};
+use crate::text::{one_of, shorten};
 
 /// A parsed line: the command, its row of the table, and where its words stand.
 #[derive(Clone, Debug)]
@@ -24,67 +26,17 @@ pub struct Parsed {
     pub keyed: Option<Box<Parsed>>,
 }
 
-/// A word of a line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Word<'a> {
-    /// Its text, without the quotes around it.
-    pub(crate) text: &'a str,
-    /// Its characters in the line, quotes included, counted from 0.
-    pub(crate) columns: Range<usize>,
-}
-
-/// How the words of a line are told apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Quoting {
-    /// A quote is a character like any other: names may have them.
-    Plain,
-    /// A word that begins with a double quote goes to the next one: file names may have blanks.
-    Quoted,
-}
-
-/// The words of a line up to a `#`, which starts a comment anywhere but within quotes. A quote that is not closed goes to the end.
-pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
-    if line.is_ascii() {
-        let characters = line.bytes().enumerate().map(|(byte, c)| (byte, byte, char::from(c)));
-        return split(line, quoting, characters);
+impl Parsed {
+    /// The characters of a word, 0 being the command; those of the command where there is no such word.
+    pub(crate) fn word_columns(&self, word: usize) -> Range<usize> {
+        self.columns.get(word).unwrap_or(&self.columns[0]).clone()
     }
-    split(line, quoting, line.char_indices().enumerate().map(|(column, (byte, c))| (byte, column, c)))
-}
 
-/// The same of a line with its characters: the byte and the column of each.
-fn split(
-    line: &str,
-    quoting: Quoting,
-    characters: impl Iterator<Item = (usize, usize, char)>,
-) -> Vec<Word<'_>> {
-    let mut words = Vec::with_capacity(8);
-    // Byte and column where the present word began, and whether with a quote.
-    let mut start: Option<(usize, usize, bool)> = None;
-    let mut end = 0;
-    for (byte, column, c) in characters {
-        match start {
-            Some((first, first_column, true)) if c == '"' => {
-                words.push(Word { text: &line[first + 1..byte], columns: first_column..column + 1 });
-                start = None;
-            }
-            Some((first, first_column, false)) if c.is_whitespace() || c == '#' => {
-                words.push(Word { text: &line[first..byte], columns: first_column..column });
-                start = None;
-            }
-            None if !c.is_whitespace() && c != '#' => {
-                start = Some((byte, column, c == '"' && quoting == Quoting::Quoted));
-            }
-            _ => {}
-        }
-        if c == '#' && start.is_none() {
-            return words;
-        }
-        end = column + 1;
+    /// The characters of all arguments.
+    pub(crate) fn argument_columns(&self) -> Range<usize> {
+        let first = self.columns.get(1).unwrap_or(&self.columns[0]);
+        first.start..self.columns[self.columns.len() - 1].end
     }
-    if let Some((first, first_column, is_quoted)) = start {
-        words.push(Word { text: &line[first + usize::from(is_quoted)..], columns: first_column..end });
-    }
-    words
 }
 
 /// The words of a line as its command tells them apart.
@@ -109,6 +61,15 @@ pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
 /// The command that a line within a line is, once it begins: of a command that takes one, the words from there on.
 pub(crate) fn line_within<'w, 'a>(spec: &CommandSpec, rest: &'w [Word<'a>]) -> Option<&'w [Word<'a>]> {
     rest.get(1..).filter(|_| spec.takes_line())
+}
+
+/// The command that these words call: a spelling and its arguments. `ao` with exactly two arguments, both of them numbers, is
+/// ambientOcclusion; with any others it is addObject, as it was before there was the other one.
+pub(crate) fn command_of(first: &str, rest: &[Word<'_>]) -> Option<&'static CommandSpec> {
+    let is_number = |word: &Word<'_>| parse_number(word.text).is_ok();
+    let is_second =
+        first.eq_ignore_ascii_case(SHARED_SPELLING) && rest.len() == 2 && rest.iter().all(is_number);
+    commands_spelt(first).nth(usize::from(is_second))
 }
 
 fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault> {
@@ -263,41 +224,8 @@ fn read_number(spec: &CommandSpec, arg: &str, range: NumberRange, word: &Word<'_
     Err(Fault::new("out-of-range", message).help(usage_help(spec)).at(word.columns.clone()))
 }
 
-/// "4, 7 or 8".
-pub(crate) fn one_of<S: AsRef<str>>(words: &[S]) -> String {
-    let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
-    match &words[..] {
-        [] => String::new(),
-        [word] => (*word).to_owned(),
-        [first @ .., last] => format!("{} or {last}", first.join(", ")),
-    }
-}
-
 pub(crate) fn usage_help(spec: &CommandSpec) -> String {
     format!("{}, for example: {}", format!("{} {}", spec.name, spec.usage()).trim_end(), spec.example)
-}
-
-/// A word for a message: its first characters, with control characters made visible.
-pub(crate) fn shorten(word: &str) -> String {
-    const LONGEST: usize = 40;
-    let mut shown: String = word.chars().take(LONGEST).flat_map(visible).collect();
-    if word.chars().nth(LONGEST).is_some() {
-        shown.push_str("...");
-    }
-    shown
-}
-
-fn visible(c: char) -> impl Iterator<Item = char> {
-    let escaped = is_unseen(c).then(|| c.escape_unicode());
-    let plain = (!is_unseen(c)).then_some(c);
-    escaped.into_iter().flatten().chain(plain)
-}
-
-/// Whether a character could steer a terminal, or hide in a text: control characters, and those that turn the direction of writing or take no
-/// room.
-pub fn is_unseen(c: char) -> bool {
-    c.is_control()
-        || matches!(c, '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
 }
 
 #[cfg(test)]
@@ -394,6 +322,35 @@ mod tests {
             "xs nan 0 0",
         ] {
             assert!(parse_line(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn the_shared_spelling_means_one_thing_for_each_line() {
+        for (line, name) in [
+            ("ao 16 2", "ambientOcclusion"),
+            ("AO 0 1.", "ambientOcclusion"),
+            ("ao arm", "addObject"),
+            ("ao arm 2", "addObject"),
+            ("ao 2nd 3", "addObject"),
+            ("ao 2", "addObject"),
+            ("addObject 1 2", "addObject"),
+        ] {
+            assert_eq!(parse_line(line).unwrap().unwrap().spec.name, name, "{line}");
+        }
+        // What is wrong with the numbers is said of those.
+        assert_eq!(parse_line("ao 1.5 2").unwrap_err().code, "out-of-range");
+    }
+
+    #[test]
+    fn every_row_is_complete_and_its_example_parses_to_itself() {
+        for spec in COMMANDS {
+            assert!(!spec.summary.is_empty() && !spec.summary.ends_with('.'), "{}", spec.name);
+            let parsed = parse_line(spec.example).unwrap().unwrap();
+            assert_eq!(parsed.spec.name, spec.name, "{}", spec.example);
+            for spelling in spec.all_spellings() {
+                assert!(commands_spelt(&spelling.to_uppercase()).any(|found| found.name == spec.name));
+            }
         }
     }
 }

@@ -2,13 +2,14 @@
 
 use superegg_scene::Entity;
 
-use crate::names::{is_loose, next_arg};
-use crate::number::parse_number;
-use crate::parser::{Word, line_within, words_of_command};
-use crate::session::Session;
-use crate::settings::find_setting;
-use crate::spec::{Arg, ArgKind, CommandSpec, Needs};
-use crate::table::{COMMANDS, commands_spelt, find_command};
+use crate::assist::names::{is_loose, next_arg};
+use crate::grammar::spec::{Arg, ArgKind, CommandSpec, Needs};
+use crate::grammar::table::{COMMANDS, commands_spelt, find_command};
+use crate::parse::number::parse_number;
+use crate::parse::parser::{line_within, words_of_command};
+use crate::parse::words::Word;
+use crate::session::interpreter::Session;
+use crate::session::settings::find_setting;
 
 /// What to show behind the end of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]

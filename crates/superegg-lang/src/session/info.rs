@@ -1,29 +1,29 @@
 //! What there is, in words.
 
 use superegg_geom::TransformStep;
-use superegg_geom::glam::DVec3;
 use superegg_scene::{
     Entity, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Track, TrackWord,
 };
 
-use crate::animation::line_of;
 use crate::diagnostic::Fault;
-use crate::number::format_number;
-use crate::parser::shorten;
-use crate::session::{Session, did_you_mean};
+use crate::parse::number::{format_number, vector};
+use crate::session::keys::line_of;
+use crate::session::selection::Selection;
+use crate::suggest::did_you_mean;
+use crate::text::shorten;
 
 /// The list of what there is, or the details of each thing named; `all` and `selected` stand for what they say unless something has
 /// that name.
 ///
 /// # Errors
 /// A name that nothing has, with its place in `names`.
-pub(crate) fn info(session: &Session, names: &[String]) -> Result<String, (usize, Fault)> {
+pub(crate) fn info(selection: Selection<'_>, names: &[String]) -> Result<String, (usize, Fault)> {
     if names.is_empty() {
-        return Ok(list(session));
+        return Ok(list(selection));
     }
     let mut texts = Vec::new();
     for (i, name) in names.iter().enumerate() {
-        let scene = session.scene();
+        let scene = selection.scene;
         if let Some(entity) = scene.get(name) {
             texts.push(details(scene, name, entity));
             continue;
@@ -35,7 +35,7 @@ pub(crate) fn info(session: &Session, names: &[String]) -> Result<String, (usize
                 );
             }
             "selected" => {
-                texts.push(match session.selected().and_then(|name| Some((name, scene.get(name)?))) {
+                texts.push(match selection.entity() {
                     Some((name, entity)) => details(scene, name, entity),
                     None => "nothing is selected".to_owned(),
                 });
@@ -50,8 +50,8 @@ pub(crate) fn info(session: &Session, names: &[String]) -> Result<String, (usize
     Ok(texts.join("\n"))
 }
 
-fn list(session: &Session) -> String {
-    let scene = session.scene();
+fn list(selection: Selection<'_>) -> String {
+    let scene = selection.scene;
     let mut lines = Vec::new();
     lines.push(format!("primitives ({})", scene.primitives().count()));
     lines.extend(sorted(scene.primitives()).iter().map(|(name, _)| format!("  {name}")));
@@ -74,7 +74,7 @@ fn list(session: &Session) -> String {
         lines.push(format!("keys ({})", scene.tracks().map(|track| track.keys().len()).sum::<usize>()));
         lines.extend(scene.tracks().map(|track| format!("  {}", track_words(track))));
     }
-    lines.push(match session.selected() {
+    lines.push(match selection.selected {
         Some(name) => format!("selected: {name}"),
         None => "nothing is selected".to_owned(),
     });
@@ -257,9 +257,4 @@ fn step_words(step: &TransformStep) -> String {
         }
         TransformStep::Scale(factors) => format!("scale {}", vector(*factors)),
     }
-}
-
-/// Three numbers as the language writes them.
-pub(crate) fn vector(v: DVec3) -> String {
-    v.to_array().map(format_number).join(" ")
 }

@@ -4,9 +4,10 @@ use std::collections::HashSet;
 
 use superegg_scene::Entity;
 
-use crate::animation::{key_frames, scene_at};
 use crate::diagnostic::Diagnostic;
-use crate::session::Session;
+use crate::session::interpreter::Session;
+use crate::session::keys::key_frames;
+use crate::session::still::scene_at;
 
 /// So many frames with keys are tried.
 const MOST_FRAMES: usize = 1000;

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use superegg_geom::glam::DVec3;
+
 /// Why a word is not a number of the language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NumberError {
@@ -40,6 +42,11 @@ pub fn parse_number(word: &str) -> Result<f64, NumberError> {
 pub fn format_number(x: f64) -> String {
     let magnitude = x.abs();
     if magnitude == 0.0 || (1e-5..1e16).contains(&magnitude) { format!("{x}") } else { format!("{x:e}") }
+}
+
+/// Three numbers as the language writes them.
+pub(crate) fn vector(v: DVec3) -> String {
+    v.to_array().map(format_number).join(" ")
 }
 
 #[cfg(test)]

@@ -3,11 +3,10 @@
 use superegg_scene::{Encoding, Filter, Picture, Shading, Tone, ViewSettings};
 
 use crate::diagnostic::Fault;
-use crate::help::two_columns;
-use crate::number::{format_number, parse_number};
-use crate::parser::{one_of, shorten};
-use crate::session::did_you_mean;
-use crate::spec::{Range, parse_size};
+use crate::grammar::spec::{Range, parse_size};
+use crate::parse::number::{format_number, parse_number};
+use crate::suggest::did_you_mean;
+use crate::text::{one_of, shorten, two_columns};
 
 /// How `preview` draws in the terminal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

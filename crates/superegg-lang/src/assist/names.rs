@@ -2,13 +2,13 @@
 
 use superegg_scene::Entity;
 
-use crate::animation::key_frames;
-use crate::number::parse_number;
-use crate::parser::Word;
-use crate::session::Session;
-use crate::settings::SETTINGS;
-use crate::spec::{Arg, ArgKind, CommandSpec, Of, size_form};
-use crate::table::COMMANDS;
+use crate::grammar::spec::{Arg, ArgKind, CommandSpec, Of, size_form};
+use crate::grammar::table::COMMANDS;
+use crate::parse::number::parse_number;
+use crate::parse::words::Word;
+use crate::session::interpreter::Session;
+use crate::session::keys::key_frames;
+use crate::session::settings::SETTINGS;
 
 /// Every name of this kind that there is now, in the order of the scene or table.
 pub(crate) fn names_of(session: &Session, of: Of) -> Vec<&str> {
@@ -42,7 +42,7 @@ pub(crate) fn is_name_of(session: &Session, of: Of, name: &str) -> bool {
             .selected()
             .and_then(|name| scene.object(name).ok())
             .is_some_and(|object| object.child(name).is_some()),
-        Of::Command => crate::table::find_command(name).is_some(),
+        Of::Command => crate::grammar::table::find_command(name).is_some(),
         Of::KeyFrame if parse_number(name).is_ok() => {
             let frame = parse_number(name);
             key_frames(scene).iter().any(|held| Ok(*held) == frame)

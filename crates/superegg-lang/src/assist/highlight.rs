@@ -2,13 +2,15 @@
 
 use std::ops::Range;
 
-use crate::names::{is_loose, is_name_of, names_of, next_arg};
-use crate::number::parse_number;
-use crate::parser::{Word, line_within, words_of_command};
-use crate::session::Session;
-use crate::settings::can_be;
-use crate::spec::{ArgKind, CommandSpec, Of, parse_size, size_form};
-use crate::table::{COMMANDS, command_of};
+use crate::assist::names::{is_loose, is_name_of, names_of, next_arg};
+use crate::grammar::spec::{ArgKind, CommandSpec, Of, parse_size, size_form};
+use crate::grammar::table::COMMANDS;
+use crate::parse::number::parse_number;
+use crate::parse::parser::command_of;
+use crate::parse::parser::{line_within, words_of_command};
+use crate::parse::words::Word;
+use crate::session::interpreter::Session;
+use crate::session::settings::can_be;
 
 /// What a part of a line is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,5 @@
+//! Lines of text to commands.
+
+pub(crate) mod number;
+pub(crate) mod parser;
+pub(crate) mod words;

@@ -1,0 +1,78 @@
+//! Checks of arguments that the ranges of the table cannot express.
+
+use superegg_geom::glam::DVec3;
+use superegg_scene::{Camera, Light, LightKind, Pattern};
+
+use crate::diagnostic::Fault;
+use crate::grammar::table::CHECKER_SIZE;
+use crate::parse::parser::Parsed;
+
+/// Refuses the direction 0 0 0.
+pub(crate) fn check_direction(direction: DVec3, wanted: &str, parsed: &Parsed) -> Result<(), Fault> {
+    if direction.abs().max_element() > 0.0 {
+        return Ok(());
+    }
+    let fault = Fault::new("no-direction", "the direction 0 0 0 leads nowhere");
+    Err(fault.help(format!("give {wanted}")).at(parsed.argument_columns()))
+}
+
+/// Refuses a spot without an axis and a sun without a direction.
+pub(crate) fn check_light(light: &Light, parsed: &Parsed) -> Result<(), Fault> {
+    match light.kind {
+        LightKind::Point { .. } => Ok(()),
+        LightKind::Sun { direction } => {
+            check_direction(direction, "the direction towards the sun, such as 1 3 2", parsed)
+        }
+        LightKind::Spot { position, target, .. } => {
+            let axis = target - position;
+            if axis.is_finite() && axis.abs().max_element() > 0.0 {
+                return Ok(());
+            }
+            let fault =
+                Fault::new("no-direction", "a spot and its target must be two places, not too far apart");
+            Err(fault
+                .help("the first three numbers place the light, the next three what it shines at")
+                .at(parsed.argument_columns()))
+        }
+    }
+}
+
+/// The distance from a camera to its target; infinite where it is too large for a number.
+pub(crate) fn distance_of_target(camera: &Camera) -> f64 {
+    let way = camera.target - camera.position;
+    let largest = way.abs().max_element();
+    largest * (way / largest).length()
+}
+
+/// The pattern of a word and its numbers: the table lets through more numbers than each word takes.
+pub(crate) fn pattern(word: &str, numbers: &[f64], parsed: &Parsed) -> Result<Pattern, Fault> {
+    let color = || DVec3::from_slice(&numbers[..3]);
+    match (word, numbers.len()) {
+        ("none", 0) => Ok(Pattern::None),
+        ("checker", 3) => Ok(Pattern::Checker { color: color(), size: CHECKER_SIZE }),
+        ("checker", 4) if numbers[3] > 0.0 => Ok(Pattern::Checker { color: color(), size: numbers[3] }),
+        ("checker", 4) => {
+            let fault = Fault::new("out-of-range", "size of a checker must be above 0");
+            Err(fault.help("for example: setPattern checker 0.1 0.1 0.1 0.25").at(parsed.word_columns(5)))
+        }
+        ("gradient", 3) => Ok(Pattern::Gradient { color: color(), direction: DVec3::Z }),
+        ("gradient", 6) => {
+            let direction = DVec3::from_slice(&numbers[3..]);
+            check_direction(direction, "the direction in which the colour changes, such as 0 0 1", parsed)?;
+            Ok(Pattern::Gradient { color: color(), direction })
+        }
+        _ => {
+            let (takes, example) = match word {
+                "none" => ("no numbers", "setPattern none"),
+                "checker" => ("a colour r g b, and perhaps a size", "setPattern checker 0.1 0.1 0.1 0.25"),
+                _ => {
+                    ("a colour r g b, and perhaps a direction x y z", "setPattern gradient 0.1 0.2 0.6 0 0 1")
+                }
+            };
+            let message = format!("'{word}' takes {takes}; here are {} numbers", numbers.len());
+            Err(Fault::new("argument-count", message)
+                .help(format!("for example: {example}"))
+                .at(parsed.argument_columns()))
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Keys of commands, and the scene at a frame.
+//!
+//! A key keeps the numbers of a command at a frame, with what was selected and the cursor when it was typed, where the command changes those. At
+//! a frame the scene is what the other commands made, and then each keyed command carried out with its numbers at that frame
+//! ([`superegg_scene::Track::numbers_at`]), in the order in which the tracks began, as if its line stood at the end of the file.
+
+use std::sync::Arc;
+
+use superegg_scene::{Scene, Track, TrackSubject, TrackWord};
+
+use crate::diagnostic::Fault;
+use crate::grammar::command::Command;
+use crate::grammar::spec::{ArgKind, CommandSpec, Needs, Of, Range, not_keyable};
+use crate::grammar::table::find_command;
+use crate::parse::number::{format_number, parse_number};
+use crate::parse::parser::Parsed;
+use crate::session::selection::Selection;
+use crate::session::settings::{SettingKind, find_setting};
+
+/// The word for every frame.
+pub(crate) const ALL: &str = "all";
+
+/// The command with these numbers in their places; those that must be whole are rounded.
+pub(crate) fn line_of(subject: &TrackSubject, numbers: &[f64]) -> String {
+    let mut words = vec![subject.command.to_string()];
+    let mut numbers = numbers.iter();
+    let mut before = "";
+    for (word, arg) in subject.words.iter().zip(args_of(&subject.command)) {
+        words.push(match word {
+            TrackWord::Number => {
+                let number = numbers.next().copied().unwrap_or_default();
+                let is_whole = matches!(number_range(arg, before), Some(Range::Whole(..)));
+                format_number(if is_whole { number.round() } else { number })
+            }
+            TrackWord::Word(word) | TrackWord::Entity(word) | TrackWord::Light(word) => {
+                before = word;
+                word.to_string()
+            }
+        });
+    }
+    words.join(" ")
+}
+
+fn args_of(command: &str) -> impl Iterator<Item = ArgKind> {
+    find_command(command).into_iter().flat_map(CommandSpec::all_args).map(|arg| arg.kind)
+}
+
+/// The numbers that an argument may be; `before` is the word before it, which may be a setting.
+fn number_range(arg: ArgKind, before: &str) -> Option<Range> {
+    let of_setting =
+        |setting: &str| find_setting(setting).filter(|spec| spec.is_of_scene).map(|spec| spec.kind);
+    match arg {
+        ArgKind::Number(range) => Some(range),
+        ArgKind::Value => match of_setting(before) {
+            Some(SettingKind::Number(range)) => Some(range),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// What a keyed line is about, and its numbers.
+pub(crate) fn subject_of(
+    selection: Selection<'_>,
+    keyed: &Parsed,
+    words: &[String],
+) -> Result<(TrackSubject, Vec<f64>), Fault> {
+    let mut numbers = Vec::new();
+    let mut track_words = Vec::new();
+    let mut before = "";
+    for (i, (word, arg)) in words.iter().zip(keyed.spec.all_args()).enumerate() {
+        let name = || Arc::from(word.as_str());
+        track_words.push(match arg.kind {
+            ArgKind::Number(_) | ArgKind::Value => {
+                let number = number_range(arg.kind, before).and_then(|_| parse_number(word).ok());
+                let Some(number) = number else {
+                    return Err(not_keyable(keyed.spec).at(keyed.word_columns(i + 1)));
+                };
+                numbers.push(number);
+                TrackWord::Number
+            }
+            ArgKind::Name(Of::Light | Of::New) => TrackWord::Light(name()),
+            ArgKind::Name(Of::Setting) => {
+                TrackWord::Word(find_setting(word).map_or_else(name, |spec| spec.name.into()))
+            }
+            ArgKind::Name(_) => TrackWord::Entity(name()),
+            _ => TrackWord::Word(word.to_ascii_lowercase().into()),
+        });
+        before = word;
+    }
+    if numbers.is_empty() {
+        return Err(not_keyable(keyed.spec).at(keyed.word_columns(0)));
+    }
+    let (selected, cursor) = (selection.selected, selection.cursor());
+    let moves_child = matches!(keyed.command, Command::TransformChild(_));
+    let subject = TrackSubject {
+        command: keyed.spec.name.into(),
+        words: track_words,
+        selected: selected.filter(|_| keyed.spec.needs != Needs::Nothing).map(Into::into),
+        cursor: cursor.filter(|_| moves_child).map(Into::into),
+    };
+    Ok((subject, numbers))
+}
+
+/// The frames that have keys, rising, each once.
+pub(crate) fn key_frames(scene: &Scene) -> Vec<f64> {
+    let mut frames: Vec<f64> = scene.tracks().flat_map(Track::keys).map(|key| key.frame).collect();
+    frames.sort_by(f64::total_cmp);
+    frames.dedup();
+    frames
+}
