@@ -173,10 +173,11 @@ impl<'a> Writer<'a> {
 
     fn primitive(&mut self, identifier: &str, primitive: &Primitive) {
         let exponents = primitive.shape.exponents();
-        let shape = if (exponents.e, exponents.n) == (1.0, 1.0) {
+        let (e, n) = (exponents.e(), exponents.n());
+        let shape = if (e, n) == (1.0, 1.0) {
             "sphere { 0, 1".to_owned()
         } else {
-            format!("superellipsoid {{ <{}, {}>", exponents.e, exponents.n)
+            format!("superellipsoid {{ <{e}, {n}>")
         };
         let radii = vector(primitive.shape.radii());
         let reach = |direction: DVec3| {

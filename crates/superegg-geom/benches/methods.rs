@@ -17,7 +17,7 @@ const COUNT: usize = 10_000;
 fn methods(criterion: &mut Criterion) {
     for (kind, rays) in [("camera", camera_rays(COUNT)), ("random", random_rays(COUNT))] {
         for (e, n) in [(1.0, 1.0), (0.5, 0.5), (0.1, 0.1), (0.0001, 0.0001), (2.5, 2.5)] {
-            let exponents = Exponents { e, n };
+            let exponents = Exponents::new(e, n).expect("good exponents");
             let shape = Superquadric::new(DVec3::ONE, exponents).expect("good exponents");
             let mut group = criterion.benchmark_group(format!("{kind} e={e} n={n}"));
             group.throughput(Throughput::Elements(rays.len() as u64));

@@ -29,7 +29,7 @@ fn best(mut work: impl FnMut()) -> f64 {
 }
 
 fn measure(name: &str, e: f64, n: f64, rays: &[Ray]) {
-    let exponents = Exponents { e, n };
+    let exponents = Exponents::new(e, n).expect("good exponents");
     let shape = Superquadric::new(DVec3::ONE, exponents).expect("good exponents");
     let million = rays.len() as f64 * 1e-6;
     let speed = |seconds: f64| million / seconds;

@@ -15,7 +15,7 @@ mod rays;
 fn main() {
     let words: Vec<String> = std::env::args().collect();
     let number = |i: usize| words.get(i).and_then(|word| word.parse::<f64>().ok()).unwrap_or(1.0);
-    let exponents = Exponents { e: number(2), n: number(3) };
+    let exponents = Exponents::new(number(2), number(3)).expect("good exponents");
     let shape = Superquadric::new(DVec3::ONE, exponents).expect("good exponents");
     let rays = rays::camera_rays(number(4) as usize);
     let (mut batch, mut hits) = (LaneRays::default(), LaneHits::default());

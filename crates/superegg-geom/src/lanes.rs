@@ -18,8 +18,9 @@ pub mod vector;
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::ray::{Ray, RayStart};
-use crate::superquadric::{ShapeHit, Superquadric};
+use crate::math::ray::{Ray, RayStart};
+use crate::shape::ShapeHit;
+use crate::superquadric::Superquadric;
 use kernel::{Kernel, Powers};
 
 /// The widest register has so many lanes; batches are padded to a multiple of it.
@@ -255,13 +256,13 @@ impl Superquadric {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::superquadric::Exponents;
+    use crate::shape::Exponents;
 
     /// The same batch by one lane, and by whatever else the machine has.
     #[test]
     fn every_width_gives_the_same_answers() {
         for (e, n) in [(1.0, 1.0), (2.0, 2.0), (0.3, 1.7), (0.001, 0.5), (1.0, 0.2), (2.0, 1.0)] {
-            let shape = Superquadric::new(DVec3::ONE, Exponents { e, n }).unwrap();
+            let shape = Superquadric::new(DVec3::ONE, Exponents::new(e, n).unwrap()).unwrap();
             let mut rays = LaneRays::default();
             for i in 0..5000 {
                 let angle = f64::from(i) * 0.7;

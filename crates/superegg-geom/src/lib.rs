@@ -12,24 +12,24 @@
 //!
 //! - [`Superquadric`]: the shape; value, gradient, normal, point at (u, v), bounds, and its meeting with a [`Ray`].
 //! - [`Transform`]: an affine map kept with its inverse, built from an ordered list of [`TransformStep`]s.
-//! - [`textbook`]: the course text's method, kept as a baseline. It is wrong where its module says so.
+//! - `textbook`, with the feature `baseline`: the course text's method, kept as a baseline for
+//!   benchmarks and teaching. It is wrong where its module says so.
 
-mod aabb;
-mod box_span;
-mod certified;
-mod convex;
+#[cfg(feature = "simd")]
 pub mod lanes;
+mod math;
 mod norm;
-mod numeric;
-mod ray;
+mod shape;
+mod solve;
 mod superquadric;
-pub mod textbook;
-mod transform;
 
-pub use aabb::{Aabb, RayReciprocal};
 pub use glam;
+pub use math::aabb::{Aabb, RayReciprocal};
+pub use math::numeric::{scale_to_unit, unit_vector};
+pub use math::ray::{Ray, RayStart};
+pub use math::transform::{Transform, TransformError, TransformStep, error_through, inverse_of};
 pub use norm::NormForm;
-pub use numeric::{scale_to_unit, unit_vector};
-pub use ray::{Ray, RayStart};
-pub use superquadric::{Exponents, ShapeError, ShapeHit, Superquadric};
-pub use transform::{Transform, TransformError, TransformStep, error_through, inverse_of};
+pub use shape::{Exponents, ShapeError, ShapeHit};
+#[cfg(feature = "baseline")]
+pub use solve::textbook;
+pub use superquadric::{Convex, Superquadric};

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::superquadric::Exponents;
+use crate::shape::Exponents;
 
 /// The two-term norm `|(a, b)|_p = (a^p + b^p)^(1/p)` of non-negative numbers, p > 0. A norm for p >= 1; for p < 1 it is
 /// homogeneous still, but concave along lines of the quadrant.
@@ -99,7 +99,7 @@ pub struct NormForm {
 impl NormForm {
     /// The norm form for these exponents.
     pub fn new(exponents: Exponents) -> Self {
-        Self { xy: PowerNorm::new(2.0 / exponents.e), rz: PowerNorm::new(2.0 / exponents.n) }
+        Self { xy: PowerNorm::new(2.0 / exponents.e()), rz: PowerNorm::new(2.0 / exponents.n()) }
     }
 
     /// `N(v)`, >= 0, to a few ulps; infinite only where the true value leaves the range of f64.

@@ -1,33 +1,15 @@
 //! The superquadric itself.
 
+use std::ops::Deref;
+
 use glam::{DMat3, DVec3};
-use thiserror::Error;
 
-use crate::box_span::BoxSpan;
+use crate::math::numeric::{scale_to_unit, unit_vector};
+use crate::math::ray::{Ray, RayStart};
 use crate::norm::NormForm;
-use crate::numeric::{scale_to_unit, unit_vector};
-use crate::ray::{Ray, RayStart};
-use crate::{certified, convex};
-
-/// The two shape parameters. 1 and 1 make an ellipsoid, values near 0 a box, 2 and 2 an octahedron, larger ones a star.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Exponents {
-    /// Longitude: the shape of the cross-section with the xy plane. > 0.
-    pub e: f64,
-    /// Latitude: the shape of the profile towards z. > 0.
-    pub n: f64,
-}
-
-/// Why numbers do not make a superquadric.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum ShapeError {
-    /// A radius is not a positive finite number.
-    #[error("every semi-axis must be a finite number above 0")]
-    Radius,
-    /// An exponent is not a positive finite number.
-    #[error("both exponents must be finite numbers above 0")]
-    Exponent,
-}
+use crate::shape::{Exponents, ShapeError, ShapeHit, is_positive};
+use crate::solve::span::BoxSpan;
+use crate::solve::{certified, convex};
 
 /// A superquadric centred at the origin, its axes along x, y and z. In coordinates divided by `radii` it is the unit shape, which
 /// lies in the box [-1, 1]^3 and touches all six faces.
@@ -38,47 +20,57 @@ pub struct Superquadric {
     norm: NormForm,
 }
 
-/// Where a ray first crosses the surface of a shape.
+/// A superquadric that is known to be convex (e <= 2 and n <= 2): what a solver takes that is right
+/// for no other. [`Superquadric::as_convex`] alone makes one.
+///
+/// ```compile_fail,E0423
+/// use superegg_geom::{Convex, Exponents, Superquadric};
+/// let star = Superquadric::unit(Exponents::new(3.0, 3.0).unwrap());
+/// let convex = Convex(star);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShapeHit {
-    /// The place on the ray, >= 0, in lengths of its direction.
-    pub t: f64,
-    /// The point in the shape's own space. It is more exact than `ray.point_at(t)` where a coordinate is small: on the spikes and
-    /// creases of shapes with e or n > 2 a normal needs that.
-    pub point: DVec3,
-    /// Whether the ray goes out of the shape here.
-    pub leaving: bool,
+pub struct Convex(Superquadric);
+
+impl Deref for Convex {
+    type Target = Superquadric;
+
+    fn deref(&self) -> &Superquadric {
+        &self.0
+    }
 }
 
 impl Superquadric {
     /// A superquadric from its semi-axes and exponents.
     ///
+    /// ```
+    /// use superegg_geom::{Exponents, ShapeError, Superquadric, glam::DVec3};
+    /// let egg = Superquadric::new(DVec3::new(1.0, 1.0, 1.3), Exponents::new(1.0, 0.8)?)?;
+    /// assert_eq!(egg.point_at(0.0, 0.0), DVec3::X);
+    /// assert!(egg.inside_outside(DVec3::new(0.0, 0.0, 1.4)) > 0.0);
+    /// # Ok::<(), ShapeError>(())
+    /// ```
+    ///
     /// # Errors
-    /// A value that is not finite and above 0.
+    /// [`ShapeError::Radius`] if a semi-axis is not finite and above 0.
     pub fn new(radii: DVec3, exponents: Exponents) -> Result<Self, ShapeError> {
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        if !radii.to_array().into_iter().all(positive) {
+        if !radii.to_array().into_iter().all(is_positive) {
             return Err(ShapeError::Radius);
-        }
-        if !positive(exponents.e) || !positive(exponents.n) {
-            return Err(ShapeError::Exponent);
         }
         Ok(Self { radii, exponents, norm: NormForm::new(exponents) })
     }
 
     /// The sphere of radius 1: what a new primitive is.
     pub fn unit_sphere() -> Self {
-        Self::unit(Exponents { e: 1.0, n: 1.0 })
+        Self::unit(Exponents::ROUND)
     }
 
-    /// The unit shape of exponents that a superquadric has.
+    /// The superquadric of these exponents with semi-axes 1.
     ///
     /// ```
     /// use superegg_geom::{Exponents, Superquadric, glam::DVec3};
-    /// assert_eq!(Superquadric::unit(Exponents { e: 1.0, n: 1.0 }), Superquadric::unit_sphere());
+    /// assert_eq!(Superquadric::unit(Exponents::ROUND), Superquadric::unit_sphere());
     /// ```
     pub fn unit(exponents: Exponents) -> Self {
-        debug_assert!(exponents.e > 0.0 && exponents.n > 0.0);
         Self { radii: DVec3::ONE, exponents, norm: NormForm::new(exponents) }
     }
 
@@ -99,7 +91,19 @@ impl Superquadric {
 
     /// Whether the shape is convex: e <= 2 and n <= 2.
     pub fn is_convex(&self) -> bool {
-        self.exponents.e <= 2.0 && self.exponents.n <= 2.0
+        self.exponents.are_convex()
+    }
+
+    /// The shape as a [`Convex`] one; `None` where e or n is above 2.
+    ///
+    /// ```
+    /// use superegg_geom::{Exponents, Superquadric};
+    /// assert!(Superquadric::unit_sphere().as_convex().is_some());
+    /// assert!(Superquadric::unit(Exponents::new(3.0, 1.0)?).as_convex().is_none());
+    /// # Ok::<(), superegg_geom::ShapeError>(())
+    /// ```
+    pub fn as_convex(&self) -> Option<Convex> {
+        self.is_convex().then_some(Convex(*self))
     }
 
     /// The inside-outside function at a point of the shape's space: < 0 inside, 0 on the surface, > 0 outside, +inf where it
@@ -129,7 +133,7 @@ impl Superquadric {
     /// ```
     pub fn point_at(&self, u_rad: f64, v_rad: f64) -> DVec3 {
         let power = |x: f64, w: f64| x.abs().powf(w).copysign(x);
-        let Exponents { e, n } = self.exponents;
+        let (e, n) = (self.exponents.e(), self.exponents.n());
         let around = power(v_rad.cos(), n);
         DVec3::new(around * power(u_rad.cos(), e), around * power(u_rad.sin(), e), power(v_rad.sin(), n))
             * self.radii
@@ -201,7 +205,9 @@ impl Superquadric {
         if self.is_convex() { convex::intersect } else { certified::intersect }
     }
 
-    /// The same by the certified search alone, whatever the exponents: the slow twin that tests hold the convex path against.
+    /// [`Superquadric::intersect`] by the certified search alone, whatever the exponents: the slow
+    /// reference that tests compare the convex solver with.
+    #[cfg(any(test, feature = "baseline"))]
     pub fn intersect_certified(&self, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
         self.intersect_by(certified::intersect, ray, start)
     }

@@ -93,7 +93,7 @@ fn many_rays_against_one_shape_agree_with_the_f64_path() {
     let mut random = Random(3 + shape_count() as u64);
     let (mut batch, mut hits) = (LaneRays::default(), LaneHits::default());
     for _ in 0..shape_count() {
-        let exponents = Exponents { e: random.exponent(), n: random.exponent() };
+        let exponents = Exponents::new(random.exponent(), random.exponent()).unwrap();
         let shape = Superquadric::new(DVec3::ONE, exponents).unwrap();
         let rays: Vec<Ray> = (0..RAYS + (random.unit() * 20.0) as usize).map(|_| random.ray()).collect();
         batch.clear();
@@ -110,7 +110,7 @@ fn rays_against_a_shape_each_agree_with_the_f64_path() {
     let mut random = Random(4);
     let pairs: Vec<(Superquadric, Ray)> = (0..shape_count() * 200)
         .map(|_| {
-            let exponents = Exponents { e: random.exponent(), n: random.exponent() };
+            let exponents = Exponents::new(random.exponent(), random.exponent()).unwrap();
             (Superquadric::new(DVec3::ONE, exponents).unwrap(), random.ray())
         })
         .collect();
@@ -146,7 +146,7 @@ fn hostile_rays_do_no_harm() {
     let mut any = || values[(random.unit() * values.len() as f64) as usize];
     let (mut batch, mut hits) = (LaneRays::default(), LaneHits::default());
     for (e, n) in [(1.0, 1.0), (0.0001, 0.0001), (2.0, 2.0), (0.5, 1.5), (1e-300, 2.0)] {
-        let shape = Superquadric::new(DVec3::new(1.0, 2.0, 1e-3), Exponents { e, n }).unwrap();
+        let shape = Superquadric::new(DVec3::new(1.0, 2.0, 1e-3), Exponents::new(e, n).unwrap()).unwrap();
         let rays: Vec<Ray> = (0..20_000)
             .map(|_| Ray::new(DVec3::new(any(), any(), any()), DVec3::new(any(), any(), any())))
             .collect();

@@ -242,7 +242,7 @@ fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
         line(text, &format!("setCoeff {}", vector(shape.radii())));
     }
     if shape.exponents() != default.shape.exponents() {
-        let (e, n) = (format_number(shape.exponents().e), format_number(shape.exponents().n));
+        let (e, n) = (format_number(shape.exponents().e()), format_number(shape.exponents().n()));
         line(text, &format!("setExponent {e} {n}"));
     }
     if *patches != default.patches {

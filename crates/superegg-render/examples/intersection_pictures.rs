@@ -24,7 +24,7 @@ fn main() -> image::ImageResult<()> {
     let view = View::new(&camera, SIDE, SIDE);
     let mut picture = RgbImage::new(3 * SIDE, ROWS.len() as u32 * SIDE);
     for (row, (e, n)) in (0..).zip(ROWS) {
-        let shape = Superquadric::new([1.0; 3].into(), Exponents { e, n }).expect("good exponents");
+        let shape = Superquadric::unit(Exponents::new(e, n).expect("good exponents"));
         let pixels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
         for (x, y) in pixels {
             let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));

@@ -153,7 +153,7 @@ fn edit(scene: &mut Scene, (which, what, amount): &Edit) {
                 Superquadric::new(radii, shape.exponents()).unwrap();
         }
         4 => {
-            let exponents = Exponents { e: 2.5 * x, n: 2.5 * y };
+            let exponents = Exponents::new(2.5 * x, 2.5 * y).unwrap();
             scene.primitive_mut(&target).unwrap().shape =
                 Superquadric::new(shape.radii(), exponents).unwrap();
         }
@@ -281,7 +281,7 @@ fn small_changes_are_patched_and_large_ones_are_not() {
     assert_eq!(patched(&moved("c555", DVec3::new(0.3, 0.0, 0.0))), (0, 1));
     let sphere = Superquadric::unit_sphere();
     assert_eq!(patched(&|scene| scene.primitive_mut("other").unwrap().shape = sphere), (0, 1));
-    let square = Superquadric::new(DVec3::splat(0.3), Exponents { e: 0.1, n: 0.1 }).unwrap();
+    let square = Superquadric::new(DVec3::splat(0.3), Exponents::new(0.1, 0.1).unwrap()).unwrap();
     assert_eq!(patched(&|scene| scene.primitive_mut("other").unwrap().shape = square), (0, 1));
     // Beyond the tree's space, and a tree that no longer fits.
     assert_eq!(patched(&moved("c555", DVec3::new(100.0, 0.0, 0.0))), (0, 0));
@@ -324,8 +324,7 @@ fn what_does_not_depend_on_a_change_is_taken_over() {
     scene.primitive_mut("b").unwrap().material.color = DVec3::X;
     assert_eq!(before.recompile(&scene, Some("all"), 9).reused_group_count(), 3, "a colour is in no tree");
     scene.primitive_mut("b").unwrap().shape =
-        superegg_geom::Superquadric::new(DVec3::splat(0.5), superegg_geom::Exponents { e: 1.0, n: 1.0 })
-            .unwrap();
+        superegg_geom::Superquadric::new(DVec3::splat(0.5), superegg_geom::Exponents::ROUND).unwrap();
     assert_eq!(before.recompile(&scene, Some("all"), 9).reused_group_count(), 1, "the left one stays");
 }
 

@@ -15,7 +15,7 @@ use superegg_geom::lanes::beam::{
 };
 use superegg_geom::lanes::crowd::Crowd;
 use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
-use superegg_geom::{Exponents, Ray, RayStart, Superquadric, inverse_of, scale_to_unit, unit_vector};
+use superegg_geom::{Ray, RayStart, Superquadric, inverse_of, scale_to_unit, unit_vector};
 
 use crate::bvh::Slot;
 use crate::compiled::{CompiledScene, Group, Instance};
@@ -826,8 +826,7 @@ impl<'s> Beam<'s> {
             return None;
         }
         let (columns, map_scale) = f32_columns(linear)?;
-        let Exponents { e, n } = target.shape.exponents();
-        let around = Superquadric::unit(Exponents { e: e.min(2.0), n: n.min(2.0) });
+        let around = Superquadric::unit(target.shape.exponents().convexified());
         let origin = target.origin.as_vec3().to_array();
         Some(BeamShape::new(&around, columns, origin, tolerance as f32, map_scale as f32))
     }

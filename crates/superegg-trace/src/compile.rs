@@ -746,7 +746,7 @@ impl Mixer {
 
     fn shape(&mut self, primitive: &CompiledPrimitive) {
         let CompiledPrimitive { radii, exponents, .. } = primitive;
-        self.words([radii.x, radii.y, radii.z, exponents.e, exponents.n].map(f64::to_bits));
+        self.words([radii.x, radii.y, radii.z, exponents.e(), exponents.n()].map(f64::to_bits));
     }
 
     fn text(&mut self, text: &str) {

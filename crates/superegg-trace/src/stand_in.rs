@@ -82,7 +82,7 @@ impl StandIn {
 
     /// The unit sphere, whose image is the ellipsoid.
     pub(crate) fn unit_shape() -> Superquadric {
-        Superquadric::unit(Exponents { e: 1.0, n: 1.0 })
+        Superquadric::unit(Exponents::ROUND)
     }
 
     /// The primitive of which most is seen.

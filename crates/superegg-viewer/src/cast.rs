@@ -29,7 +29,7 @@ pub fn cast(scene: &Scene, compiled: &CompiledScene, ray: &Ray) -> Option<CastHi
     let hit = compiled.intersect(ray, None)?;
     let surface = compiled.interaction(&hit);
     let (primitive, described) = scene.primitives().nth(hit.primitive as usize)?;
-    let shape = Superquadric::new(DVec3::ONE, described.shape.exponents()).ok()?;
+    let shape = Superquadric::unit(described.shape.exponents());
     let newton_steps = shape.newton_steps(&compiled.unit_ray(ray, &hit), RayStart::Free);
     Some(CastHit {
         t: hit.t * ray.direction.length(),

@@ -399,7 +399,8 @@ fn branch<'a>(
 fn edit_primitive(ui: &mut Ui, primitive: &mut Primitive) -> Option<String> {
     let mut line = None;
     let shape = primitive.shape;
-    let (mut radii, Exponents { mut e, mut n }) = (shape.radii(), shape.exponents());
+    let (mut radii, exponents) = (shape.radii(), shape.exponents());
+    let (mut e, mut n) = (exponents.e(), exponents.n());
     ui.horizontal(|ui| {
         ui.label("semi-axes");
         for axis in 0..3 {
@@ -419,7 +420,7 @@ fn edit_primitive(ui: &mut Ui, primitive: &mut Primitive) -> Option<String> {
     if line.as_ref().is_some_and(String::is_empty) {
         line = Some(format!("setExponent {} {}", number_text(e, DECIMALS), number_text(n, DECIMALS)));
     }
-    if let Ok(shape) = Superquadric::new(radii, Exponents { e, n }) {
+    if let Ok(shape) = Exponents::new(e, n).and_then(|exponents| Superquadric::new(radii, exponents)) {
         primitive.shape = shape;
     }
     let Patches { u, v } = &mut primitive.patches;

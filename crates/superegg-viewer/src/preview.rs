@@ -285,7 +285,7 @@ impl<'a> Opening<'a> {
         let shape = *self.stand_ins.entry(first).or_insert_with(|| {
             let PreviewShape { material, .. } = shapes[first as usize];
             shapes.push(PreviewShape {
-                exponents: Exponents { e: 1.0, n: 1.0 },
+                exponents: Exponents::ROUND,
                 patches: Patches { u: 8, v: 4 },
                 material,
             });

@@ -39,15 +39,15 @@ pub fn drawn_patches(patches: Patches) -> Patches {
 /// Few patches give what they give: 2 around are flat, 1 from pole to pole is a line.
 pub fn tessellate(exponents: Exponents, patches: Patches) -> Mesh {
     let Patches { u, v } = drawn_patches(patches);
-    let shape = Superquadric::new(DVec3::ONE, exponents).unwrap_or(Superquadric::unit_sphere());
+    let shape = Superquadric::unit(exponents);
     let vertex = |point: DVec3| Vertex {
         position: point.as_vec3().to_array(),
         normal: shape.normal(point).as_vec3().to_array(),
     };
-    let around: Vec<(f64, f64)> = (0..u).map(|i| full_turn(i, u, exponents.e)).collect();
+    let around: Vec<(f64, f64)> = (0..u).map(|i| full_turn(i, u, exponents.e())).collect();
     let mut vertices = vec![vertex(DVec3::NEG_Z)];
     for j in 1..v {
-        let (height, radius) = latitude(j, v, exponents.n);
+        let (height, radius) = latitude(j, v, exponents.n());
         vertices.extend(around.iter().map(|(s, c)| vertex(DVec3::new(radius * c, radius * s, height))));
     }
     vertices.push(vertex(DVec3::Z));
@@ -120,7 +120,7 @@ mod tests {
         /// Every vertex is on the surface, with a unit normal.
         #[test]
         fn vertices_are_on_the_surface(e in exponent(), n in exponent(), u in 1..40u32, v in 1..40u32) {
-            let exponents = Exponents { e, n };
+            let exponents = Exponents::new(e, n).unwrap();
             let shape = Superquadric::new(DVec3::ONE, exponents).unwrap();
             let mesh = tessellate(exponents, Patches { u, v });
             prop_assert_eq!(mesh.vertices.len() as u32, (v - 1) * u + 2);
@@ -135,7 +135,7 @@ mod tests {
         /// A closed surface: each directed edge of a triangle meets its opposite once.
         #[test]
         fn triangles_close(u in 3..20u32, v in 2..20u32) {
-            let mesh = tessellate(Exponents { e: 1.0, n: 1.0 }, Patches { u, v });
+            let mesh = tessellate(Exponents::ROUND, Patches { u, v });
             let mut directed: HashMap<(u32, u32), i32> = HashMap::new();
             for [a, b, c] in &mesh.triangles {
                 for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -150,7 +150,7 @@ mod tests {
         /// Seen from outside a triangle goes round against the clock, and its normals point to that side.
         #[test]
         fn triangles_face_outwards(e in 0.5..1.5f64, n in 0.5..1.5f64, u in 5..20u32, v in 4..20u32) {
-            let mesh = tessellate(Exponents { e, n }, Patches { u, v });
+            let mesh = tessellate(Exponents::new(e, n).unwrap(), Patches { u, v });
             let position = |i: u32| Vec3::from(mesh.vertices[i as usize].position);
             for [a, b, c] in mesh.triangles.iter().copied() {
                 let facing = (position(b) - position(a)).cross(position(c) - position(a));
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn a_cube_reaches_its_corners_and_the_middles_of_its_faces() {
-        let mesh = tessellate(Exponents { e: 0.0001, n: 0.0001 }, Patches { u: 8, v: 4 });
+        let mesh = tessellate(Exponents::new(0.0001, 0.0001).unwrap(), Patches { u: 8, v: 4 });
         let has = |wanted: [f32; 3]| {
             mesh.vertices.iter().any(|v| (Vec3::from(v.position) - Vec3::from(wanted)).length() < 1e-3)
         };
@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn any_number_of_patches_is_drawn() {
         for patches in [Patches { u: 1, v: 1 }, Patches { u: 2, v: 1 }, Patches { u: u32::MAX, v: 2 }] {
-            let mesh = tessellate(Exponents { e: 4.0, n: 0.0001 }, patches);
+            let mesh = tessellate(Exponents::new(4.0, 0.0001).unwrap(), patches);
             let count = mesh.vertices.len() as u32;
             assert!(mesh.triangles.iter().flatten().all(|i| *i < count));
             assert!(mesh.vertices.iter().all(|v| Vec3::from(v.position).is_finite()));

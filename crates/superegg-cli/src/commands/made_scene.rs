@@ -255,7 +255,7 @@ impl Sink for SceneSink<'_> {
         self.0.ensure_primitive(&shape.name)?;
         let primitive = self.0.primitive_mut(&shape.name)?;
         let [e, n] = shape.exponents;
-        primitive.shape = Superquadric::new(shape.radii.into(), Exponents { e, n })?;
+        primitive.shape = Superquadric::new(shape.radii.into(), Exponents::new(e, n)?)?;
         primitive.material.color = shape.color.into();
         Ok(())
     }

@@ -13,7 +13,7 @@ use super::descent::{Crossing, Entry, NEAR, SIDE_BY_SIDE, WithNorm, entries, fir
 use super::kernel::{BOX, Evaluate, Rise, TINY, Triple};
 use super::vector::{Lanes, Mask};
 use super::{PowerKind, lane_power};
-use crate::numeric::scale_to_unit;
+use crate::math::numeric::scale_to_unit;
 use crate::superquadric::Superquadric;
 
 /// Rays in a packet.
@@ -1135,7 +1135,7 @@ mod tests {
         let mut next = numbers();
         let (mut met, mut stopped) = (0, 0);
         for e in [0.0001, 0.3, 1.0, 2.0] {
-            let exponents = crate::Exponents { e, n: 0.7 };
+            let exponents = crate::Exponents::new(e, 0.7).unwrap();
             let one: [[f32; 3]; 3] =
                 std::array::from_fn(|i| std::array::from_fn(|j| f32::from(u8::from(i == j))));
             let shape = BeamShape::new(&Superquadric::unit(exponents), one, [0.3, -0.2, 9.0], 2e-6, 1.0);

@@ -284,7 +284,8 @@ mod tests {
         let exponents = [0.0001, 0.01, 0.1, 0.4, 1.0, 1.3, 2.0];
         let mut next = numbers();
         (0..49 * 60).map(move |case| {
-            let shape = Superquadric::unit(Exponents { e: exponents[case % 7], n: exponents[case / 7 % 7] });
+            let shape =
+                Superquadric::unit(Exponents::new(exponents[case % 7], exponents[case / 7 % 7]).unwrap());
             let mut rays =
                 Rays { start: [[0.0; LANES]; 3], direction: [[0.0; LANES]; 3], length: [0.0; LANES] };
             for lane in 0..LANES {
@@ -306,7 +307,8 @@ mod tests {
     #[test]
     fn the_derivatives_are_those_of_the_norm() {
         let mut told_of = 0;
-        for (shape, rays) in cases().filter(|(shape, _)| shape.exponents().e.min(shape.exponents().n) > 0.05)
+        for (shape, rays) in
+            cases().filter(|(shape, _)| shape.exponents().e().min(shape.exponents().n()) > 0.05)
         {
             for told in [
                 Asked { shape: &shape, rays: &rays }.with_simd(Scalar),

@@ -5,7 +5,8 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::superquadric::{ShapeHit, Superquadric};
+use crate::shape::ShapeHit;
+use crate::superquadric::Superquadric;
 
 /// Rays that are settled together.
 const WIDTH: usize = 8;
@@ -323,7 +324,8 @@ mod tests {
         for i in 0..4000 {
             let a = f64::from(i);
             let exponents =
-                crate::Exponents { e: 0.1 + 0.19 * f64::from(i % 11), n: 0.05 + 0.13 * f64::from(i % 16) };
+                crate::Exponents::new(0.1 + 0.19 * f64::from(i % 11), 0.05 + 0.13 * f64::from(i % 16))
+                    .unwrap();
             let shape = Superquadric::unit(exponents);
             let origin = DVec3::new(a.sin(), (1.7 * a).cos(), (0.3 * a).sin()).normalize() * (2.0 + 0.01 * a);
             let target = 0.6 * DVec3::new((2.1 * a).sin(), (0.9 * a).sin(), (1.3 * a).cos());

@@ -1,7 +1,7 @@
 //! Commands, as parsed.
 
+use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_geom::{Exponents, TransformStep};
 use superegg_scene::{AmbientOcclusion, Camera, Light, MaterialShare, Patches, Sky};
 
 /// One command with its arguments, each within its range.
@@ -47,7 +47,12 @@ pub enum Command {
     /// Set the semi-axes.
     SetRadii(DVec3),
     /// Set the exponents.
-    SetExponents(Exponents),
+    SetExponents {
+        /// East-west.
+        e: f64,
+        /// North-south.
+        n: f64,
+    },
     /// Set the patches of the preview.
     SetPatches(Patches),
     /// Set the base colour.

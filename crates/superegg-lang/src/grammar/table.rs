@@ -2,7 +2,6 @@
 
 use std::sync::LazyLock;
 
-use superegg_geom::Exponents;
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
 use superegg_scene::{AmbientOcclusion, Camera, Light, LightKind, MAX_DEPTH, MaterialShare, Patches, Sky};
@@ -352,7 +351,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         summary: "sets the exponents: e shapes the xy plane, n the z direction; 1 is round, near 0 square, 2 pointed",
         default: "1 1",
         example: "setExponent 0.1 1",
-        build: |args| Command::SetExponents(Exponents { e: args.number(0), n: args.number(1) }),
+        build: |args| Command::SetExponents { e: args.number(0), n: args.number(1) },
     },
     CommandSpec {
         name: "setPatch",

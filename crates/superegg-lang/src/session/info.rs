@@ -207,7 +207,7 @@ fn primitive_details(name: &str, primitive: &Primitive) -> String {
     let exponents = shape.exponents();
     let rows = [
         ("coeff", vector(shape.radii())),
-        ("exponent", format!("{} {}", format_number(exponents.e), format_number(exponents.n))),
+        ("exponent", format!("{} {}", format_number(exponents.e()), format_number(exponents.n()))),
         ("patch", format!("{} {}", patches.u, patches.v)),
         ("color", vector(material.color)),
         ("ambient", format_number(material.ambient)),

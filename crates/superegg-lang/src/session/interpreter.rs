@@ -1,6 +1,6 @@
 //! The interpreter: commands change a scene.
 
-use superegg_geom::Superquadric;
+use superegg_geom::{Exponents, Superquadric};
 use superegg_scene::{Camera, Entity, Floor, Lens, Light, Primitive, Scene, SceneError, TrackSubject};
 
 use crate::diagnostic::Fault;
@@ -226,8 +226,9 @@ impl Session {
             Command::SetRadii(radii) => {
                 primitive.shape = Superquadric::new(*radii, shape.exponents()).map_err(shape_fault)?;
             }
-            Command::SetExponents(exponents) => {
-                primitive.shape = Superquadric::new(shape.radii(), *exponents).map_err(shape_fault)?;
+            Command::SetExponents { e, n } => {
+                let exponents = Exponents::new(*e, *n).map_err(shape_fault)?;
+                primitive.shape = Superquadric::new(shape.radii(), exponents).map_err(shape_fault)?;
             }
             Command::SetPatches(patches) => primitive.patches = *patches,
             Command::SetColor(color) => primitive.material.color = *color,

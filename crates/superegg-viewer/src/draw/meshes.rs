@@ -24,7 +24,7 @@ impl MeshKey {
     /// number of small shapes is a few meshes.
     pub(super) fn new(shape: &PreviewShape, level: u8) -> Self {
         let Patches { u, v } = patches_at(shape.patches, level);
-        let Exponents { e, n } = shape.exponents;
+        let (e, n) = (shape.exponents.e(), shape.exponents.n());
         let (e, n) = if level == 0 { (e, n) } else { (rounded(e), rounded(n)) };
         Self { e_bits: e.to_bits(), n_bits: n.to_bits(), u, v }
     }
@@ -61,14 +61,16 @@ const BALL: Patches = Patches { u: 8, v: 5 };
 
 impl Meshes {
     pub(super) fn new(device: &wgpu::Device) -> Self {
-        let ball = upload(device, Exponents { e: 1.0, n: 1.0 }, BALL);
+        let ball = upload(device, Exponents::ROUND, BALL);
         Self { numbers: HashMap::new(), meshes: Vec::new(), ball }
     }
 
     /// The number of a mesh, which is made if it is new.
     pub(super) fn ensure(&mut self, device: &wgpu::Device, key: MeshKey) -> usize {
         *self.numbers.entry(key).or_insert_with(|| {
-            let exponents = Exponents { e: f64::from_bits(key.e_bits), n: f64::from_bits(key.n_bits) };
+            let (e, n) = (f64::from_bits(key.e_bits), f64::from_bits(key.n_bits));
+            // The bits of a shape's exponents, or of rounded ones, which are positive too.
+            let exponents = Exponents::new(e, n).unwrap_or_default();
             self.meshes.push(upload(device, exponents, Patches { u: key.u, v: key.v }));
             self.meshes.len() - 1
         })

@@ -6,10 +6,10 @@
 
 use glam::DVec3;
 
-use crate::box_span::BoxSpan;
+use crate::math::ray::RayStart;
 use crate::norm::NormForm;
-use crate::ray::RayStart;
-use crate::superquadric::ShapeHit;
+use crate::shape::ShapeHit;
+use crate::solve::span::BoxSpan;
 
 /// Each step divides g g' by four at least (convexity), so sixty reach the last digit even from a double root.
 const MAX_STEPS: u32 = 100;

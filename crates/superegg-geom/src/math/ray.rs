@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::transform::{Transform, error_through};
+use crate::math::transform::{Transform, error_through};
 
 /// The half line `origin + t direction`, t >= 0. The direction need not be of unit length; every `t` of this crate counts in
 /// its length, so that a ray keeps its `t` through any affine map.

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 use thiserror::Error;
 
-use crate::numeric::{difference_of_products, scale_to_unit, unit_vector};
+use crate::math::numeric::{difference_of_products, scale_to_unit, unit_vector};
 
 /// One step of a transform, as the modelling language writes it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::numeric::difference_of_products;
+use crate::math::numeric::difference_of_products;
 
 /// The part of the line `origin + t direction`, t >= 0, in the box [-1, 1]^3 (outside of it a unit shape has no point). The points
 /// where it begins and ends are exact to rounding of their own size, not of the distance to the origin: a crossing

@@ -7,8 +7,8 @@
 
 use glam::DVec3;
 
-use crate::ray::Ray;
-use crate::superquadric::Exponents;
+use crate::math::ray::Ray;
+use crate::shape::Exponents;
 
 /// The answer of the textbook method and what it took.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,14 +25,14 @@ const MAX_STEPS: u32 = 200;
 
 /// `sq_io` as the course text prints it, for the unit shape.
 pub fn inside_outside(v: DVec3, exponents: Exponents) -> f64 {
-    let Exponents { e, n } = exponents;
+    let (e, n) = (exponents.e(), exponents.n());
     let s = v * v;
     (s.x.powf(1.0 / e) + s.y.powf(1.0 / e)).powf(e / n) + s.z.powf(1.0 / n) - 1.0
 }
 
 /// The gradient of `sq_io` as the course text prints it (its third row, missing there, is 2z (z^2)^(1/n - 1) / n).
 pub fn gradient(v: DVec3, exponents: Exponents) -> DVec3 {
-    let Exponents { e, n } = exponents;
+    let (e, n) = (exponents.e(), exponents.n());
     let s = v * v;
     let around = (s.x.powf(1.0 / e) + s.y.powf(1.0 / e)).powf(e / n - 1.0);
     DVec3::new(

@@ -19,11 +19,11 @@
 
 use glam::DVec3;
 
-use crate::box_span::{BoxSpan, point_on_plane, t_between};
+use crate::math::numeric::difference_of_products;
+use crate::math::ray::RayStart;
 use crate::norm::{NormForm, PowerNorm};
-use crate::numeric::difference_of_products;
-use crate::ray::RayStart;
-use crate::superquadric::ShapeHit;
+use crate::shape::ShapeHit;
+use crate::solve::span::{BoxSpan, point_on_plane, t_between};
 
 /// A bound on the intervals looked at for one half piece. Hostile rays need some hundreds (a test counts them).
 const MAX_INTERVALS: usize = 20_000;

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::ray::Ray;
-use crate::transform::Transform;
+use crate::math::ray::Ray;
+use crate::math::transform::Transform;
 
 /// The box `min..=max`. Empty where `min > max` in some coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,6 @@
+//! Rays, boxes, affine maps and careful arithmetic: what knows no superquadric.
+
+pub(crate) mod aabb;
+pub(crate) mod numeric;
+pub(crate) mod ray;
+pub(crate) mod transform;
