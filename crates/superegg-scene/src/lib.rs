@@ -7,6 +7,7 @@
 mod animation;
 mod camera;
 mod light;
+mod nesting;
 mod object;
 mod ordered_map;
 mod picture;
@@ -18,6 +19,7 @@ mod view_settings;
 pub use animation::{Key, Track, TrackSubject, TrackWord};
 pub use camera::{Camera, Lens};
 pub use light::{Light, LightKind};
+pub use nesting::object_heights;
 pub use object::{Child, Object};
 pub use picture::{Encoding, Filter, Picture, Tone};
 pub use primitive::{Material, MaterialShare, Patches, Pattern, Primitive};
