@@ -1,4 +1,4 @@
-//! The viewer of a build without the feature `window`: its names are there, and no value of them can be made.
+//! The viewer of a build without the feature `window`: the same names, but no value can be made.
 
 use std::convert::Infallible;
 use std::sync::mpsc::Sender;
@@ -8,16 +8,16 @@ use superegg_scene::Scene;
 use crate::frame_stats::ViewerBench;
 use crate::protocol::{FromViewer, NoWindow, Shown};
 
-/// The event loop with its window, which this build cannot make.
+/// The event loop and its window. This build cannot make one.
 #[derive(Debug)]
 pub struct Viewer(Infallible);
 
-/// The handle of a [`Viewer`], which this build cannot make.
+/// Access to a [`Viewer`]. This build cannot make one.
 #[derive(Clone, Debug)]
 pub struct ViewerHandle(Infallible);
 
 impl Viewer {
-    /// Connects to no display.
+    /// Always fails.
     ///
     /// # Errors
     /// Always [`NoWindow::NotBuilt`].
@@ -25,7 +25,7 @@ impl Viewer {
         Err(NoWindow::NotBuilt)
     }
 
-    /// The handle to this viewer from other threads.
+    /// A handle for other threads.
     pub fn handle(&self) -> ViewerHandle {
         match self.0 {}
     }
@@ -42,12 +42,12 @@ impl Viewer {
 }
 
 impl ViewerHandle {
-    /// Opens the window with this.
+    /// Opens the window with this snapshot.
     pub fn open(&self, _shown: Shown) {
         match self.0 {}
     }
 
-    /// Shows this from now on.
+    /// Shows this snapshot.
     pub fn show(&self, _shown: Shown) {
         match self.0 {}
     }
@@ -57,7 +57,7 @@ impl ViewerHandle {
         match self.0 {}
     }
 
-    /// Asks the desktop to give the window the keyboard.
+    /// Requests the keyboard for the window.
     pub fn interact(&self) {
         match self.0 {}
     }
@@ -73,7 +73,7 @@ impl ViewerHandle {
     }
 }
 
-/// Measures no frames.
+/// Always fails.
 ///
 /// # Errors
 /// Always [`NoWindow::NotBuilt`].

@@ -1,4 +1,4 @@
-//! Frame times without a window: the preview, and the live ray traced view, while the scene is turned.
+//! Frame times without a window: the preview and the live ray traced view of a rotating scene.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -10,19 +10,16 @@ use superegg_render::RenderSettings;
 use superegg_scene::{Scene, Shading};
 use superegg_trace::CompiledScene;
 
-use crate::draw::{Drawing, Picture, Style};
-use crate::eye::Eye;
+use crate::draw::{Drawing, Gpu, GpuError, Picture, Style};
 use crate::frame_stats::{DrawStats, FrameTimes, PreviewBench, TraceBench, ViewerBench};
-use crate::gpu::{Gpu, GpuError};
+use crate::input::Eye;
+use crate::live::tracer::{Pace, TraceJob, available_threads, trace_pass};
 use crate::preview::{PreviewBudget, SceneIndex};
-use crate::tracer::{Pace, TraceJob, available_threads, trace_pass};
 
-/// The instances that a preview opens in a window are opened here.
-const MOST_INSTANCES: usize = 250_000;
-/// A frame of 20 a second, with a fifth left for everything else.
+/// A frame at 20 frames per second, less a fifth for everything else.
 const LIVE_SECONDS: f64 = 0.04;
 
-/// The eye at a frame of a row in which the scene is turned once around, tilted.
+/// The eye at a frame of a sequence in which a tilted scene makes one turn.
 fn eye_at(scene: &Scene, frame: usize, frames: usize) -> Eye {
     let mut eye = Eye::new(&scene.camera);
     let angle = TAU * frame as f64 / frames.max(1) as f64;
@@ -42,7 +39,7 @@ fn ms_since(begin: Instant) -> f64 {
     1e3 * begin.elapsed().as_secs_f64()
 }
 
-/// Measures the frames of the preview, then those of the live ray traced view.
+/// Measures frames of the preview, then of the live ray traced view, at this size in pixels.
 ///
 /// # Errors
 /// There is no graphics driver.
@@ -58,7 +55,7 @@ pub fn bench(
     })
 }
 
-/// Draws a row of frames of the preview.
+/// Draws a sequence of frames of the preview.
 fn bench_preview(
     scene: &Scene,
     root: Option<&str>,
@@ -69,13 +66,13 @@ fn bench_preview(
     let mut drawing = Drawing::for_images(&gpu);
     let begin = Instant::now();
     let index = SceneIndex::new(scene);
-    let budget = PreviewBudget { instances: MOST_INSTANCES, height_px: size.1 };
+    let budget = PreviewBudget { instances: PreviewBudget::WINDOW_INSTANCES, height_px: size.1 };
     let preview = index.open(root, &scene.camera, &budget);
     let open_ms = ms_since(begin);
     let lights = scene.lights();
     let mut milliseconds = Vec::new();
     let mut last = DrawStats::default();
-    // The first frame makes the meshes.
+    // The first frame makes the meshes and is not counted.
     for frame in 0..=frames {
         let picture = Picture {
             camera: eye_at(scene, frame, frames).camera(),
@@ -99,7 +96,7 @@ fn bench_preview(
     Ok(PreviewBench { device: gpu.describe(), open_ms, instances, stats: last, times: times(milliseconds) })
 }
 
-/// Traces a row of frames, as a window does.
+/// Traces a sequence of frames as a window does.
 fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usize) -> TraceBench {
     let threads = available_threads();
     let begin = Instant::now();
@@ -126,8 +123,9 @@ fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usiz
     let mut live = Vec::new();
     for frame in 0..frames {
         let begin = Instant::now();
-        coarseness = pace.coarseness(size, LIVE_SECONDS);
-        if let Some(pass) = trace_pass(&job(frame), coarseness, 1, threads, &never) {
+        let affordable = pace.coarseness(size, LIVE_SECONDS);
+        if let Some(pass) = trace_pass(&job(frame), affordable, 1, threads, &never) {
+            coarseness = pass.coarseness;
             pace.measure(f64::from(pass.film.width()) * f64::from(pass.film.height()), pass.seconds);
         }
         live.push(ms_since(begin));

@@ -1,64 +1,64 @@
-//! What frames cost: counts and times, as plain data.
+//! Counts and times of frames.
 
-/// What one drawn picture cost.
+/// Counts and time of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DrawStats {
-    /// Instances within the picture.
+    /// Instances in the view frustum.
     pub instances: usize,
-    /// Triangles given to the GPU, or edges in wireframe.
+    /// Triangles sent to the GPU, or edges in wireframe.
     pub triangles: usize,
     /// Draw calls.
     pub draws: usize,
-    /// Seconds on the processor to prepare it.
+    /// CPU time in seconds.
     pub seconds: f64,
-    /// Instances drawn with fewer patches than their own, to keep to the drawing budget.
+    /// Instances drawn coarser than their size demands, because of the triangle budget.
     pub coarser: usize,
-    /// Lights that had no place.
+    /// Lights beyond the limit of the preview.
     pub lights_left_out: usize,
 }
 
-/// Milliseconds of a row of frames.
+/// Times of a sequence of frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameTimes {
-    /// The frame in the middle.
+    /// Median time of a frame, in milliseconds.
     pub median_ms: f64,
-    /// One of twenty frames takes longer.
+    /// 95th percentile of the time of a frame, in milliseconds.
     pub slow_ms: f64,
-    /// How many frames there were.
+    /// Number of frames.
     pub frames: usize,
 }
 
-/// The preview's frames.
+/// Measurements of the preview.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PreviewBench {
-    /// Driver and device.
+    /// Names of device and driver.
     pub device: String,
-    /// To open the scene.
+    /// Time to index and expand the scene, in milliseconds.
     pub open_ms: f64,
-    /// Instances opened.
+    /// Number of instances.
     pub instances: usize,
-    /// The last frame.
+    /// Statistics of the last frame.
     pub stats: DrawStats,
-    /// Each frame with the picture read back, which a window does not do.
+    /// Times of the frames, each with reading the picture back, which a window does not do.
     pub times: FrameTimes,
 }
 
-/// The live ray traced view's frames.
+/// Measurements of the live ray traced view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceBench {
-    /// Threads that traced.
+    /// Number of threads.
     pub threads: usize,
-    /// To compile the scene.
+    /// Time to compile the scene, in milliseconds.
     pub compile_ms: f64,
-    /// Frames at every pixel, one sample each.
+    /// Frames at full size with one sample per pixel.
     pub full: FrameTimes,
-    /// Frames as a window shows them while it is turned: as coarse as 20 a second ask for.
+    /// Frames of a window during a drag: as coarse as 20 frames per second demand.
     pub live: FrameTimes,
-    /// One pixel of the last of these stands for so many of the window, along a side.
+    /// Side of the square of window pixels that one pixel of the last live frame covers.
     pub coarseness: u32,
 }
 
-/// The frames of both views of the window.
+/// Measurements of both views of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewerBench {
     /// The preview.

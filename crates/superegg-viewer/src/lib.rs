@@ -1,12 +1,18 @@
-//! The window onto a scene: what it shows, and what can be done in it.
+//! The window of Superegg: preview, panel and live ray tracing of a scene.
 //!
-//! Pure state (`Arcball`, `Eye`, `ViewState`, `keys`) knows no window and no GPU; `draw` draws on wgpu into a window or an image and
-//! knows no keys. The crate reads snapshots of a scene and never writes one: what is changed in the window leaves it as lines of the
-//! modelling language.
+//! [`Viewer`] runs the window on the main thread. [`ViewerHandle`] sends it snapshots ([`Shown`])
+//! from any thread, and its messages ([`FromViewer`]) return over a channel. The window reads
+//! snapshots of a scene and never writes one: each change leaves as a line of the modelling
+//! language. [`bench`] measures frame times without a window.
 //!
-//! All of this needs the feature `window`. Without it the crate keeps the names that a program calls, [`Viewer`] foremost, none of its
-//! heavy dependencies, and each attempt to open a window fails with [`NoWindow::NotBuilt`]. So a program that calls it needs no
-//! conditional code.
+//! Pure state knows no window and no GPU: `Arcball`, `Eye`, `ViewState` and the key bindings in
+//! `keys`.
+//!
+//! The feature `window` brings the window. Without it the crate keeps the names that a program
+//! calls and has none of the heavy dependencies; each attempt to open a window returns
+//! [`NoWindow::NotBuilt`]. A program that calls it needs no conditional code.
+//!
+//! Hidden items serve the project's own tests and may change at any time.
 
 mod frame_stats;
 mod protocol;
@@ -15,43 +21,31 @@ mod protocol;
 mod absent;
 
 #[cfg(feature = "window")]
-mod annotations;
-#[cfg(feature = "window")]
-mod arcball;
-#[cfg(feature = "window")]
 mod bench;
 #[cfg(feature = "window")]
-mod cast;
+mod commands;
 #[cfg(feature = "window")]
-mod display_loss;
-#[cfg(feature = "window")]
+#[doc(hidden)]
 pub mod draw;
 #[cfg(feature = "window")]
-mod eye;
+mod event;
 #[cfg(feature = "window")]
-mod gpu;
+mod input;
 #[cfg(feature = "window")]
-mod io_grid;
+mod live;
 #[cfg(feature = "window")]
-pub mod keys;
+mod overlay;
 #[cfg(feature = "window")]
 mod panel;
 #[cfg(feature = "window")]
-mod preview;
+#[doc(hidden)]
+pub mod preview;
 #[cfg(feature = "window")]
-mod screenshot;
-#[cfg(feature = "window")]
-mod state;
-#[cfg(feature = "window")]
-mod tessellate;
-#[cfg(feature = "window")]
-mod tracer;
+mod text;
 #[cfg(feature = "window")]
 mod viewer;
 #[cfg(feature = "window")]
 mod window;
-#[cfg(feature = "window")]
-mod worker;
 
 pub use frame_stats::{DrawStats, FrameTimes, PreviewBench, TraceBench, ViewerBench};
 pub use protocol::{FromViewer, NoWindow, Shown};
@@ -61,15 +55,13 @@ pub use absent::{Viewer, ViewerHandle, bench};
 
 #[cfg(feature = "window")]
 pub use {
-    arcball::Arcball,
     bench::bench,
-    cast::{CastHit, cast},
-    eye::Eye,
-    gpu::{Gpu, GpuError},
-    io_grid::{GridSpec, IoGrid},
-    preview::{Preview, PreviewBudget, PreviewInstance, PreviewShape, SceneIndex},
-    state::{Request, ViewState, Viewport},
-    tessellate::{MOST_PATCHES, Mesh, Vertex, drawn_patches, tessellate},
-    tracer::{Pace, Pass, TraceJob, available_threads, trace_pass},
+    draw::GpuError,
+    input::{Arcball, Eye, Request, ViewState, Viewport, keys},
     viewer::{Viewer, ViewerHandle},
 };
+
+/// The examples of the README.
+#[cfg(all(doctest, feature = "window"))]
+#[doc = include_str!("../README.md")]
+struct Readme;

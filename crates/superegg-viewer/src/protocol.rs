@@ -1,40 +1,41 @@
-//! What a session and its viewer say to each other: snapshots go in, lines come out.
+//! Messages between a session and its window: snapshots go in, lines come out.
 
 use superegg_scene::{Scene, ViewSettings};
 use thiserror::Error;
 
-/// What the window shows: a snapshot.
+/// A snapshot of the session for the window.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shown {
     /// The scene.
     pub scene: Scene,
-    /// The selected primitive or object, which is what is shown.
+    /// The selected primitive or object. The window shows it.
     pub selected: Option<String>,
-    /// The switches.
+    /// The switches of the view.
     pub settings: ViewSettings,
 }
 
-/// What the window has to say.
+/// A message from the window to the session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FromViewer {
-    /// A line exactly as the prompt would take it.
+    /// A line of the modelling language to run.
     Command(String),
-    /// A key or the panel has changed a switch.
+    /// A key or the panel has changed the switches of the view.
     Settings(ViewSettings),
-    /// Something to tell the person at the prompt.
-    Say(String),
-    /// The keyboard goes back to the prompt.
+    /// A text for the user at the prompt.
+    Message(String),
+    /// Return the keyboard to the prompt.
     KeyboardBack,
-    /// The window is closed: by its user, by [`ViewerHandle::close`], or because it can be shown no longer. [`ViewerHandle::open`] may open it
-    /// again, unless a [`FromViewer::Say`] before told that the display has gone.
+    /// The window is closed: by the user, by [`crate::ViewerHandle::close`], or after a failure.
+    /// [`crate::ViewerHandle::open`] can open it again, unless a [`FromViewer::Message`] has
+    /// reported the loss of the display.
     Closed,
 }
 
-/// Why there can be no window.
+/// There can be no window.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NoWindow {
-    /// No display answers; the text says why.
+    /// There is no display. The text is the reason.
     #[error("there is no display to open a window on ({0}); everything but the viewer works without one")]
     NoDisplay(String),
     /// The crate is compiled without the feature `window`.

@@ -1,54 +1,40 @@
-//! The event loop with its window, and the handle that reaches it from any thread.
+//! The event loop with its window, and its handle for other threads.
 
 use std::sync::mpsc::Sender;
 
 use winit::event_loop::{EventLoop, EventLoopProxy};
 
-use crate::display_loss;
+use crate::event::Event;
 use crate::protocol::{FromViewer, NoWindow, Shown};
-use crate::tracer::Pass;
-use crate::window::App;
-use crate::worker::Ready;
+use crate::text::first_line;
+use crate::window::app::App;
+use crate::window::display_loss;
 
-/// What reaches the event loop from other threads.
-#[derive(Debug)]
-pub(crate) enum Event {
-    Open(Box<Shown>),
-    Show(Box<Shown>),
-    Notice(String),
-    Interact,
-    Close,
-    Quit,
-    Ready(Ready),
-    Traced(Box<Pass>),
-    GpuFault(String),
-}
-
-/// The event loop with its window. It belongs on the main thread.
+/// The event loop and its window. It must run on the main thread.
 #[derive(Debug)]
 pub struct Viewer {
     event_loop: EventLoop<Event>,
 }
 
-/// The way to a viewer from any thread. All of it does nothing once the viewer has ended.
+/// Access to a viewer from any thread. Its methods do nothing after the viewer has ended.
 #[derive(Clone, Debug)]
 pub struct ViewerHandle {
     proxy: EventLoopProxy<Event>,
 }
 
 impl Viewer {
-    /// Connects to the display, and opens no window yet. A process can do this once.
+    /// Connects to the display without opening a window. A process can do this once.
     ///
     /// # Errors
     /// There is no display.
     pub fn new() -> Result<Self, NoWindow> {
-        // Some systems have no library to ask, and say so by panicking.
+        // The window library panics where the system's own library is missing.
         let built = std::panic::catch_unwind(|| EventLoop::with_user_event().build());
         match built {
             Ok(Ok(event_loop)) => Ok(Self { event_loop }),
             Ok(Err(error)) => {
                 let text = first_line(&error.to_string());
-                // It begins with the line of the library's source that says it.
+                // The text begins with a position in the library's source.
                 let reason = text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
                 Err(NoWindow::NoDisplay(reason.map_or(text.clone(), |(_, reason)| reason.to_owned())))
             }
@@ -56,17 +42,18 @@ impl Viewer {
         }
     }
 
-    /// The way to this viewer from other threads.
+    /// A handle for other threads.
     pub fn handle(&self) -> ViewerHandle {
         ViewerHandle { proxy: self.event_loop.create_proxy() }
     }
 
-    /// Runs the event loop until [`ViewerHandle::quit`], or until the receiver of `out` has gone and the window is closed. Opens the window at
-    /// once where `first` is something to show.
+    /// Runs the event loop until [`ViewerHandle::quit`], or until the receiver of `out` is dropped
+    /// and the next message fails. It opens the window at once if there is a `first` snapshot.
     ///
-    /// On X11 a display that goes away ends the process from within its library. Then `after_loss` is called in place of a
-    /// return, on this thread, after [`FromViewer::Say`] and [`FromViewer::Closed`]: it should wait for what else the process does, and exit.
-    /// If it returns, the thread sleeps for good.
+    /// On X11 the loss of the display ends the process from within Xlib. In that case this function
+    /// does not return: it sends [`FromViewer::Message`] and [`FromViewer::Closed`] and calls
+    /// `after_loss` on this thread. `after_loss` should wait for the other work of the process and
+    /// exit. If it returns, the thread sleeps forever.
     pub fn run(
         self,
         first: Option<Shown>,
@@ -78,52 +65,49 @@ impl Viewer {
         let proxy = self.event_loop.create_proxy();
         let mut app = App::new(proxy, out, first);
         let event_loop = self.event_loop;
-        // The window library unwraps answers of the display; they are errors once it has gone.
+        // The window library unwraps replies of the display, which are errors after its loss.
         let run = std::panic::AssertUnwindSafe(|| event_loop.run_app(&mut app));
         let ended = std::panic::catch_unwind(run);
         if !matches!(ended, Ok(Ok(()))) {
-            guard.tell_once();
+            guard.report_once();
         }
     }
 }
 
 impl ViewerHandle {
     fn send(&self, event: Event) {
-        // An error says that the loop has ended.
+        // An error means that the loop has ended.
         let _ = self.proxy.send_event(event);
     }
 
-    /// Opens the window, or brings it to the front, with this.
+    /// Opens the window, or brings it to the front, with this snapshot.
     pub fn open(&self, shown: Shown) {
         self.send(Event::Open(Box::new(shown)));
     }
 
-    /// Shows this from now on, if the window is open, and when it is opened.
+    /// Shows this snapshot, now or when the window opens.
     pub fn show(&self, shown: Shown) {
         self.send(Event::Show(Box::new(shown)));
     }
 
-    /// Shows a line of text in the window for a while, such as the error of a command that came from there.
+    /// Shows a line of text in the window for a while, such as the error of a command from the
+    /// window.
     pub fn notice(&self, text: String) {
         self.send(Event::Notice(text));
     }
 
-    /// Asks the desktop to give the window the keyboard.
+    /// Requests the keyboard for the window.
     pub fn interact(&self) {
         self.send(Event::Interact);
     }
 
-    /// Closes the window; the event loop goes on.
+    /// Closes the window. The event loop continues.
     pub fn close(&self) {
         self.send(Event::Close);
     }
 
-    /// Closes the window and lets [`Viewer::run`] return.
+    /// Closes the window and makes [`Viewer::run`] return.
     pub fn quit(&self) {
         self.send(Event::Quit);
     }
-}
-
-pub(crate) fn first_line(text: &str) -> String {
-    text.lines().next().unwrap_or_default().trim().to_owned()
 }

@@ -1,4 +1,5 @@
-//! The drawing module without a window, on whatever Vulkan or GL there is: software serves. Where there is none the tests say so and pass.
+//! The drawing module without a window, on whatever Vulkan or GL there is: software serves. Where
+//! there is none the tests say so and pass.
 
 // A test that is skipped says so.
 #![allow(clippy::print_stderr, clippy::print_stdout)]
@@ -9,8 +10,9 @@ use superegg_lang::Session;
 use superegg_render::View;
 use superegg_scene::{Encoding, Light, Patches, Scene, Shading};
 use superegg_trace::CompiledScene;
-use superegg_viewer::draw::{Drawing, Line, Mark, Picture, SHADERS, Style};
-use superegg_viewer::{Eye, Gpu, Preview, PreviewBudget, SceneIndex};
+use superegg_viewer::Eye;
+use superegg_viewer::draw::{Drawing, Gpu, Line, Mark, Picture, SHADERS, Style};
+use superegg_viewer::preview::{Preview, PreviewBudget, SceneIndex};
 
 #[test]
 fn shaders_are_valid() {
@@ -111,7 +113,8 @@ fn traced_silhouette(session: &Session, camera: superegg_scene::Camera, size: (u
         .collect()
 }
 
-/// Pixels that differ, and the places where they do in a whole block of two by two: the difference is wider than a pixel there.
+/// Pixels that differ, and the places where they do in a whole block of two by two: the difference
+/// is wider than a pixel there.
 fn disagreement(a: &[bool], b: &[bool], (width, height): (u32, u32)) -> (usize, usize) {
     let differs = |x: u32, y: u32| a[(y * width + x) as usize] != b[(y * width + x) as usize];
     let is_wide = |x, y| differs(x, y) && differs(x + 1, y) && differs(x, y + 1) && differs(x + 1, y + 1);

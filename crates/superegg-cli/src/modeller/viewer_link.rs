@@ -75,7 +75,7 @@ impl Modeller {
                 settings.view = view;
                 self.timeline.set_settings(settings);
             }
-            FromViewer::Say(text) => self.print(&text),
+            FromViewer::Message(text) => self.print(&text),
             FromViewer::KeyboardBack | FromViewer::Closed => {}
         }
     }

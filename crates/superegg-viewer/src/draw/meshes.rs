@@ -1,4 +1,4 @@
-//! Meshes on the GPU, each there once.
+//! Meshes on the GPU, each stored once.
 
 use std::collections::HashMap;
 
@@ -7,10 +7,10 @@ use superegg_scene::Patches;
 use wgpu::util::DeviceExt;
 
 use super::lod::patches_at;
-use crate::preview::PreviewShape;
-use crate::tessellate::{Vertex, tessellate};
+use crate::preview::{PreviewShape, Vertex, tessellate};
 
-/// What a mesh is of. Shapes of equal exponents and patches share one; radii are the instance's.
+/// Key of a mesh. Shapes with equal exponents and patches share one mesh; the semi-axes belong to
+/// the instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct MeshKey {
     e_bits: u64,
@@ -20,8 +20,8 @@ pub(super) struct MeshKey {
 }
 
 impl MeshKey {
-    /// The mesh of a shape at a level of detail. Below the own patches exponents are rounded by less than a quarter of a pixel, so that any
-    /// number of small shapes is a few meshes.
+    /// The key of a shape at a level of detail. Above level 0 exponents are rounded, by less than a
+    /// quarter of a pixel, so that any number of small shapes needs few meshes.
     pub(super) fn new(shape: &PreviewShape, level: u8) -> Self {
         let Patches { u, v } = patches_at(shape.patches, level);
         let (e, n) = (shape.exponents.e(), shape.exponents.n());
@@ -30,7 +30,7 @@ impl MeshKey {
     }
 }
 
-/// The nearest of a row of exponents, each a tenth larger than the one before.
+/// The nearest power of 1.1.
 fn rounded(exponent: f64) -> f64 {
     1.1f64.powf(exponent.clamp(0.05, 16.0).log(1.1).round())
 }
@@ -40,7 +40,7 @@ fn rounded(exponent: f64) -> f64 {
 pub(super) struct GpuMesh {
     pub(super) vertices: wgpu::Buffer,
     pub(super) vertex_count: u32,
-    /// Each vertex twice, for lines that begin there.
+    /// Each vertex twice, for the two ends of a normal.
     pub(super) doubled_vertices: wgpu::Buffer,
     pub(super) triangles: wgpu::Buffer,
     pub(super) triangle_count: u32,
@@ -51,9 +51,10 @@ pub(super) struct GpuMesh {
 /// All meshes on the GPU.
 #[derive(Debug)]
 pub(super) struct Meshes {
+    device: wgpu::Device,
     numbers: HashMap<MeshKey, usize>,
     meshes: Vec<GpuMesh>,
-    /// The sphere of the marks.
+    /// The sphere for marks.
     pub(super) ball: GpuMesh,
 }
 
@@ -62,16 +63,16 @@ const BALL: Patches = Patches { u: 8, v: 5 };
 impl Meshes {
     pub(super) fn new(device: &wgpu::Device) -> Self {
         let ball = upload(device, Exponents::ROUND, BALL);
-        Self { numbers: HashMap::new(), meshes: Vec::new(), ball }
+        Self { device: device.clone(), numbers: HashMap::new(), meshes: Vec::new(), ball }
     }
 
-    /// The number of a mesh, which is made if it is new.
-    pub(super) fn ensure(&mut self, device: &wgpu::Device, key: MeshKey) -> usize {
+    /// The number of a mesh. A new mesh is tessellated and uploaded.
+    pub(super) fn ensure(&mut self, key: MeshKey) -> usize {
         *self.numbers.entry(key).or_insert_with(|| {
             let (e, n) = (f64::from_bits(key.e_bits), f64::from_bits(key.n_bits));
-            // The bits of a shape's exponents, or of rounded ones, which are positive too.
+            // The bits of valid exponents, so the default is never used.
             let exponents = Exponents::new(e, n).unwrap_or_default();
-            self.meshes.push(upload(device, exponents, Patches { u: key.u, v: key.v }));
+            self.meshes.push(upload(&self.device, exponents, Patches { u: key.u, v: key.v }));
             self.meshes.len() - 1
         })
     }
@@ -88,7 +89,7 @@ impl Meshes {
 fn upload(device: &wgpu::Device, exponents: Exponents, patches: Patches) -> GpuMesh {
     let mesh = tessellate(exponents, patches);
     let buffer = |label, bytes: &[u8], usage| {
-        // A buffer of nothing is refused.
+        // wgpu rejects an empty buffer.
         let contents = if bytes.is_empty() { &[0; 16] } else { bytes };
         device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
     };

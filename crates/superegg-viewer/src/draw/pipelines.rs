@@ -1,7 +1,11 @@
-//! The pipelines: which shaders draw what, and what each does with depth.
+//! The pipelines: shaders, vertex layouts and depth state.
 
-use super::{DEPTH_FORMAT, InstanceData, SHADERS};
-use crate::tessellate::Vertex;
+use super::attachments::DEPTH_FORMAT;
+use super::gpu_data::InstanceData;
+use crate::preview::Vertex;
+
+/// The WGSL source of all shaders.
+pub const SHADERS: &str = include_str!("shaders.wgsl");
 
 #[derive(Debug)]
 pub(super) struct Pipelines {
@@ -21,16 +25,16 @@ pub(super) struct Pipelines {
     pub(super) film: wgpu::RenderPipeline,
 }
 
-/// What a pipeline does with depth. It is reversed: nearer is greater.
+/// Depth state of a pipeline. Depth is reversed: nearer is greater.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Depth {
-    /// Tested and written, a little behind where it is, so that edges on the surface win.
+    /// Tested and written with a bias backwards, so that edges on the surface win.
     Behind,
     /// Tested and written.
     Solid,
     /// Tested, not written.
     Tested,
-    /// Neither.
+    /// Neither tested nor written.
     Ignored,
 }
 
@@ -115,7 +119,7 @@ impl Pipelines {
         let scene = |vertex, fragment, buffers, topology, depth| {
             make(&scene_layout, vertex, fragment, buffers, topology, depth)
         };
-        // In the order of `Sides`.
+        // In the order of `Sides::ALL`.
         let solid = |vertex, fragment| {
             [Some(wgpu::Face::Back), Some(wgpu::Face::Front), None].map(|hidden| {
                 let shaders = (&shaders, vertex, fragment);
@@ -177,7 +181,7 @@ fn pipeline(
     depth: Depth,
     (format, samples): (wgpu::TextureFormat, u32),
 ) -> wgpu::RenderPipeline {
-    // Depth alone writes no colour, and what is written whole needs no blending.
+    // The depth pass writes no colour. Opaque surfaces need no blending.
     let (write_mask, blend) = match (fragment, topology) {
         ("depth_fragment", _) => (wgpu::ColorWrites::empty(), None),
         (_, wgpu::PrimitiveTopology::LineList) | ("mark_fragment", _) => {

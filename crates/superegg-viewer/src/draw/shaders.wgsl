@@ -1,20 +1,23 @@
-// Everything is in the space of the eye: x right, y up, the eye at the origin looking along -z, one unit from the eye to what it looks at.
+// All positions are in eye space: x right, y up, the eye at the origin looking along -z, unit =
+// distance from eye to target.
 
 const MOST_LIGHTS: u32 = 32u;
 
 struct Light {
-    // Place, and the k of the falloff 1 / (1 + k d^2); of a sun the direction towards it.
+    // Position, and k of the attenuation 1 / (1 + k d^2). For a directional light: the direction
+    // towards it.
     position_falloff: vec4<f32>,
-    // w: the share of a cone's angle over which it fades towards the rim; below 0 for a sun.
+    // w: fraction of the cone's angle over which the light fades towards the rim; below 0 for a
+    // directional light.
     color: vec4<f32>,
-    // Unit axis, and half the angle from side to side; an angle of 0 is no cone.
+    // Unit axis, and half the opening angle. 0 is a point light.
     cone: vec4<f32>,
 }
 
 struct Frame {
-    // Cotangents of half the angles of view, x and y; near plane; 1 where colours are encoded by the sRGB curve.
+    // Cotangents of half the angles of view in x and y; near plane; 1 for the sRGB curve.
     projection: vec4<f32>,
-    // x: how many lights there are.
+    // x: number of lights.
     counts: vec4<u32>,
     lights: array<Light, MOST_LIGHTS>,
 }
@@ -31,7 +34,8 @@ fn encode(linear: vec3<f32>) -> vec3<f32> {
     if frame.projection.w == 0.0 {
         return c;
     }
-    // The sRGB curve by roots, right to a third of a step of an 8-bit colour: powers cost a software driver dearly.
+    // The sRGB curve by square roots, correct to a third of an 8-bit step. pow is slow on a
+    // software driver.
     let a = sqrt(c);
     let b = sqrt(a);
     let curved = 0.662002687 * a + 0.684122060 * b - 0.323583601 * sqrt(b) - 0.0225411470 * c;
@@ -46,7 +50,7 @@ struct Material {
     exponent: f32,
 }
 
-// Blinn's form of Phong's terms at a point, as the ray tracer has them, without shadows.
+// Blinn-Phong shading at a point as in the ray tracer, without shadows.
 fn shade(m: Material, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     let to_eye = normalize(-p);
     var sum = m.ambient * m.color;
@@ -63,19 +67,19 @@ fn shade(m: Material, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
         if facing <= 0.0 {
             continue;
         }
-        var share = 1.0;
+        var cone = 1.0;
         if light.cone.w > 0.0 {
             let angle = acos(clamp(-dot(l, light.cone.xyz), -1.0, 1.0));
-            share = smoothstep(0.0, max(light.color.w, 1e-4) * light.cone.w, light.cone.w - angle);
+            cone = smoothstep(0.0, max(light.color.w, 1e-4) * light.cone.w, light.cone.w - angle);
         }
         let h = normalize(l + to_eye);
         let highlight = m.specular * pow(max(dot(n, h), 1e-6), m.exponent);
-        sum += share * light.color.rgb / (1.0 + light.position_falloff.w * square) * (m.diffuse * facing * m.color + highlight);
+        sum += cone * light.color.rgb / (1.0 + light.position_falloff.w * square) * (m.diffuse * facing * m.color + highlight);
     }
     return sum;
 }
 
-// Solids: instances of a mesh.
+// Solids: instances of meshes.
 
 struct Vertex {
     @location(0) position: vec3<f32>,
@@ -83,28 +87,28 @@ struct Vertex {
 }
 
 struct Instance {
-    // Rows of the map from the unit shape to the eye.
+    // Rows of the map from the unit shape to eye space.
     @location(2) row_x: vec4<f32>,
     @location(3) row_y: vec4<f32>,
     @location(4) row_z: vec4<f32>,
     @location(5) color_ambient: vec4<f32>,
-    // Diffuse, specular, exponent; the sign of the map's determinant.
+    // Diffuse, specular, highlight exponent; sign of the map's determinant.
     @location(6) surface: vec4<f32>,
-    // Columns of the map for normals: the inverse transpose but for a factor.
+    // Columns of the map of normals: a multiple of the inverse transpose.
     @location(7) normal_x: vec3<f32>,
     @location(8) normal_y: vec3<f32>,
     @location(9) normal_z: vec3<f32>,
 }
 
-fn place(i: Instance, p: vec3<f32>) -> vec3<f32> {
+fn to_eye_space(i: Instance, p: vec3<f32>) -> vec3<f32> {
     let q = vec4(p, 1.0);
     return vec3(dot(i.row_x, q), dot(i.row_y, q), dot(i.row_z, q));
 }
 
-fn turn_normal(i: Instance, n: vec3<f32>) -> vec3<f32> {
-    let turned = i.normal_x * n.x + i.normal_y * n.y + i.normal_z * n.z;
-    let size = dot(turned, turned);
-    return select(vec3(0.0, 0.0, 1.0), turned * inverseSqrt(size), size > 0.0);
+fn map_normal(i: Instance, n: vec3<f32>) -> vec3<f32> {
+    let mapped = i.normal_x * n.x + i.normal_y * n.y + i.normal_z * n.z;
+    let size = dot(mapped, mapped);
+    return select(vec3(0.0, 0.0, 1.0), mapped * inverseSqrt(size), size > 0.0);
 }
 
 fn material_of(i: Instance) -> Material {
@@ -121,13 +125,13 @@ struct PerPixel {
 
 @vertex
 fn phong_vertex(v: Vertex, i: Instance) -> PerPixel {
-    let p = place(i, v.position);
-    return PerPixel(project(p), p, turn_normal(i, v.normal), i.color_ambient, i.surface);
+    let p = to_eye_space(i, v.position);
+    return PerPixel(project(p), p, map_normal(i, v.normal), i.color_ambient, i.surface);
 }
 
 @fragment
 fn phong_fragment(in: PerPixel, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
-    // From within a shape its other side is lit. A mirroring map turns the triangles round.
+    // Inside a shape the back face is lit. A mirroring map reverses the winding of the triangles.
     let is_outside = is_front == (in.surface.w > 0.0);
     let n = normalize(in.normal) * select(-1.0, 1.0, is_outside);
     let m = Material(in.color_ambient.rgb, in.color_ambient.w, in.surface.x, in.surface.y, in.surface.z);
@@ -141,8 +145,8 @@ struct PerVertex {
 
 @vertex
 fn gouraud_vertex(v: Vertex, i: Instance) -> PerVertex {
-    let p = place(i, v.position);
-    return PerVertex(project(p), shade(material_of(i), p, turn_normal(i, v.normal)));
+    let p = to_eye_space(i, v.position);
+    return PerVertex(project(p), shade(material_of(i), p, map_normal(i, v.normal)));
 }
 
 @fragment
@@ -150,11 +154,11 @@ fn gouraud_fragment(in: PerVertex) -> @location(0) vec4<f32> {
     return vec4(encode(in.color), 1.0);
 }
 
-// Depth alone.
+// Depth only.
 
 @vertex
 fn depth_vertex(v: Vertex, i: Instance) -> @builtin(position) vec4<f32> {
-    return project(place(i, v.position));
+    return project(to_eye_space(i, v.position));
 }
 
 @fragment
@@ -174,20 +178,20 @@ fn edge_color(i: Instance) -> vec3<f32> {
 
 @vertex
 fn edge_vertex(v: Vertex, i: Instance) -> Colored {
-    return Colored(project(place(i, v.position)), vec4(edge_color(i), 1.0));
+    return Colored(project(to_eye_space(i, v.position)), vec4(edge_color(i), 1.0));
 }
 
 @vertex
 fn dim_edge_vertex(v: Vertex, i: Instance) -> Colored {
-    return Colored(project(place(i, v.position)), vec4(edge_color(i), 0.22));
+    return Colored(project(to_eye_space(i, v.position)), vec4(edge_color(i), 0.22));
 }
 
 @vertex
 fn selected_edge_vertex(v: Vertex, i: Instance) -> Colored {
-    return Colored(project(place(i, v.position)), vec4(1.0, 0.72, 0.2, 0.75));
+    return Colored(project(to_eye_space(i, v.position)), vec4(1.0, 0.72, 0.2, 0.75));
 }
 
-// A line for each vertex: its first end on the surface, the second along the normal by a fifth of the shape's mean size.
+// A line at each vertex: from the surface along the normal, a fifth of the shape's mean size long.
 @vertex
 fn normal_vertex(v: Vertex, i: Instance, @builtin(vertex_index) index: u32) -> Colored {
     let cx = vec3(i.row_x.x, i.row_y.x, i.row_z.x);
@@ -195,11 +199,11 @@ fn normal_vertex(v: Vertex, i: Instance, @builtin(vertex_index) index: u32) -> C
     let cz = vec3(i.row_x.z, i.row_y.z, i.row_z.z);
     let size = (length(cx) + length(cy) + length(cz)) / 3.0;
     let along = select(0.0, 0.2 * size, (index & 1u) == 1u);
-    let p = place(i, v.position) + along * turn_normal(i, v.normal);
+    let p = to_eye_space(i, v.position) + along * map_normal(i, v.normal);
     return Colored(project(p), vec4(0.95, 0.95, 0.35, 1.0));
 }
 
-// Lines that are given as they are.
+// Lines with given positions and colours.
 
 @vertex
 fn line_vertex(@location(0) position: vec3<f32>, @location(1) color: vec4<f32>) -> Colored {
@@ -211,7 +215,7 @@ fn colored_fragment(in: Colored) -> @location(0) vec4<f32> {
     return in.color;
 }
 
-// Marks: small spheres that shine, a little darker towards their rim.
+// Marks: small emissive spheres, a little darker towards the rim.
 
 struct MarkOut {
     @builtin(position) clip: vec4<f32>,
@@ -242,7 +246,7 @@ fn mark_fragment(in: MarkOut) -> @location(0) vec4<f32> {
 
 struct FilmOut {
     @builtin(position) clip: vec4<f32>,
-    @location(0) place: vec2<f32>,
+    @location(0) position: vec2<f32>,
 }
 
 @vertex
@@ -253,5 +257,5 @@ fn film_vertex(@builtin(vertex_index) index: u32) -> FilmOut {
 
 @fragment
 fn film_fragment(in: FilmOut) -> @location(0) vec4<f32> {
-    return vec4(textureSample(film, film_sampler, in.place).rgb, 1.0);
+    return vec4(textureSample(film, film_sampler, in.position).rgb, 1.0);
 }

@@ -1,20 +1,21 @@
-//! Pictures of the window, in numbered files.
+//! Pictures of the window in numbered files.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Writes bytes to the first of `superegg-0001.png`, `superegg-0002.png`, … that does not exist in a folder. Returns its name.
+/// Writes bytes to the first of `superegg-0001.png` to `superegg-9999.png` that does not exist in a
+/// folder. Returns its path.
 ///
 /// # Errors
-/// The folder cannot be written to, or all 9999 numbers are taken.
+/// The folder cannot be written to, or all 9999 files exist.
 pub(crate) fn write_numbered(folder: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
     for number in 1..=9999 {
         let path = folder.join(format!("superegg-{number:04}.png"));
         match OpenOptions::new().write(true).create_new(true).open(&path) {
             Ok(mut file) => {
                 return file.write_all(bytes).map(|()| path.clone()).inspect_err(|_| {
-                    // Half a picture is none.
+                    // No incomplete picture stays.
                     let _ = std::fs::remove_file(&path);
                 });
             }
@@ -22,13 +23,13 @@ pub(crate) fn write_numbered(folder: &Path, bytes: &[u8]) -> io::Result<PathBuf>
             Err(error) => return Err(error),
         }
     }
-    Err(io::Error::new(io::ErrorKind::AlreadyExists, "superegg-0001.png to superegg-9999.png are all there"))
+    Err(io::Error::new(io::ErrorKind::AlreadyExists, "superegg-0001.png to superegg-9999.png all exist"))
 }
 
-/// An image as a PNG file.
+/// Encodes an image as PNG.
 ///
 /// # Errors
-/// The encoder refuses it.
+/// The encoder fails.
 pub(crate) fn png(image: &image::RgbaImage) -> Result<Vec<u8>, image::ImageError> {
     let mut bytes = Vec::new();
     image.write_to(&mut io::Cursor::new(&mut bytes), image::ImageFormat::Png)?;
@@ -40,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_go_on_and_nothing_is_written_over() {
+    fn numbers_continue_and_nothing_is_overwritten() {
         let folder = std::env::temp_dir().join(format!("superegg-screenshot-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let names: Vec<String> = [b"one", b"two"]

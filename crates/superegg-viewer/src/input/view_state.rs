@@ -1,27 +1,28 @@
-//! What the person at the window has switched, turned and pointed at. No type of a window or a GPU.
+//! The state of the view: switches, eye, pointer. It contains no type of a window or a GPU.
 
 use superegg_geom::glam::DVec2;
 use superegg_geom::{Aabb, Ray};
 use superegg_render::View;
 use superegg_scene::{Camera, Shading, ViewSettings};
 
-use crate::eye::Eye;
-use crate::keys::{Action, SCALE_STEP};
+use super::eye::Eye;
+use super::keys::{Action, SCALE_STEP};
+use crate::commands;
 
-/// The whole state of the view.
+/// The state of the view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewState {
     /// The switches.
     pub settings: ViewSettings,
-    /// Where it is looked from.
+    /// The eye.
     pub eye: Eye,
-    /// The picture is ray traced.
+    /// The picture is ray traced instead of drawn.
     pub is_traced: bool,
     /// The side panel is shown.
     pub has_panel: bool,
     /// The keys are shown.
     pub has_help: bool,
-    /// The ray of a click; the intersection test takes it instead of the eye's own.
+    /// The ray of the last click. The intersection test casts it instead of the eye's own ray.
     pub cast: Option<Ray>,
     pointer: Pointer,
     /// The part of the window that shows the scene.
@@ -38,51 +39,51 @@ pub struct Viewport {
 }
 
 impl Viewport {
-    /// A place in radii of the arcball: the ball fills the shorter side.
-    fn on_ball(&self, place: DVec2) -> DVec2 {
-        let from_middle = place - self.corner - 0.5 * self.size;
+    /// Converts a point of the window to radii of the arcball. The ball fills the shorter side.
+    fn on_ball(&self, point: DVec2) -> DVec2 {
+        let from_middle = point - self.corner - 0.5 * self.size;
         from_middle * DVec2::new(1.0, -1.0) / (0.5 * self.size.min_element())
     }
 
-    /// Width over height.
+    /// Aspect ratio: width / height.
     pub fn aspect(&self) -> f64 {
         self.size.x / self.size.y
     }
 }
 
-/// What the pointer is doing.
+/// The gesture of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Pointer {
     Idle,
-    /// The left button went down here, and the pointer has not gone far: a click as yet.
+    /// The left button went down here, and the pointer has not left the range of a click.
     Pressed(DVec2),
     Turning,
-    /// The middle button is down; the pointer was here last.
+    /// The middle button is down, and the pointer was last here.
     Moving(DVec2),
 }
 
-/// A pointer that goes no farther than this between down and up has clicked.
+/// Farthest distance between press and release of a click.
 const CLICK_PX: f64 = 3.0;
-/// One notch of the wheel.
+/// Zoom factor of one notch of the wheel.
 const WHEEL_STEP: f64 = 1.1;
 
-/// What an action asks of those around the view.
+/// The part of an action that [`ViewState`] cannot carry out itself.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
-    /// The keyboard goes back to the command line.
+    /// Return the keyboard to the command line.
     KeyboardBack,
-    /// The settings have changed.
+    /// Publish the changed settings.
     SettingsChanged,
-    /// Make everything anew.
+    /// Rebuild everything from the scene.
     Refresh,
-    /// Write the picture to a file.
+    /// Save a picture of the window.
     Screenshot,
-    /// Lines for the command line.
+    /// Run these lines of the language.
     Commands(Vec<String>),
 }
 
 impl ViewState {
-    /// The view of a camera.
+    /// The view through a camera.
     pub fn new(camera: &Camera, settings: ViewSettings) -> Self {
         Self {
             settings,
@@ -96,14 +97,15 @@ impl ViewState {
         }
     }
 
-    /// Follows the scene's camera where that has changed.
+    /// Adopts the scene's camera if it has changed.
     pub fn set_camera(&mut self, camera: &Camera) {
         if self.eye.home() != camera {
             self.eye = Eye::new(camera);
         }
     }
 
-    /// Carries an action out. `bounds` is around everything shown.
+    /// Carries out an action. `bounds` is the bounding box of everything shown. Returns the part
+    /// that is left to the caller.
     pub fn apply(&mut self, action: Action, bounds: &Aabb) -> Option<Request> {
         let settings = &mut self.settings;
         let switch = |flag: &mut bool| {
@@ -128,84 +130,87 @@ impl ViewState {
                 self.cast = None;
                 switch(&mut settings.intersect_test)
             }
-            Action::Larger => self.only(|state| state.eye.magnify(SCALE_STEP)),
-            Action::Smaller => self.only(|state| state.eye.magnify(1.0 / SCALE_STEP)),
-            Action::FrameAll => self.only(|state| state.eye.frame(bounds, state.viewport.aspect())),
-            Action::Home => self.only(|state| state.eye.go_home()),
-            Action::ToggleTrace => self.only(|state| state.is_traced = !state.is_traced),
-            Action::TogglePanel => self.only(|state| state.has_panel = !state.has_panel),
-            Action::ToggleHelp => self.only(|state| state.has_help = !state.has_help),
+            Action::Larger => self.change(|state| state.eye.magnify(SCALE_STEP)),
+            Action::Smaller => self.change(|state| state.eye.magnify(1.0 / SCALE_STEP)),
+            Action::FrameAll => self.change(|state| state.eye.frame(bounds, state.viewport.aspect())),
+            Action::Home => self.change(|state| state.eye.go_home()),
+            Action::ToggleTrace => self.change(|state| state.is_traced = !state.is_traced),
+            Action::TogglePanel => self.change(|state| state.has_panel = !state.has_panel),
+            Action::ToggleHelp => self.change(|state| state.has_help = !state.has_help),
             Action::Refresh => Some(Request::Refresh),
             Action::Screenshot => Some(Request::Screenshot),
             Action::WriteCamera => {
-                Some(Request::Commands(camera_commands(&self.eye.camera(), self.eye.home())))
+                let (camera, home) = (self.eye.camera(), self.eye.home());
+                Some(Request::Commands(commands::view_as_camera(&camera, home)))
             }
-            Action::Undo => Some(Request::Commands(vec!["undo".to_owned()])),
-            Action::Redo => Some(Request::Commands(vec!["redo".to_owned()])),
+            Action::Undo => Some(Request::Commands(vec![commands::undo()])),
+            Action::Redo => Some(Request::Commands(vec![commands::redo()])),
         }
     }
 
-    fn only(&mut self, change: impl FnOnce(&mut Self)) -> Option<Request> {
+    fn change(&mut self, change: impl FnOnce(&mut Self)) -> Option<Request> {
         change(self);
         None
     }
 
-    /// The left button goes down at a place in pixels of the window.
-    pub fn press_left(&mut self, place: DVec2) {
-        self.pointer = Pointer::Pressed(place);
+    /// The left button goes down at a point in pixels of the window.
+    pub fn press_left(&mut self, point: DVec2) {
+        self.pointer = Pointer::Pressed(point);
     }
 
-    /// The middle button goes down.
-    pub fn press_middle(&mut self, place: DVec2) {
+    /// The middle button goes down at a point in pixels of the window.
+    pub fn press_middle(&mut self, point: DVec2) {
         self.eye.release();
-        self.pointer = Pointer::Moving(place);
+        self.pointer = Pointer::Moving(point);
     }
 
-    /// The pointer is at another place. Returns whether the view has changed.
-    pub fn move_pointer(&mut self, place: DVec2) -> bool {
+    /// The pointer moves to a point in pixels of the window. Returns whether the view has changed.
+    pub fn move_pointer(&mut self, point: DVec2) -> bool {
         match self.pointer {
             Pointer::Idle => return false,
-            Pointer::Pressed(from) if (place - from).length() <= CLICK_PX => return false,
+            Pointer::Pressed(from) if (point - from).length() <= CLICK_PX => return false,
             Pointer::Pressed(from) => {
                 self.eye.press(self.viewport.on_ball(from));
-                self.eye.drag(self.viewport.on_ball(place));
+                self.eye.drag(self.viewport.on_ball(point));
                 self.pointer = Pointer::Turning;
             }
-            Pointer::Turning => self.eye.drag(self.viewport.on_ball(place)),
+            Pointer::Turning => self.eye.drag(self.viewport.on_ball(point)),
             Pointer::Moving(last) => {
-                self.eye.move_by(place - last, self.viewport.size.y);
-                self.pointer = Pointer::Moving(place);
+                self.eye.move_by(point - last, self.viewport.size.y);
+                self.pointer = Pointer::Moving(point);
             }
         }
         true
     }
 
-    /// A button goes up, or the pointer leaves. Returns the place of a click, if it was one.
+    /// A button goes up, or the pointer leaves the window. Returns the point of a click, if it was
+    /// one.
     pub fn release(&mut self) -> Option<DVec2> {
         self.eye.release();
         match std::mem::replace(&mut self.pointer, Pointer::Idle) {
-            Pointer::Pressed(place) => Some(place),
-            _ => None,
+            Pointer::Pressed(point) => Some(point),
+            Pointer::Idle | Pointer::Turning | Pointer::Moving(_) => None,
         }
     }
 
-    /// Whether a drag changes the view.
+    /// Whether a drag is in progress.
     pub fn is_dragged(&self) -> bool {
         matches!(self.pointer, Pointer::Turning | Pointer::Moving(_))
     }
 
-    /// The wheel turns by notches, up positive.
+    /// The wheel turns by notches; up is positive and enlarges.
     pub fn turn_wheel(&mut self, notches: f64) {
         self.eye.magnify(WHEEL_STEP.powf(notches.clamp(-50.0, 50.0)));
     }
 
-    /// The ray of a place in pixels of the window.
-    pub fn ray_at(&self, place: DVec2) -> Ray {
+    /// The camera ray through a point in pixels of the window.
+    pub fn ray_at(&self, point: DVec2) -> Ray {
         let (width, height) = self.size_px();
-        View::new(&self.eye.camera(), width, height).ray(place - self.viewport.corner)
+        View::new(&self.eye.camera(), width, height).ray(point - self.viewport.corner)
     }
 
-    /// The ray of the intersection test: that of the last click, or the eye's own along its look direction.
+    /// The ray of the intersection test: that of the last click, or the eye's own in its viewing
+    /// direction.
     pub fn test_ray(&self) -> Ray {
         let camera = self.eye.camera();
         let (_, _, forward) = camera.frame();
@@ -218,37 +223,12 @@ impl ViewState {
     }
 }
 
-/// The lines that make a camera the scene's.
-fn camera_commands(camera: &Camera, before: &Camera) -> Vec<String> {
-    // Rounded where nobody could see it: to a millionth of the distance.
-    let distance = (camera.position - camera.target).length();
-    let decimals = (6.0 - distance.log10().floor()).clamp(0.0, 17.0) as usize;
-    let place = |v: superegg_geom::glam::DVec3| v.to_array().map(|x| number_text(x, decimals)).join(" ");
-    let mut lines = vec![format!(
-        "camera {} {} {}",
-        place(camera.position),
-        place(camera.target),
-        number_text(camera.fov_deg, 6)
-    )];
-    if (camera.up - before.up).length() > 1e-9 {
-        lines.insert(0, format!("cameraUp {}", camera.up.to_array().map(|x| number_text(x, 7)).join(" ")));
-    }
-    lines
-}
-
-/// A number with so many decimals at most, and no zeros at its end.
-pub(crate) fn number_text(x: f64, decimals: usize) -> String {
-    let text = format!("{x:.decimals$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
-}
-
 #[cfg(test)]
 mod tests {
     use superegg_geom::glam::DVec3;
 
     use super::*;
-    use crate::keys::BINDINGS;
+    use crate::input::keys::BINDINGS;
 
     fn state() -> ViewState {
         let mut state = ViewState::new(&Camera::default(), ViewSettings::default());
@@ -275,13 +255,13 @@ mod tests {
     #[test]
     fn a_click_is_no_drag_and_a_drag_no_click() {
         let mut view = state();
-        let place = DVec2::new(200.0, 100.0);
-        view.press_left(place);
-        assert!(!view.move_pointer(place + DVec2::X) && view.release() == Some(place));
+        let point = DVec2::new(200.0, 100.0);
+        view.press_left(point);
+        assert!(!view.move_pointer(point + DVec2::X) && view.release() == Some(point));
         assert_eq!(view.eye, state().eye);
-        view.press_left(place);
-        assert!(view.move_pointer(place + 40.0 * DVec2::X) && view.is_dragged());
-        assert!(view.move_pointer(place) && view.release().is_none());
+        view.press_left(point);
+        assert!(view.move_pointer(point + 40.0 * DVec2::X) && view.is_dragged());
+        assert!(view.move_pointer(point) && view.release().is_none());
         assert!((view.eye.camera().position - DVec3::Z * 10.0).length() < 1e-12);
     }
 
@@ -306,15 +286,5 @@ mod tests {
         view.move_pointer(DVec2::new(100.0, 150.0));
         let Some(Request::Commands(lines)) = view.apply(Action::WriteCamera, &bounds()) else { panic!() };
         assert!(lines.len() == 2 && lines[0].starts_with("cameraUp "), "{lines:?}");
-    }
-
-    #[test]
-    fn numbers_are_written_short() {
-        for (x, text) in
-            [(1.0, "1"), (-0.0, "0"), (0.1, "0.1"), (-1e-9, "0"), (1e9, "1000000000"), (100.0, "100")]
-        {
-            assert_eq!(number_text(x, 6), text);
-        }
-        assert_eq!(number_text(1200.0, 0), "1200");
     }
 }

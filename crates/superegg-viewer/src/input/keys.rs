@@ -1,21 +1,21 @@
-//! What the keys do: one table for the window, the help on screen and the documents.
+//! Key bindings: one table for the window, the help on screen and the documents.
 
-/// What a key, or a button of the panel, asks for.
+/// What a key or a button of the panel does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
-    /// The keyboard goes back to the command line.
+    /// Return the keyboard to the command line.
     KeyboardBack,
-    /// Lights turn with the scene, or stay.
+    /// Lights turn with the scene, or stay with the eye.
     ToggleLightsTurn,
-    /// Shading at each pixel, or at each vertex.
+    /// Shading per pixel (Phong) or per vertex (Gouraud).
     ToggleShading,
-    /// The scene larger by [`SCALE_STEP`].
+    /// Enlarge the scene by [`SCALE_STEP`].
     Larger,
-    /// The scene smaller by [`SCALE_STEP`].
+    /// Shrink the scene by [`SCALE_STEP`].
     Smaller,
-    /// Everything made anew from the scene.
+    /// Rebuild everything from the scene.
     Refresh,
-    /// Edges instead of surfaces, or back.
+    /// Edges instead of surfaces.
     ToggleWireframe,
     /// Normals at the vertices, in wireframe.
     ToggleNormals,
@@ -23,39 +23,40 @@ pub enum Action {
     ToggleIoTest,
     /// The intersection test.
     ToggleIntersectTest,
-    /// Ray tracing in the window, or back.
+    /// Ray tracing instead of the preview.
     ToggleTrace,
-    /// The three axes and the places of the lights.
+    /// The coordinate axes and the positions of the lights.
     ToggleAxes,
-    /// All of the scene into the window.
+    /// Fit the whole scene into the window.
     FrameAll,
-    /// The scene's own camera.
+    /// Return to the scene's own camera.
     Home,
-    /// The present view becomes the scene's camera.
+    /// Make the current view the scene's camera.
     WriteCamera,
-    /// A picture of the window into a numbered file.
+    /// Save a picture of the window as a numbered file.
     Screenshot,
     /// The side panel.
     TogglePanel,
-    /// The keys on screen.
+    /// The list of keys on screen.
     ToggleHelp,
-    /// The last command undone.
+    /// Undo the last command.
     Undo,
-    /// The command undone last, done again.
+    /// Redo the command undone last.
     Redo,
 }
 
-/// `Larger` and `Smaller` scale by this.
+/// Factor of [`Action::Larger`] and [`Action::Smaller`].
 pub const SCALE_STEP: f64 = 1.1;
 
 /// A row of the table.
 #[derive(Debug)]
 pub struct Binding {
-    /// The keys: a character as typed, or the name of a key; `Ctrl+` before it for that key held.
+    /// The keys: a character as typed, or the name of a key, after `Ctrl+` or `Ctrl+Shift+` where
+    /// those are held.
     pub keys: &'static [&'static str],
-    /// What they ask for.
+    /// Their action.
     pub action: Action,
-    /// What it does, in a few words.
+    /// Help text.
     pub help: &'static str,
 }
 
@@ -63,9 +64,9 @@ const fn row(keys: &'static [&'static str], action: Action, help: &'static str) 
     Binding { keys, action, help }
 }
 
-/// All keys. Those of the course program come first.
+/// All bindings, those of the course program first.
 pub const BINDINGS: &[Binding] = &[
-    row(&["q", "Escape"], Action::KeyboardBack, "keyboard back to the command line"),
+    row(&["q", "Escape"], Action::KeyboardBack, "return the keyboard to the command line"),
     row(&["b"], Action::ToggleLightsTurn, "lights turn with the scene, or stay"),
     row(&["m"], Action::ToggleShading, "shading per pixel (Phong) or per vertex (Gouraud)"),
     row(&["w"], Action::Larger, "scene larger"),
@@ -75,28 +76,28 @@ pub const BINDINGS: &[Binding] = &[
     row(&["n"], Action::ToggleNormals, "normals, in wireframe"),
     row(&["o"], Action::ToggleIoTest, "inside-outside test"),
     row(&["i"], Action::ToggleIntersectTest, "intersection test"),
-    row(&["p"], Action::ToggleTrace, "ray trace what is seen, or back"),
-    row(&["a"], Action::ToggleAxes, "axes and places of the lights"),
-    row(&["f"], Action::FrameAll, "frame all"),
+    row(&["p"], Action::ToggleTrace, "ray trace the view"),
+    row(&["a"], Action::ToggleAxes, "axes and positions of the lights"),
+    row(&["f"], Action::FrameAll, "frame all: fit the scene into the window"),
     row(&["Home"], Action::Home, "the scene's camera"),
     row(&["c"], Action::WriteCamera, "write this view into the scene as its camera"),
     row(&["F12", "PrintScreen"], Action::Screenshot, "screenshot to a numbered PNG"),
     row(&["Tab"], Action::TogglePanel, "side panel"),
     row(&["h", "?"], Action::ToggleHelp, "these keys"),
     row(&["Ctrl+z"], Action::Undo, "undo the last command"),
-    row(&["Ctrl+y", "Ctrl+Shift+z"], Action::Redo, "do it again"),
+    row(&["Ctrl+y", "Ctrl+Shift+z"], Action::Redo, "redo"),
 ];
 
-/// What the pointer does, for the help on screen.
+/// Actions of the pointer, for the help on screen.
 pub const POINTER_HELP: &[(&str, &str)] = &[
     ("left drag", "turn the scene"),
-    ("middle drag", "move it"),
-    ("wheel", "nearer and farther"),
+    ("middle drag", "move the scene"),
+    ("wheel", "zoom"),
     ("click", "intersection test at that pixel"),
-    ("double click", "select the primitive; beside everything: the whole again"),
+    ("double click", "select the primitive; on the background: the whole object again"),
 ];
 
-/// What a key asks for. Letters count in either case, unless Ctrl is held.
+/// The action of a key. Letters count in either case unless Ctrl is held.
 pub fn action_of(key: &str) -> Option<Action> {
     let is_same = |bound: &str| bound == key || (key.chars().count() == 1 && bound == key.to_lowercase());
     BINDINGS.iter().find(|row| row.keys.iter().any(|bound| is_same(bound))).map(|row| row.action)
@@ -109,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_asks_for_one_thing_and_a_thing_has_one_row() {
+    fn a_key_has_one_action_and_an_action_has_one_row() {
         let keys: Vec<&str> = BINDINGS.iter().flat_map(|row| row.keys).copied().collect();
         assert_eq!(keys.iter().collect::<HashSet<_>>().len(), keys.len());
         assert_eq!(BINDINGS.iter().map(|row| row.action).collect::<HashSet<_>>().len(), BINDINGS.len());

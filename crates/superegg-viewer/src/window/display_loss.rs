@@ -1,48 +1,51 @@
-//! A display that goes away. Xlib ends the process when its server has gone; a prompt beside the window must outlive that.
+//! Loss of the display. Xlib ends the process when its server is gone, but the prompt beside the
+//! window must survive.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
-use std::sync::{Arc, Mutex, PoisonError};
+
+use parking_lot::Mutex;
 
 use crate::protocol::FromViewer;
 
-/// Told in the place of the window.
-const SENTENCE: &str = "the display has gone away, and the viewer's window with it; everything else goes on";
+/// The report of the loss.
+const REPORT: &str = "the display has gone away, and the viewer's window with it; everything else continues";
 
 type AfterLoss = Box<dyn FnOnce() + Send>;
 
-/// Tells of the loss once, whoever notices it first.
+/// Reports the loss once, whichever of its clones notices it first.
 #[derive(Clone)]
 pub(crate) struct Guard(Arc<Inner>);
 
 struct Inner {
-    out: Mutex<Sender<FromViewer>>,
+    out: Sender<FromViewer>,
     after_loss: Mutex<Option<AfterLoss>>,
-    is_told: AtomicBool,
+    is_reported: AtomicBool,
 }
 
 impl Guard {
     pub(crate) fn new(out: Sender<FromViewer>, after_loss: AfterLoss) -> Self {
         Self(Arc::new(Inner {
-            out: Mutex::new(out),
+            out,
             after_loss: Mutex::new(Some(after_loss)),
-            is_told: AtomicBool::new(false),
+            is_reported: AtomicBool::new(false),
         }))
     }
 
-    /// Says that the display has gone.
-    pub(crate) fn tell_once(&self) {
-        if !self.0.is_told.swap(true, Ordering::SeqCst) {
-            let out = self.0.out.lock().unwrap_or_else(PoisonError::into_inner);
-            let _ = out.send(FromViewer::Say(SENTENCE.to_owned()));
-            let _ = out.send(FromViewer::Closed);
+    /// Reports the loss of the display.
+    pub(crate) fn report_once(&self) {
+        if !self.0.is_reported.swap(true, Ordering::SeqCst) {
+            let _ = self.0.out.send(FromViewer::Message(REPORT.to_owned()));
+            let _ = self.0.out.send(FromViewer::Closed);
         }
     }
 
-    /// What happens in the place of the library's exit. Does not return: the library must not go on without its server.
+    /// Replaces the exit of the library. It does not return: the library must not continue without
+    /// its server.
     fn outlive(&self) -> ! {
-        self.tell_once();
-        let after_loss = self.0.after_loss.lock().unwrap_or_else(PoisonError::into_inner).take();
+        self.report_once();
+        let after_loss = self.0.after_loss.lock().take();
         if let Some(after_loss) = after_loss {
             after_loss();
         }
@@ -51,20 +54,21 @@ impl Guard {
         }
     }
 
-    /// Takes the place of Xlib's exit for the connection of an event loop, where it has one.
+    /// Replaces Xlib's exit for the connection of an event loop, if it has one.
     #[cfg(all(unix, not(target_vendor = "apple")))]
     pub(crate) fn watch<T>(&self, event_loop: &winit::event_loop::EventLoop<T>) {
         x11::watch(self, event_loop);
     }
 
-    /// Elsewhere a display does not go away.
+    /// Other systems do not lose their display.
     #[cfg(not(all(unix, not(target_vendor = "apple"))))]
     pub(crate) fn watch<T>(&self, _event_loop: &winit::event_loop::EventLoop<T>) {}
 }
 
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod x11 {
-    // Xlib calls exit() on this thread when its server has gone, and only a C function registered with it can come before that.
+    // Xlib calls exit() on this thread when its server is gone. Only a C function registered with
+    // it runs before that.
     #![allow(unsafe_code)]
 
     use std::ffi::{c_int, c_void};
@@ -79,18 +83,18 @@ mod x11 {
     type SetOnError = unsafe extern "C" fn(Option<OnError>) -> Option<OnError>;
     type SetOnExit = unsafe extern "C" fn(*mut c_void, OnExit, *mut c_void);
 
-    /// Called by Xlib instead of exit(), with what was registered.
+    /// Called by Xlib instead of exit(), with the registered pointer.
     unsafe extern "C" fn on_exit(_display: *mut c_void, guard: *mut c_void) {
-        // SAFETY: `watch` registered a leaked `Guard`, which nothing frees and which is only read.
+        // SAFETY: `watch` registered a leaked `Guard`. Nothing frees or writes it.
         let guard = unsafe { &*guard.cast::<Guard>() };
-        // A panic must not leave a function of C.
+        // A panic must not unwind into C.
         let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| guard.outlive()));
         if ended.is_err() {
             std::process::abort();
         }
     }
 
-    /// Takes the place of Xlib's message on the terminal, after which it would exit by itself.
+    /// Replaces Xlib's default handler, which prints to the terminal and exits.
     unsafe extern "C" fn on_error(_display: *mut c_void) -> c_int {
         0
     }
@@ -99,8 +103,9 @@ mod x11 {
         let Ok(handle) = event_loop.display_handle() else { return };
         let RawDisplayHandle::Xlib(handle) = handle.as_raw() else { return };
         let Some(display) = handle.display else { return };
-        // SAFETY: libX11 is loaded already, by the event loop that has this handle; loading it runs nothing new, and it stays loaded. The
-        // functions have these types since libX11 1.7, and the second is missing before. Display and guard outlive the last call.
+        // SAFETY: the event loop with this handle has loaded libX11 already; loading it again runs
+        // nothing new, and it stays loaded. The functions have these types since libX11 1.7; older
+        // versions lack `XSetIOErrorExitHandler`. Display and guard outlive the last call.
         unsafe {
             let Ok(library) = libloading::Library::new("libX11.so.6") else { return };
             let library = Box::leak(Box::new(library));

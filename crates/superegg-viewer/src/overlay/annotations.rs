@@ -1,4 +1,4 @@
-//! What is drawn into the scene besides it: axes and the places of the lights.
+//! Coordinate axes and marks at the positions of the lights.
 
 use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
@@ -6,12 +6,12 @@ use superegg_scene::{Camera, Encoding, Light};
 
 use crate::draw::{Line, Mark, encoded};
 
-/// Axes are at least so long, in world units; for a larger scene they reach beyond it.
+/// Least length of the axes, in world units. In a larger scene they reach beyond its bounding box.
 const AXIS_LENGTH: f64 = 5.0;
-/// The radius of a light's mark, in distances of the eye from what it looks at.
+/// Radius of a light's mark, in units of the distance from camera to target.
 const LIGHT_SIZE: f64 = 0.012;
 
-/// x, y and z in red, green and blue through the origin, bright on the positive side.
+/// The x, y and z axes in red, green and blue, bright on the positive side.
 pub(crate) fn axes(bounds: Option<&Aabb>) -> Vec<Line> {
     let reach = bounds.map_or(0.0, |bounds| bounds.min.abs().max(bounds.max.abs()).max_element());
     let length = if reach.is_finite() { AXIS_LENGTH.max(1.2 * reach) } else { AXIS_LENGTH };
@@ -28,7 +28,7 @@ pub(crate) fn axes(bounds: Option<&Aabb>) -> Vec<Line> {
         .collect()
 }
 
-/// A small sphere in its colour at the place of each light.
+/// A small sphere in the colour of each light at its position. A directional light has none.
 pub(crate) fn light_marks(lights: &[Light], camera: &Camera, encoding: Encoding) -> Vec<Mark> {
     let radius = LIGHT_SIZE * (camera.target - camera.position).length();
     let mark = |light: &Light| {

@@ -1,47 +1,48 @@
-//! The graphics device: that of the desktop, or a software one where there is none.
+//! The graphics device: hardware, or a software driver where there is none.
 
 use thiserror::Error;
 use wgpu::{Adapter, Backends, Device, Instance, InstanceDescriptor, Queue, Surface};
 
-/// Why nothing can be drawn.
+/// Why nothing can be drawn. The text is one line without a full stop.
 #[derive(Debug, Error)]
 pub enum GpuError {
-    /// No driver.
+    /// There is no driver.
     #[error(
         "no graphics driver was found, not even a software one ({0}); on Debian mesa-vulkan-drivers, or libegl1 with libgl1-mesa-dri, has one"
     )]
     NoAdapter(String),
-    /// The driver refuses.
+    /// The driver refuses a device.
     #[error("the graphics driver gives no device: {0}")]
     NoDevice(String),
-    /// The window refuses.
+    /// The window has no usable surface.
     #[error("the window cannot be drawn into: {0}")]
     NoSurface(String),
-    /// A picture came to nothing.
+    /// A picture cannot be read back.
     #[error("the picture cannot be read back: {0}")]
     ReadBack(String),
 }
 
-/// Tries the modern drivers first, then OpenGL: asking for that costs time, and some of its libraries speak to the terminal.
+/// Tries the modern drivers first, then OpenGL: its start costs time, and some of its libraries
+/// print to the terminal. Returns the first error if both fail.
 pub(crate) fn by_family<T>(attempt: impl Fn(Backends) -> Result<T, GpuError>) -> Result<T, GpuError> {
     attempt(Backends::PRIMARY).or_else(|first| attempt(Backends::GL).map_err(|_| first))
 }
 
-/// A device with its queue.
-#[derive(Debug)]
+/// A device with its queue. Clones share it.
+#[derive(Clone, Debug)]
 pub struct Gpu {
     pub(crate) adapter: Adapter,
     pub(crate) device: Device,
     pub(crate) queue: Queue,
-    /// It draws on the processor.
+    /// The driver draws on the CPU.
     pub is_software: bool,
 }
 
 impl Gpu {
-    /// A device without a window.
+    /// Opens a device without a window.
     ///
     /// # Errors
-    /// There is none.
+    /// There is no driver, or it refuses a device.
     pub fn headless() -> Result<Self, GpuError> {
         by_family(|backends| {
             let descriptor = InstanceDescriptor::new_without_display_handle();
@@ -61,7 +62,7 @@ impl Gpu {
         Ok(Self { adapter, device, queue, is_software })
     }
 
-    /// Driver and device, in words.
+    /// Names of the device and of the driver family.
     pub fn describe(&self) -> String {
         let info = self.adapter.get_info();
         format!("{} ({:?})", info.name, info.backend)

@@ -1,4 +1,5 @@
-//! The grid of the inside-outside test (course text, drawIOTest): points with jitter, each asked of the compiled scene.
+//! The inside-outside test (course text, drawIOTest): a jittered grid of points, each tested
+//! against the scene.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,46 +10,51 @@ use superegg_trace::CompiledScene;
 
 use crate::draw::Mark;
 
-/// The grid shows at most so many points along each axis; the far ones are left out.
+/// Most points along each axis. Points farther from the origin are left out.
 const MOST_ALONG_AXIS: u32 = 41;
 
-/// Which grid: spacing, extent, jitter. A change of the radius needs no new answers.
+/// Parameters of a grid: spacing, extent, jitter. The radius of the marks is not one: it needs no
+/// new test.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GridSpec {
+pub(crate) struct GridSpec {
+    /// Spacing in world units.
     step: f64,
+    /// Half the extent along each axis, in world units.
     half: f64,
+    /// Largest displacement along each axis, in world units.
     jitter: f64,
 }
 
 /// A tested grid.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct IoGrid {
-    /// The points with jitter, and whether each is inside of anything.
-    pub points: Vec<(DVec3, bool)>,
-    /// The extent asked for has more points than are shown.
-    pub is_cut: bool,
+pub(crate) struct IoGrid {
+    /// The jittered points, and whether each is inside a shape.
+    pub(crate) points: Vec<(DVec3, bool)>,
+    /// The extent holds more points than the limit.
+    pub(crate) is_cut: bool,
 }
 
 const INSIDE: [f32; 4] = [1.0, 0.16, 0.13, 1.0];
-/// Those outside are most: what is behind them is to be seen through them.
+/// Most points are outside. They are nearly transparent so that they hide nothing.
 const OUTSIDE: [f32; 4] = [0.25, 0.45, 1.0, 0.1];
 
 impl GridSpec {
     /// The grid of the settings.
-    pub fn new(settings: &ViewSettings) -> Self {
+    pub(crate) fn new(settings: &ViewSettings) -> Self {
         Self { step: settings.io_step, half: settings.io_half, jitter: settings.io_jitter }
     }
 
-    /// The steps from the middle to each side that are shown, and whether there are more.
+    /// Steps from the centre to each side after the limit, and whether the limit cut any.
     fn reach(&self) -> (i32, bool) {
-        // A quotient that falls short of a whole number by rounding counts as that number: 0.3 / 0.1.
+        // Rounding must not lose the last step: 0.3 / 0.1 is less than 3.
         let reach = (self.half / self.step * (1.0 + 4.0 * f64::EPSILON)).floor();
         let most = f64::from(MOST_ALONG_AXIS / 2);
-        // NaN is no grid.
+        // NaN gives no steps.
         (reach.min(most).max(0.0) as i32, reach > most)
     }
 
-    /// The points `step (i, j, k)` within the extent, each moved along each axis by at most the jitter. The same spec gives the same points.
+    /// The points `step (i, j, k)` within the extent, displaced along each axis by at most the
+    /// jitter. Equal parameters give equal points.
     fn points(&self) -> Vec<DVec3> {
         let (reach, _) = self.reach();
         let range = move || -reach..=reach;
@@ -57,14 +63,14 @@ impl GridSpec {
         let cells = range().flat_map(|i| range().flat_map(move |j| range().map(move |k| [i, j, k])));
         cells
             .map(|cell| {
-                let place = step * DVec3::from_array(cell.map(f64::from));
-                place + jitter * DVec3::from_array([0, 1, 2].map(|axis| noise(cell, axis)))
+                let point = step * DVec3::from_array(cell.map(f64::from));
+                point + jitter * DVec3::from_array([0, 1, 2].map(|axis| noise(cell, axis)))
             })
             .collect()
     }
 }
 
-/// A number in [-1, 1) for an axis of a cell (SplitMix64's finaliser).
+/// A pseudorandom number in [-1, 1) for an axis of a cell: the finaliser of SplitMix64.
 fn noise(cell: [i32; 3], axis: u64) -> f64 {
     let key = cell.iter().fold(axis, |key, &i| (key << 20) ^ u64::from(i as u32 & 0xF_FFFF));
     let mut x = key.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -75,8 +81,8 @@ fn noise(cell: [i32; 3], axis: u64) -> f64 {
 }
 
 impl IoGrid {
-    /// Asks a scene about every point of a grid, on all cores. `None` where `cancel` turned true first.
-    pub fn test(scene: &CompiledScene, spec: &GridSpec, cancel: &AtomicBool) -> Option<Self> {
+    /// Tests every point of a grid on all cores. Returns `None` if `cancel` became true first.
+    pub(crate) fn test(scene: &CompiledScene, spec: &GridSpec, cancel: &AtomicBool) -> Option<Self> {
         let points: Vec<(DVec3, bool)> = spec
             .points()
             .into_par_iter()
@@ -85,8 +91,8 @@ impl IoGrid {
         (!cancel.load(Ordering::Relaxed)).then_some(Self { points, is_cut: spec.reach().1 })
     }
 
-    /// The points as marks of a radius.
-    pub fn marks(&self, radius: f64) -> impl Iterator<Item = Mark> {
+    /// The points as marks of this radius: red inside, blue outside.
+    pub(crate) fn marks(&self, radius: f64) -> impl Iterator<Item = Mark> {
         self.points.iter().map(move |&(center, is_inside)| Mark {
             center,
             radius,
@@ -132,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_too_large_is_cut_and_one_of_no_numbers_is_harmless() {
+    fn a_grid_too_large_is_cut_and_parameters_that_are_not_finite_are_harmless() {
         let spec = GridSpec { step: 1e-9, half: 5.0, jitter: 0.0 };
         assert_eq!((spec.reach(), spec.points().len()), ((20, true), 41 * 41 * 41));
         for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {

@@ -1,29 +1,49 @@
-//! The viewer's eye: the scene's camera, turned, moved and brought nearer by the person who looks.
+//! The viewer's eye: the scene's camera after arcball, pan and zoom.
 
 use superegg_geom::Aabb;
 use superegg_geom::glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 use superegg_scene::{Camera, Light};
 
-use crate::arcball::Arcball;
+use super::arcball::Arcball;
 
-/// The eye as a change of the scene's camera: the scene seems to turn about the pivot, and the eye goes nearer or aside.
+/// A change of the scene's camera: the scene seems to rotate about a pivot while the camera zooms
+/// and pans.
+///
+/// ```
+/// use superegg_geom::glam::DVec2;
+/// use superegg_scene::Camera;
+/// use superegg_viewer::Eye;
+///
+/// let home = Camera::default();
+/// let mut eye = Eye::new(&home);
+/// eye.magnify(2.0);
+/// let distance = |camera: &Camera| (camera.position - camera.target).length();
+/// assert_eq!(distance(&eye.camera()), 0.5 * distance(&home));
+/// eye.press(DVec2::ZERO);
+/// eye.drag(DVec2::new(0.3, 0.1));
+/// eye.release();
+/// // The camera orbits the pivot, which stays in the middle of the picture.
+/// assert!((eye.camera().target - home.target).length() < 1e-12);
+/// eye.go_home();
+/// assert_eq!(eye.camera(), home);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Eye {
     home: Camera,
     arcball: Arcball,
-    /// What the scene turns about, in world units.
+    /// Centre of rotation, in world units.
     pivot: DVec3,
     /// From the eye to the plane of the pivot, in world units.
     distance: f64,
-    /// How far the pivot has been moved right and up on the screen, in world units.
+    /// Shift of the pivot on the screen, right and up, in world units.
     pan: DVec2,
-    /// Nothing but the scene's camera.
+    /// Nothing has been changed: the camera is `home` to the bit.
     is_home: bool,
 }
 
-/// The eye goes no nearer to the pivot, and no farther from it, in world units.
+/// Range of the distance from eye to pivot, in world units.
 const DISTANCES: std::ops::RangeInclusive<f64> = 1e-150..=1e150;
-/// What the frame around everything leaves free.
+/// Factor on the distance that leaves a margin around a framed box.
 const FRAME_MARGIN: f64 = 1.08;
 
 impl Eye {
@@ -39,44 +59,44 @@ impl Eye {
         }
     }
 
-    /// The camera that it started from.
+    /// The scene's own camera.
     pub fn home(&self) -> &Camera {
         &self.home
     }
 
-    /// Back to the scene's camera.
+    /// Returns to the scene's own camera.
     pub fn go_home(&mut self) {
         *self = Self::new(&self.home);
     }
 
-    /// The arcball, to look at.
+    /// The arcball, read only.
     pub fn arcball(&self) -> &Arcball {
         &self.arcball
     }
 
-    /// Begins to turn the scene, at a place in radii of the arcball.
-    pub fn press(&mut self, place: DVec2) {
-        self.arcball.press(place);
+    /// Starts to rotate the scene, at a point in radii of the arcball.
+    pub fn press(&mut self, point: DVec2) {
+        self.arcball.press(point);
     }
 
-    /// Goes on turning it.
-    pub fn drag(&mut self, place: DVec2) {
-        self.arcball.drag(place);
+    /// Rotates the scene to a point in radii of the arcball.
+    pub fn drag(&mut self, point: DVec2) {
+        self.arcball.drag(point);
         self.is_home = false;
     }
 
-    /// Ends turning it.
+    /// Ends the rotation.
     pub fn release(&mut self) {
         self.arcball.release();
     }
 
-    /// Makes the scene larger on the screen by a factor > 0, about the pivot.
+    /// Enlarges the scene on the screen by a factor > 0, about the pivot.
     pub fn magnify(&mut self, factor: f64) {
         self.go_to_distance(self.distance / factor);
     }
 
     fn go_to_distance(&mut self, distance: f64) {
-        // Nearer than rounding can tell from the pivot there is no direction to look in.
+        // Below this distance rounding leaves no direction from eye to pivot.
         let least = DISTANCES.start().max(1e-9 * self.pivot.abs().max_element());
         if !distance.is_nan() {
             self.distance = distance.max(least).min(*DISTANCES.end());
@@ -84,7 +104,8 @@ impl Eye {
         }
     }
 
-    /// Moves the scene on the screen by pixels right and down, in a picture of a height in pixels.
+    /// Moves the scene on the screen by pixels right and down, in a picture of this height in
+    /// pixels.
     pub fn move_by(&mut self, pixels: DVec2, height_px: f64) {
         let moved = self.pan + DVec2::new(pixels.x, -pixels.y) * self.unit_per_pixel(height_px);
         if moved.is_finite() {
@@ -93,7 +114,8 @@ impl Eye {
         }
     }
 
-    /// Moves so that the ball around a box fills the picture of this width over height; the turn stays. An empty or infinite box changes nothing.
+    /// Moves so that the bounding sphere of a box fills a picture of this aspect ratio (width /
+    /// height). The rotation stays. An empty or infinite box changes nothing.
     pub fn frame(&mut self, bounds: &Aabb, aspect: f64) {
         let radius = bounds.half_extent().length();
         if bounds.is_empty() || !radius.is_finite() || !bounds.center().is_finite() {
@@ -106,39 +128,41 @@ impl Eye {
         self.go_to_distance(FRAME_MARGIN * radius / half_angle.sin());
     }
 
-    /// How much of the world a pixel shows at the distance of the pivot.
+    /// World units per pixel at the distance of the pivot.
     pub fn unit_per_pixel(&self, height_px: f64) -> f64 {
         2.0 * (0.5 * self.home.fov_deg.to_radians()).tan() * self.distance / height_px.max(1.0)
     }
 
-    /// From the screen's axes (right, up, towards the eye) at home to the world's.
+    /// Maps the screen's axes (right, up, towards the eye) at home to the world's.
     fn home_axes(&self) -> DMat3 {
         let (right, up, forward) = self.home.frame();
         DMat3::from_cols(right, up, -forward)
     }
 
-    /// The turn of the scene about the pivot, in the world's axes.
-    pub fn world_turn(&self) -> DQuat {
+    /// The rotation of the scene about the pivot, in the world's axes.
+    pub fn world_rotation(&self) -> DQuat {
         let axes = DQuat::from_mat3(&self.home_axes());
-        axes * self.arcball.turn() * axes.inverse()
+        axes * self.arcball.rotation() * axes.inverse()
     }
 
-    /// The camera that sees of the unturned scene what the eye sees of the turned one. At home it is the scene's, to the bit.
+    /// The camera that sees the resting scene as the eye sees the rotated one. At home it is the
+    /// scene's, to the bit.
     pub fn camera(&self) -> Camera {
         if self.is_home {
             return self.home;
         }
-        let axes = self.home_axes() * DMat3::from_quat(self.arcball.turn().inverse());
+        let axes = self.home_axes() * DMat3::from_quat(self.arcball.rotation().inverse());
         let target = self.pivot - axes.x_axis * self.pan.x - axes.y_axis * self.pan.y;
         Camera { position: target + axes.z_axis * self.distance, target, up: axes.y_axis, ..self.home }
     }
 
-    /// The lights in the unturned scene: as they are where they turn with it, or turned back about the pivot where they stay with the eye.
+    /// The lights in the resting scene: unchanged if they turn with it, or rotated back about the
+    /// pivot if they stay with the eye.
     pub fn lights(&self, lights: &[Light], lights_turn: bool) -> Vec<Light> {
         if lights_turn || self.is_home {
             return lights.to_vec();
         }
-        let back = self.world_turn().inverse();
+        let back = self.world_rotation().inverse();
         let map = DAffine3::from_translation(self.pivot)
             * DAffine3::from_quat(back)
             * DAffine3::from_translation(-self.pivot);
@@ -171,11 +195,11 @@ mod tests {
             })
     }
 
-    fn place() -> impl Strategy<Value = DVec2> {
+    fn point() -> impl Strategy<Value = DVec2> {
         (-1.2..1.2f64, -1.2..1.2f64).prop_map(DVec2::from)
     }
 
-    /// Where a point is seen: right, up and forward of the eye.
+    /// A point in the axes of a camera: right, up and forward.
     fn seen(camera: &Camera, point: DVec3) -> DVec3 {
         let (right, up, forward) = camera.frame();
         let to = point - camera.position;
@@ -184,7 +208,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_drag_there_and_back_sees_the_same(camera in camera(), from in place(), to in place(), point in vector(5.0)) {
+        fn a_drag_there_and_back_sees_the_same(camera in camera(), from in point(), to in point(), point in vector(5.0)) {
             let mut eye = Eye::new(&camera);
             eye.press(from);
             eye.drag(to);
@@ -195,17 +219,17 @@ mod tests {
         }
 
         #[test]
-        fn the_turned_camera_sees_what_the_camera_sees_of_the_turned_scene(camera in camera(), from in place(), to in place(), point in vector(5.0)) {
+        fn the_moved_camera_sees_the_scene_as_the_camera_sees_the_rotated_one(camera in camera(), from in point(), to in point(), point in vector(5.0)) {
             let mut eye = Eye::new(&camera);
             eye.press(from);
             eye.drag(to);
-            let turned = camera.target + eye.world_turn() * (point - camera.target);
-            let shift = (seen(&eye.camera(), point) - seen(&camera, turned)).length();
+            let rotated = camera.target + eye.world_rotation() * (point - camera.target);
+            let shift = (seen(&eye.camera(), point) - seen(&camera, rotated)).length();
             prop_assert!(shift < 1e-9, "{shift}");
         }
 
         #[test]
-        fn lights_that_stay_are_seen_where_they_were(camera in camera(), from in place(), to in place(), position in vector(9.0)) {
+        fn lights_that_stay_are_seen_where_they_were(camera in camera(), from in point(), to in point(), position in vector(9.0)) {
             let light = Light { kind: LightKind::Point { position }, ..Light::DEFAULT };
             let mut eye = Eye::new(&camera);
             eye.press(from);
@@ -224,7 +248,7 @@ mod tests {
         }
 
         #[test]
-        fn a_pan_moves_the_pivot_by_that_many_pixels(camera in camera(), x in -300.0..300.0f64, y in -300.0..300.0f64, from in place(), to in place()) {
+        fn a_pan_moves_the_pivot_by_that_many_pixels(camera in camera(), x in -300.0..300.0f64, y in -300.0..300.0f64, from in point(), to in point()) {
             let mut eye = Eye::new(&camera);
             eye.press(from);
             eye.drag(to);

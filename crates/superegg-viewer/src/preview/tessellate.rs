@@ -1,4 +1,4 @@
-//! Superquadrics as triangles: patches of the course text's parameterisation (4.1.3).
+//! Triangle meshes of superquadrics: patches of the course text's parameterisation (4.1.3).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -6,38 +6,39 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, Superquadric};
 use superegg_scene::Patches;
 
-/// A corner of a patch on the unit shape.
+/// A vertex of a unit shape.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct Vertex {
-    /// In the box [-1, 1]^3.
-    pub position: [f32; 3],
-    /// Unit, outwards.
-    pub normal: [f32; 3],
+pub(crate) struct Vertex {
+    /// Position in the box [-1, 1]^3.
+    pub(crate) position: [f32; 3],
+    /// Unit normal, outwards.
+    pub(crate) normal: [f32; 3],
 }
 
-/// A unit shape as triangles and patch edges. Triangles are counter-clockwise seen from outside.
+/// A unit shape as triangles and patch edges. Triangles are counter-clockwise as seen from outside.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mesh {
+pub(crate) struct Mesh {
     /// The south pole, the rings from south to north, the north pole.
-    pub vertices: Vec<Vertex>,
-    /// Fans around the poles, two for each patch between.
-    pub triangles: Vec<[u32; 3]>,
-    /// Each patch edge once.
-    pub edges: Vec<[u32; 2]>,
+    pub(crate) vertices: Vec<Vertex>,
+    /// Fans at the poles, two triangles for each patch between.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// The patch edges, each once.
+    pub(crate) edges: Vec<[u32; 2]>,
 }
 
-/// The most patches that are drawn along either direction.
-pub const MOST_PATCHES: u32 = 512;
+/// Most patches that are drawn in either direction.
+pub(crate) const MOST_PATCHES: u32 = 512;
 
-/// Patches as they are drawn: at most [`MOST_PATCHES`] each way.
-pub fn drawn_patches(patches: Patches) -> Patches {
+/// Patches clamped to `1..=MOST_PATCHES` in each direction.
+pub(crate) fn drawn_patches(patches: Patches) -> Patches {
     Patches { u: patches.u.clamp(1, MOST_PATCHES), v: patches.v.clamp(1, MOST_PATCHES) }
 }
 
-/// The unit shape cut into patches: longitudes `-pi + 2 pi i / u`, latitudes `-pi/2 + pi j / v`. The poles are single points with fans.
-/// Few patches give what they give: 2 around are flat, 1 from pole to pole is a line.
-pub fn tessellate(exponents: Exponents, patches: Patches) -> Mesh {
+/// Tessellates the unit shape: longitudes `-pi + 2 pi i / u`, latitudes `-pi/2 + pi j / v`. Each
+/// pole is one vertex with a fan. Two patches around give a flat mesh, one patch from pole to pole
+/// gives a line.
+pub(crate) fn tessellate(exponents: Exponents, patches: Patches) -> Mesh {
     let Patches { u, v } = drawn_patches(patches);
     let shape = Superquadric::unit(exponents);
     let vertex = |point: DVec3| Vertex {
@@ -77,13 +78,13 @@ pub fn tessellate(exponents: Exponents, patches: Patches) -> Mesh {
     Mesh { vertices, triangles, edges }
 }
 
-/// `sign(x) |x|^w`, and 0 for 0 whatever the power.
+/// `sign(x) |x|^w`, and 0 for x = 0 and any power.
 fn power(x: f64, w: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.abs().powf(w).copysign(x) }
 }
 
-/// Sine and cosine, to a power, of the i-th of n equal parts of a full turn that begins at -pi. Whole quarter turns are exact: with a power of
-/// 0.0001 the rounding error of sin(pi) would come out as 0.996.
+/// Sine and cosine, each to the power w, of the angle `-pi + 2 pi i / n`. Whole quarter turns are
+/// exact: the power 0.0001 would enlarge the rounding error of sin(pi) to 0.996.
 fn full_turn(i: u32, n: u32, w: f64) -> (f64, f64) {
     let (quarter, rest) = (4 * u64::from(i) / u64::from(n), 4 * u64::from(i) % u64::from(n));
     let (sin, cos) = (rest as f64 / f64::from(n) * FRAC_PI_2).sin_cos();
@@ -96,7 +97,7 @@ fn full_turn(i: u32, n: u32, w: f64) -> (f64, f64) {
     }
 }
 
-/// Sine and cosine, to a power, of the j-th of n equal parts from -pi/2 to pi/2.
+/// Sine and cosine, each to the power w, of the angle `-pi/2 + pi j / n`.
 fn latitude(j: u32, n: u32, w: f64) -> (f64, f64) {
     let part = (2.0 * f64::from(j) - f64::from(n)) / f64::from(n);
     let (sin, cos) = (part * FRAC_PI_2).sin_cos();
@@ -147,7 +148,7 @@ mod tests {
             prop_assert_eq!(mesh.edges.len() as u32, u * (2 * v - 1));
         }
 
-        /// Seen from outside a triangle goes round against the clock, and its normals point to that side.
+        /// Triangles are counter-clockwise as seen from outside.
         #[test]
         fn triangles_face_outwards(e in 0.5..1.5f64, n in 0.5..1.5f64, u in 5..20u32, v in 4..20u32) {
             let mesh = tessellate(Exponents::new(e, n).unwrap(), Patches { u, v });

@@ -1,4 +1,5 @@
-//! The intersection test (course text, drawIntersectTest): a ray, where it first meets the scene, and the normal there.
+//! The intersection test (course text, drawIntersectTest): a ray, its first hit, and the normal
+//! there.
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Ray, RayStart, Superquadric};
@@ -7,36 +8,38 @@ use superegg_trace::CompiledScene;
 
 use crate::draw::{Line, Mark};
 
-/// What a ray met.
+/// The first hit of a ray.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CastHit {
-    /// The place on the ray, in world units from its start.
-    pub t: f64,
-    /// The point.
-    pub point: DVec3,
-    /// The unit normal, outwards.
-    pub normal: DVec3,
-    /// The instance: names from the root down, joined by `/`.
-    pub path: String,
-    /// The primitive's own name.
-    pub primitive: String,
-    /// Newton steps to the hit. `None` for a shape that is not convex: its roots are isolated by bounds.
-    pub newton_steps: Option<u32>,
+pub(crate) struct CastHit {
+    /// Distance from the ray's origin, in world units.
+    pub(crate) t: f64,
+    /// The point, in world space.
+    pub(crate) point: DVec3,
+    /// The outward unit normal, in world space.
+    pub(crate) normal: DVec3,
+    /// Path of the instance: names from the root down, joined by `/`.
+    pub(crate) path: String,
+    /// Name of the primitive.
+    pub(crate) primitive: String,
+    /// Newton steps to the hit. `None` for a shape that is not convex: its roots are isolated by
+    /// bounds.
+    pub(crate) newton_steps: Option<u32>,
 }
 
-/// Casts a ray into a scene.
-pub fn cast(scene: &Scene, compiled: &CompiledScene, ray: &Ray) -> Option<CastHit> {
+/// Intersects a ray with a scene. `compiled` must be compiled from `scene`. Returns `None` if the
+/// ray hits nothing.
+pub(crate) fn cast(scene: &Scene, compiled: &CompiledScene, ray: &Ray) -> Option<CastHit> {
     let hit = compiled.intersect(ray, None)?;
     let surface = compiled.interaction(&hit);
-    let (primitive, described) = scene.primitives().nth(hit.primitive as usize)?;
-    let shape = Superquadric::unit(described.shape.exponents());
+    let (name, primitive) = scene.primitives().nth(hit.primitive as usize)?;
+    let shape = Superquadric::unit(primitive.shape.exponents());
     let newton_steps = shape.newton_steps(&compiled.unit_ray(ray, &hit), RayStart::Free);
     Some(CastHit {
         t: hit.t * ray.direction.length(),
         point: surface.position,
         normal: surface.normal,
         path: compiled.path_name(&hit.path),
-        primitive: primitive.to_owned(),
+        primitive: name.to_owned(),
         newton_steps,
     })
 }
@@ -44,7 +47,8 @@ pub fn cast(scene: &Scene, compiled: &CompiledScene, ray: &Ray) -> Option<CastHi
 const RAY: [f32; 4] = [1.0, 0.85, 0.2, 1.0];
 const NORMAL: [f32; 4] = [0.2, 1.0, 0.5, 1.0];
 
-/// The ray up to its hit, or so far where it hits nothing, and the normal of length 1 with a dot at its foot.
+/// Draws a ray up to its hit, or to the distance `far` without one. At the hit it draws the normal
+/// with length 1 and a dot.
 pub(crate) fn lines_and_marks(
     ray: &Ray,
     hit: Option<&CastHit>,
@@ -68,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_of_all_is_told_with_path_normal_and_steps() {
+    fn the_first_hit_has_path_normal_and_steps() {
         let mut session = Session::default();
         for line in [
             "prm ball",

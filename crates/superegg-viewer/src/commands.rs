@@ -1,0 +1,276 @@
+//! Lines of the modelling language for changes made in the window.
+//!
+//! The viewer does not depend on the language's crate. This file is the only one that spells
+//! commands; its tests run the lines through the real parser.
+
+use superegg_geom::TransformStep;
+use superegg_geom::glam::DVec3;
+use superegg_scene::{Camera, Encoding, Entity, Light, LightKind, Material, Picture, Primitive};
+
+use crate::text::{number_text, vector_text};
+
+/// Decimals of a number in a line.
+pub(crate) const DECIMALS: usize = 6;
+
+fn number(x: f64) -> String {
+    number_text(x, DECIMALS)
+}
+
+fn vector(v: DVec3) -> String {
+    vector_text(v, DECIMALS)
+}
+
+pub(crate) fn undo() -> String {
+    "undo".to_owned()
+}
+
+pub(crate) fn redo() -> String {
+    "redo".to_owned()
+}
+
+/// Selects a primitive or an object.
+pub(crate) fn select(name: &str, entity: &Entity) -> String {
+    match entity {
+        Entity::Object(_) => format!("object {name}"),
+        Entity::Primitive(_) => select_primitive(name),
+    }
+}
+
+pub(crate) fn select_primitive(name: &str) -> String {
+    format!("primitive {name}")
+}
+
+/// Moves the cursor of the selected object to a child.
+pub(crate) fn set_cursor(alias: &str) -> String {
+    format!("setCursor {alias}")
+}
+
+pub(crate) fn radii(primitive: &Primitive) -> String {
+    format!("setCoeff {}", vector(primitive.shape.radii()))
+}
+
+pub(crate) fn exponents(primitive: &Primitive) -> String {
+    let exponents = primitive.shape.exponents();
+    format!("setExponent {} {}", number(exponents.e()), number(exponents.n()))
+}
+
+pub(crate) fn patches(primitive: &Primitive) -> String {
+    format!("setPatch {} {}", primitive.patches.u, primitive.patches.v)
+}
+
+pub(crate) fn color(material: &Material) -> String {
+    format!("setColor {}", vector(material.color))
+}
+
+/// Sets a number of the selected primitive's material by its command word.
+pub(crate) fn material_number(word: &str, value: f64) -> String {
+    format!("{word} {}", number(value))
+}
+
+/// Defines a light. A second line sets its radius if it has one.
+pub(crate) fn light(name: &str, light: &Light) -> Vec<String> {
+    let (color, falloff) = (vector(light.color), number(light.falloff));
+    let mut lines = vec![match light.kind {
+        LightKind::Point { position } => format!("light {name} {} {color} {falloff}", vector(position)),
+        LightKind::Spot { position, target, cone_deg, soft } => format!(
+            "spot {name} {} {} {} {color} {falloff} {}",
+            vector(position),
+            vector(target),
+            number(cone_deg),
+            number(soft)
+        ),
+        LightKind::Sun { direction } => format!("sun {name} {} {color}", vector(direction)),
+    }];
+    if light.radius > 0.0 {
+        lines.push(format!("lightRadius {name} {}", number(light.radius)));
+    }
+    lines
+}
+
+pub(crate) fn remove_light(name: &str) -> String {
+    format!("unlight {name}")
+}
+
+/// Sets position, target and field of view.
+pub(crate) fn camera(camera: &Camera) -> String {
+    let (position, target) = (vector(camera.position), vector(camera.target));
+    format!("camera {position} {target} {}", number(camera.fov_deg))
+}
+
+pub(crate) fn camera_up(camera: &Camera) -> String {
+    format!("cameraUp {}", vector(camera.up))
+}
+
+/// Makes a view the scene's camera, in place of the camera `before`. Positions are rounded to a
+/// millionth of the distance to the target, which cannot be seen.
+pub(crate) fn view_as_camera(camera: &Camera, before: &Camera) -> Vec<String> {
+    let distance = (camera.position - camera.target).length();
+    let decimals = (6.0 - distance.log10().floor()).clamp(0.0, 17.0) as usize;
+    let (position, target) = (vector_text(camera.position, decimals), vector_text(camera.target, decimals));
+    let mut lines = vec![format!("camera {position} {target} {}", number_text(camera.fov_deg, 6))];
+    if (camera.up - before.up).length() > 1e-9 {
+        lines.insert(0, format!("cameraUp {}", vector_text(camera.up, 7)));
+    }
+    lines
+}
+
+/// Appends a transform step to the child at the cursor, or to the whole object.
+pub(crate) fn transform_step(step: &TransformStep, of_whole: bool) -> String {
+    let all = if of_whole { "All" } else { "" };
+    match step {
+        TransformStep::Translate(by) => format!("translate{all} {}", vector(*by)),
+        TransformStep::Rotate { axis, angle_deg } => {
+            format!("rotate{all} {} {}", vector(*axis), number(*angle_deg))
+        }
+        TransformStep::Scale(factors) => format!("scale{all} {}", vector(*factors)),
+    }
+}
+
+pub(crate) fn background(color: DVec3) -> String {
+    format!("background {}", vector(color))
+}
+
+pub(crate) fn depth(depth: u32) -> String {
+    format!("setDepth {depth}")
+}
+
+pub(crate) fn picture_size(picture: &Picture) -> String {
+    format!("set size {}x{}", picture.width, picture.height)
+}
+
+pub(crate) fn samples(picture: &Picture) -> String {
+    format!("set samples {}", picture.samples)
+}
+
+/// The word of an encoding in a line and on a button.
+pub(crate) fn encoding_word(encoding: Encoding) -> &'static str {
+    match encoding {
+        Encoding::Srgb => "srgb",
+        Encoding::Linear => "linear",
+    }
+}
+
+pub(crate) fn encoding(encoding: Encoding) -> String {
+    format!("set encoding {}", encoding_word(encoding))
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_geom::{Exponents, Superquadric};
+    use superegg_lang::Session;
+    use superegg_scene::Patches;
+
+    use super::*;
+
+    /// Every line runs, and the session's scene equals the draft that the window showed.
+    #[test]
+    fn lines_of_the_panel_are_commands() {
+        let mut session = Session::default();
+        for line in ["prm ball", "obj o", "ap ball"] {
+            assert!(session.run_line(line).is_ok());
+        }
+        let light = Light {
+            kind: LightKind::Point { position: DVec3::new(1.5, -2.0, 0.0) },
+            color: DVec3::splat(0.25),
+            ..Light::DEFAULT
+        };
+        let camera = Camera { position: DVec3::new(1.0, 2.0, -3.0), fov_deg: 45.5, ..Camera::default() };
+        let steps = [
+            TransformStep::Translate(DVec3::new(0.1, 0.0, -2.0)),
+            TransformStep::Rotate { axis: DVec3::Y, angle_deg: -30.0 },
+            TransformStep::Scale(DVec3::splat(1.5)),
+        ];
+        let mut expected = session.scene().clone();
+        let spot = Light {
+            kind: LightKind::Spot { position: DVec3::Y * 4.0, target: DVec3::X, cone_deg: 35.5, soft: 0.25 },
+            radius: 0.5,
+            ..light
+        };
+        let sun = Light {
+            kind: LightKind::Sun { direction: DVec3::new(1.0, 3.0, 2.0) },
+            falloff: 0.0,
+            radius: 0.0047,
+            ..light
+        };
+        for (name, light) in [("light1", light), ("spot1", spot), ("sun1", sun)] {
+            expected.set_light(name, light);
+        }
+        expected.camera = camera;
+        let mut lines = vec![super::camera(&camera)];
+        for (name, light) in [("light1", light), ("spot1", spot), ("sun1", sun)] {
+            lines.extend(super::light(name, &light));
+        }
+        for of_whole in [false, true] {
+            for step in steps {
+                lines.push(transform_step(&step, of_whole));
+                let done = if of_whole {
+                    expected.transform_whole("o", step)
+                } else {
+                    expected.transform_child("o", step)
+                };
+                assert!(done.is_ok());
+            }
+        }
+        for line in &lines {
+            assert!(session.run_line(line).is_ok(), "{line}");
+        }
+        assert_eq!(*session.scene(), expected);
+    }
+
+    #[test]
+    fn lines_of_a_primitive_and_of_the_picture_are_commands() {
+        let mut session = Session::default();
+        assert!(session.run_line("prm ball").is_ok());
+        let mut expected = session.scene().clone();
+        let primitive = expected.primitive_mut("ball").unwrap();
+        primitive.shape =
+            Superquadric::new(DVec3::new(1.0, 2.5, 3.0), Exponents::new(0.5, 1.25).unwrap()).unwrap();
+        primitive.patches = Patches { u: 20, v: 11 };
+        let material = &mut primitive.material;
+        material.color = DVec3::new(0.5, 0.25, 1.0);
+        (material.ambient, material.diffuse, material.specular) = (0.1, 0.2, 0.3);
+        (material.gloss, material.index) = (0.4, 1.5);
+        (material.reflected, material.refracted) = (Some(0.6), Some(0.7));
+        let primitive = primitive.clone();
+        expected.background = DVec3::new(0.0, 0.125, 0.5);
+        expected.depth = 7;
+        expected.picture.width = 300;
+        expected.picture.samples = 9;
+        expected.picture.encoding = Encoding::Linear;
+        expected.camera.up = DVec3::X;
+        let lines = [
+            super::radii(&primitive),
+            super::exponents(&primitive),
+            super::patches(&primitive),
+            super::color(&primitive.material),
+            material_number("setAmbient", 0.1),
+            material_number("setDiffuse", 0.2),
+            material_number("setSpecular", 0.3),
+            material_number("setGloss", 0.4),
+            material_number("setIndex", 1.5),
+            material_number("setReflected", 0.6),
+            material_number("setRefracted", 0.7),
+            super::background(expected.background),
+            super::depth(expected.depth),
+            super::picture_size(&expected.picture),
+            super::samples(&expected.picture),
+            super::encoding(expected.picture.encoding),
+            super::camera_up(&expected.camera),
+        ];
+        for line in &lines {
+            assert!(session.run_line(line).is_ok(), "{line}");
+        }
+        assert_eq!(*session.scene(), expected);
+        let others = [
+            super::light("lamp", &Light::DEFAULT).remove(0),
+            remove_light("lamp"),
+            "object o".to_owned(),
+            "addPrimitive ball".to_owned(),
+            set_cursor("ball"),
+            select_primitive("ball"),
+        ];
+        for line in &others {
+            assert!(session.run_line(line).is_ok(), "{line}");
+        }
+    }
+}

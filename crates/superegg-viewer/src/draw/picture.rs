@@ -1,0 +1,80 @@
+//! The description of a picture, and its statistics.
+
+use superegg_geom::glam::DVec3;
+use superegg_scene::{Camera, Encoding, Light, Shading};
+
+use crate::preview::Preview;
+
+/// A straight line in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Its ends, in world space.
+    pub ends: [DVec3; 2],
+    /// Encoded red, green, blue, and opacity.
+    pub color: [f32; 4],
+}
+
+/// A small emissive sphere in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Its centre, in world space.
+    pub center: DVec3,
+    /// Its radius, in world units.
+    pub radius: f64,
+    /// Encoded red, green, blue, and opacity.
+    pub color: [f32; 4],
+}
+
+/// The style of the solids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Surfaces, shaded per pixel or per vertex.
+    Solid(Shading),
+    /// Patch edges: bright in front, dim behind.
+    Wireframe {
+        /// Draw the normals at the vertices.
+        has_normals: bool,
+    },
+}
+
+/// A picture to be drawn.
+#[derive(Clone, Debug)]
+pub struct Picture<'a> {
+    /// The camera.
+    pub camera: Camera,
+    /// The lights, in world space. Only the first [`super::MOST_LIGHTS`] shine.
+    pub lights: &'a [Light],
+    /// The background, a linear colour.
+    pub background: DVec3,
+    /// Encoding of linear colours for the screen.
+    pub encoding: Encoding,
+    /// The solids.
+    pub preview: &'a Preview,
+    /// Their style.
+    pub style: Style,
+    /// Index of the shape whose edges are highlighted.
+    pub selected: Option<u32>,
+    /// Additional lines.
+    pub lines: &'a [Line],
+    /// Additional marks.
+    pub marks: &'a [Mark],
+    /// A traced picture that replaces all of these over the whole viewport.
+    pub film: Option<&'a FilmTexture>,
+}
+
+/// A traced picture on the GPU.
+#[derive(Debug)]
+pub struct FilmTexture {
+    pub(super) bind_group: wgpu::BindGroup,
+}
+
+/// The target of a picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Target<'a> {
+    /// The colour attachment.
+    pub(crate) view: &'a wgpu::TextureView,
+    /// Its width and height in pixels.
+    pub(crate) size: (u32, u32),
+    /// Left, top, width and height of the part for the picture, in pixels.
+    pub(crate) viewport: (u32, u32, u32, u32),
+}

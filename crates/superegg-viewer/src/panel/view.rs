@@ -1,0 +1,96 @@
+//! The sections of the view: switches and tests.
+
+use egui::{RichText, Slider, Ui};
+use superegg_scene::Shading;
+
+use super::model::PanelEvent;
+use crate::commands::DECIMALS;
+use crate::input::ViewState;
+use crate::input::keys::Action;
+use crate::overlay::cast::CastHit;
+use crate::text::{number_text, vector_text};
+
+/// The switches of the view.
+pub(super) fn switches(ui: &mut Ui, view: &mut ViewState, events: &mut Vec<PanelEvent>) {
+    let settings = view.settings;
+    for (is_on, text, action) in [
+        (settings.wireframe, "wireframe (t)", Action::ToggleWireframe),
+        (settings.normals, "normals in wireframe (n)", Action::ToggleNormals),
+        (settings.shading == Shading::Phong, "shading per pixel (m)", Action::ToggleShading),
+        (settings.lights_turn, "lights turn with the scene (b)", Action::ToggleLightsTurn),
+        (settings.axes, "axes and lights (a)", Action::ToggleAxes),
+        (view.is_traced, "ray traced (p)", Action::ToggleTrace),
+    ] {
+        let mut shown = is_on;
+        if ui.checkbox(&mut shown, text).changed() {
+            events.push(PanelEvent::Action(action));
+        }
+    }
+}
+
+/// The inside-outside test.
+pub(super) fn io_settings(ui: &mut Ui, view: &mut ViewState, events: &mut Vec<PanelEvent>) {
+    let mut is_on = view.settings.io_test;
+    if ui.checkbox(&mut is_on, "shown (o): red inside, blue outside").changed() {
+        events.push(PanelEvent::Action(Action::ToggleIoTest));
+    }
+    let settings = &mut view.settings;
+    for (value, range, text) in [
+        (&mut settings.io_step, 0.05..=5.0, "step"),
+        (&mut settings.io_half, 0.5..=50.0, "extent"),
+        (&mut settings.io_jitter, 0.0..=0.5, "jitter"),
+        (&mut settings.io_radius, 0.005..=1.0, "radius"),
+    ] {
+        if ui
+            .add(Slider::new(value, range).logarithmic(true).text(text).update_while_editing(false))
+            .changed()
+        {
+            events.push(PanelEvent::SettingsChanged);
+        }
+    }
+}
+
+/// The intersection test and its hit.
+pub(super) fn intersection(
+    ui: &mut Ui,
+    view: &mut ViewState,
+    hit: Option<&CastHit>,
+    events: &mut Vec<PanelEvent>,
+) {
+    let mut is_on = view.settings.intersect_test;
+    if ui.checkbox(&mut is_on, "shown (i); a click casts the pixel's ray").changed() {
+        events.push(PanelEvent::Action(Action::ToggleIntersectTest));
+    }
+    if !view.settings.intersect_test {
+        return;
+    }
+    ui.label(if view.cast.is_some() {
+        "The ray of the click:"
+    } else {
+        "The eye's own ray, straight ahead:"
+    });
+    if view.cast.is_some() && ui.small_button("back to the eye's own ray").clicked() {
+        view.cast = None;
+    }
+    let Some(hit) = hit else {
+        ui.label("hits nothing");
+        return;
+    };
+    egui::Grid::new("hit").num_columns(2).show(ui, |ui| {
+        let steps = match hit.newton_steps {
+            Some(steps) => steps.to_string(),
+            None => "none: roots isolated by bounds".to_owned(),
+        };
+        for (label, text) in [
+            ("t", number_text(hit.t, DECIMALS)),
+            ("point", vector_text(hit.point, DECIMALS)),
+            ("normal", vector_text(hit.normal, DECIMALS)),
+            ("path", hit.path.clone()),
+            ("Newton steps", steps),
+        ] {
+            ui.label(label);
+            ui.add(egui::Label::new(RichText::new(text).monospace().small()).wrap());
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,31 @@
+//! Messages to the session.
+
+use std::sync::mpsc::Sender;
+
+use crate::protocol::FromViewer;
+
+/// The sender to the session.
+#[derive(Debug)]
+pub(super) struct Outbox {
+    out: Sender<FromViewer>,
+    is_closed: bool,
+}
+
+impl Outbox {
+    pub(super) fn new(out: Sender<FromViewer>) -> Self {
+        Self { out, is_closed: false }
+    }
+
+    pub(super) fn send(&mut self, message: FromViewer) {
+        self.is_closed |= self.out.send(message).is_err();
+    }
+
+    pub(super) fn command(&mut self, line: String) {
+        self.send(FromViewer::Command(line));
+    }
+
+    /// The session has dropped the receiver. It needs no window any more.
+    pub(super) fn is_closed(&self) -> bool {
+        self.is_closed
+    }
+}

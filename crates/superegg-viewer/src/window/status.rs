@@ -1,0 +1,57 @@
+//! The lines at the bottom of the scene: what is shown, and what the budgets leave out.
+
+use super::background::Background;
+use super::content::Content;
+use crate::frame_stats::DrawStats;
+use crate::input::ViewState;
+use crate::live::tracer::Pass;
+use crate::preview::PreviewBudget;
+
+/// The status lines. `stats` are those of the last frame.
+pub(super) fn lines(
+    content: &Content,
+    background: &Background,
+    view: &ViewState,
+    stats: &DrawStats,
+) -> Vec<String> {
+    let root = content.root().unwrap_or("nothing is selected, so nothing is shown; 'object NAME' selects");
+    let renderer = match background.trace.pass() {
+        Some(pass) if view.is_traced => traced(pass),
+        None if view.is_traced => "ray tracing …".to_owned(),
+        _ => drawn(background.preview().instances.len(), stats, view.settings.wireframe),
+    };
+    let mut lines = vec![format!("{root}  |  {renderer}  |  h: keys")];
+    let unpaid = background.preview().unpaid_branches;
+    if unpaid > 0 {
+        let most = PreviewBudget::WINDOW_INSTANCES;
+        lines.push(format!(
+            "the preview is limited to {most} instances: {unpaid} branches are not expanded; ray tracing (p) shows all"
+        ));
+    }
+    if view.is_traced {
+        return lines;
+    }
+    if stats.coarser > 0 {
+        lines.push(format!("the triangle budget is spent: {} instances have fewer patches", stats.coarser));
+    }
+    if stats.lights_left_out > 0 {
+        lines.push(format!("{} lights are missing in the preview", stats.lights_left_out));
+    }
+    if view.settings.io_test && background.grid().is_some_and(|grid| grid.is_cut) {
+        lines.push("the grid has too many points; a larger step shows its whole extent".to_owned());
+    }
+    lines
+}
+
+fn traced(pass: &Pass) -> String {
+    let (width, height) = (pass.film.width(), pass.film.height());
+    let (samples, ms) = (pass.samples, 1e3 * pass.seconds);
+    let more = if pass.is_last { "" } else { " …" };
+    format!("ray traced at {width} x {height}, {samples} samples per pixel, {ms:.0} ms{more}")
+}
+
+fn drawn(instances: usize, stats: &DrawStats, is_wireframe: bool) -> String {
+    let kind = if is_wireframe { "edges" } else { "triangles" };
+    let plural = if instances == 1 { "" } else { "s" };
+    format!("{instances} instance{plural}, {} {kind}", stats.triangles)
+}
