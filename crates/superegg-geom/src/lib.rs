@@ -15,6 +15,7 @@
 //! - `textbook`, with the feature `baseline`: the course text's method, kept as a baseline for
 //!   benchmarks and teaching. It is wrong where its module says so.
 
+mod batch;
 #[cfg(feature = "simd")]
 pub mod lanes;
 mod math;
@@ -23,6 +24,7 @@ mod shape;
 mod solve;
 mod superquadric;
 
+pub use batch::{BatchError, BatchHit, HitBatch, RayBatch};
 pub use glam;
 pub use math::aabb::{Aabb, RayReciprocal};
 pub use math::numeric::{scale_to_unit, unit_vector};

@@ -139,6 +139,32 @@ impl Superquadric {
             * self.radii
     }
 
+    /// The longitude u in (-pi, pi] and latitude v in [-pi/2, pi/2] of a point of the surface, in
+    /// radians: the inverse of [`Superquadric::point_at`]. Any other point has those of the surface
+    /// point on the ray from the centre through it; the centre has (0, 0), and a pole u = 0.
+    ///
+    /// ```text
+    /// u = atan2(sign(y) |y|^(1/e), sign(x) |x|^(1/e)),   v = atan2(sign(z) |z|^(1/n), R(x, y)^(1/n))
+    /// ```
+    ///
+    /// Angles near a multiple of pi/2 other than 0 have few digits left: for exponents below about
+    /// 0.1 they do not determine the point to more than a few digits, below 0.003 most points of a
+    /// face share the angles of its middle.
+    ///
+    /// ```
+    /// use superegg_geom::{Exponents, Superquadric, glam::DVec3};
+    /// let egg = Superquadric::new(DVec3::new(1.0, 2.0, 3.0), Exponents::new(0.8, 1.5)?)?;
+    /// let (u, v) = egg.uv_at(egg.point_at(2.5, -0.3));
+    /// assert!((u - 2.5).abs() < 1e-14 && (v + 0.3).abs() < 1e-14);
+    /// # Ok::<(), superegg_geom::ShapeError>(())
+    /// ```
+    pub fn uv_at(&self, point: DVec3) -> (f64, f64) {
+        let unit = point / self.radii;
+        let around = self.norm.xy.value(unit.x.abs(), unit.y.abs());
+        let u = power_angle(unit.x, unit.y, 1.0 / self.exponents.e());
+        (u, power_angle(around, unit.z, 1.0 / self.exponents.n()))
+    }
+
     /// Half the edges of the smallest axis-aligned box around the shape's image under a linear map (the box is centred
     /// on the image of the origin). From the support function, so it is tight for every pair of exponents.
     pub fn half_extent_under(&self, linear: &DMat3) -> DVec3 {
@@ -246,6 +272,17 @@ impl Superquadric {
             RayStart::Free
         }
     }
+}
+
+/// The angle of the vector (sign(x) |x|^w, sign(y) |y|^w), in (-pi, pi].
+fn power_angle(x: f64, y: f64, w: f64) -> f64 {
+    let larger = x.abs().max(y.abs());
+    if larger == 0.0 {
+        return 0.0;
+    }
+    let power = |c: f64| (c.abs() / larger).powf(w).copysign(c);
+    // Adding 0 makes 0 of -0, and so pi of -pi.
+    (power(y) + 0.0).atan2(power(x))
 }
 
 /// A solver in the space of the unit shape.
