@@ -19,6 +19,7 @@ mod batch;
 #[cfg(feature = "simd")]
 pub mod lanes;
 mod math;
+mod measure;
 mod norm;
 mod shape;
 mod solve;
@@ -30,6 +31,7 @@ pub use math::aabb::{Aabb, RayReciprocal};
 pub use math::numeric::{scale_to_unit, unit_vector};
 pub use math::ray::{Ray, RayStart};
 pub use math::transform::{Transform, TransformError, TransformStep, error_through, inverse_of};
+pub use measure::{ClosestPoint, SearchLimits, SurfaceArea, SurfacePoint, SurfaceSampler};
 pub use norm::NormForm;
 pub use shape::{Exponents, ShapeError, ShapeHit};
 #[cfg(feature = "baseline")]
