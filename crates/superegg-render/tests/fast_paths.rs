@@ -1,14 +1,13 @@
 //! Flights of rays against single rays, recompiling against compiling, deep graphs against composition in twice the precision.
 
 use std::cell::Cell;
-use std::sync::atomic::AtomicBool;
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use superegg_geom::glam::{DMat3, DVec3, Vec3Swizzles};
 use superegg_geom::{Aabb, Exponents, Ray, Superquadric, TransformStep};
 use superegg_lang::load_text;
-use superegg_render::{Film, Pixel, RenderBudget, RenderSettings, render};
+use superegg_render::{Film, Pixel, RenderOptions, RenderSettings, render};
 use superegg_scene::{Camera, Entity, Light, LightKind, Picture, Scene};
 use superegg_trace::flatten;
 use superegg_trace::{CompiledScene, FlightRay, Footprint};
@@ -205,9 +204,8 @@ fn picture(scene: &Scene, compiled: &CompiledScene) -> Film {
     let mut scene = scene.clone();
     scene.camera = Camera { position: DVec3::new(7.0, -30.0, 12.0), target: DVec3::X * 7.0, ..scene.camera };
     let picture = Picture { width: 32, height: 24, ..scene.picture };
-    let settings = RenderSettings { picture, ..RenderSettings::of(&scene) };
-    let budget = RenderBudget { threads: 1, cancel: &AtomicBool::new(false), progress: &|_| {} };
-    render(compiled, &settings, &budget).unwrap().film
+    let settings = RenderSettings::of(&scene).with_picture(picture);
+    render(compiled, &settings, &RenderOptions::default().with_threads(1)).unwrap().film
 }
 
 /// The same instances, and all else to what f32 knows of a place.
@@ -582,20 +580,20 @@ fn lanes_light_surfaces_as_f64_does() {
             fov_deg: 2.0 * f64::atan2(4.5, 1.3 * distance).to_degrees(),
             ..scene.camera
         };
-        let mut settings = RenderSettings { picture, camera, ..RenderSettings::of(&scene) };
+        let mut settings = RenderSettings::of(&scene).with_picture(picture).with_camera(camera);
         let point = |x, y, z| Light {
             kind: LightKind::Point { position: DVec3::new(x, y, z) },
             falloff: 0.01,
             ..Light::DEFAULT
         };
-        settings.surroundings.lights = vec![point(3.0, 2.0, 7.0), point(-5.0, 1.0, 2.0)];
-        let budget = RenderBudget { threads: 1, cancel: &AtomicBool::new(false), progress: &|_| {} };
-        let lanes = render(&compiled, &settings, &budget).unwrap();
+        settings.environment.lights = vec![point(3.0, 2.0, 7.0), point(-5.0, 1.0, 2.0)];
+        let options = RenderOptions::default().with_threads(1);
+        let lanes = render(&compiled, &settings, &options).unwrap();
         let sun =
             Light { kind: LightKind::Sun { direction: DVec3::Z }, color: DVec3::ZERO, ..Light::DEFAULT };
-        settings.surroundings.lights.push(sun);
-        let exact = render(&compiled, &settings, &budget).unwrap();
-        assert!(lanes.film != exact.film && lanes.rays.shadow.abs_diff(exact.rays.shadow) < 4);
+        settings.environment.lights.push(sun);
+        let exact = render(&compiled, &settings, &options).unwrap();
+        assert!(lanes.film != exact.film && lanes.stats.rays.shadow.abs_diff(exact.stats.rays.shadow) < 4);
         let pixels = || lanes.film.pixels().zip(exact.film.pixels());
         assert!(pixels().filter(|(a, _)| a.id != 0).count() > 10_000);
         let (mut apart, mut not_as_deep) = (0, 0);

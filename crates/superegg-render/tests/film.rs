@@ -1,9 +1,7 @@
 //! The film: filters, adaptive sampling, transparency, and what is shown instead of light.
 
-use std::sync::atomic::AtomicBool;
-
 use superegg_lang::load_text;
-use superegg_render::{Development, Film, RenderBudget, RenderSettings, Rendered, Shows, render};
+use superegg_render::{Development, Film, RenderOptions, RenderSettings, Rendered, Output, render};
 use superegg_scene::{Filter, Picture};
 use superegg_trace::CompiledScene;
 
@@ -13,13 +11,11 @@ fn made(text: &str, threads: usize, change: impl FnOnce(&mut RenderSettings)) ->
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
     let scene = session.scene();
     let compiled = CompiledScene::compile(scene, session.selected(), scene.depth);
-    let mut settings = RenderSettings {
-        picture: Picture { width: 48, height: 36, ..scene.picture },
-        ..RenderSettings::of(scene)
-    };
+    let picture = Picture { width: 48, height: 36, ..scene.picture };
+    let mut settings = RenderSettings::of(scene).with_picture(picture);
     change(&mut settings);
-    let budget = RenderBudget { threads, cancel: &AtomicBool::new(false), progress: &|_| {} };
-    (render(&compiled, &settings, &budget).unwrap(), settings)
+    let options = RenderOptions::default().with_threads(threads);
+    (render(&compiled, &settings, &options).unwrap(), settings)
 }
 
 /// The root of the mean square of the differences of developed values, over all channels.
@@ -63,7 +59,7 @@ fn filters_of_many_samples_agree_on_what_is_smooth_and_differ_at_edges() {
         let off = difference(&sharp, &film, &development);
         assert!(off > 1e-4 && off < most, "{filter:?}: {off}");
         // The middle of the ball is the same to the eye.
-        let middle = (film.pixel(24, 18).color[0] - sharp.pixel(24, 18).color[0]).abs();
+        let middle = (film.pixel(24, 18).unwrap().color[0] - sharp.pixel(24, 18).unwrap().color[0]).abs();
         assert!(middle < 0.01, "{filter:?}: {middle}");
     }
 }
@@ -86,12 +82,12 @@ fn the_error_falls_below_what_is_asked_for() {
         let off = difference(&adaptive.film, &truth.film, &development);
         assert!(off < noise && off < before, "{noise}: {off}");
         before = off;
-        let taken: Vec<u32> = adaptive.film.pixels().map(|pixel| pixel.samples).collect();
-        let total: u64 = taken.iter().map(|&count| u64::from(count)).sum();
-        assert_eq!(total, adaptive.rays.camera);
-        assert!(taken.iter().all(|&count| (4..=4096).contains(&count)));
+        let counts: Vec<u32> = adaptive.film.pixels().map(|pixel| pixel.samples).collect();
+        let total: u64 = counts.iter().map(|&count| u64::from(count)).sum();
+        assert_eq!(total, adaptive.stats.rays.camera);
+        assert!(counts.iter().all(|&count| (4..=4096).contains(&count)));
         // Work goes where the noise is.
-        let (least, most) = (taken.iter().min().unwrap(), taken.iter().max().unwrap());
+        let (least, most) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());
         assert!(*least == 4 && *most >= 32, "{noise}: {least} to {most}");
     }
 }
@@ -110,7 +106,7 @@ fn adaptive_pictures_do_not_depend_on_the_threads() {
         let (rendered, _) = made(NOISY, threads, |settings| {
             settings.picture = Picture { noise: 0.02, filter: Filter::Mitchell, ..settings.picture };
         });
-        (rendered.film, rendered.rays)
+        (rendered.film, rendered.stats.rays)
     };
     let one = of(1);
     assert!(of(2) == one && of(5) == one);
@@ -150,41 +146,41 @@ fn transparent_surfaces_over_the_background_are_the_opaque_picture() {
 fn the_film_knows_depth_normal_albedo_and_instance() {
     // The middle of a ball of radius 1, 10 away from the camera.
     let (rendered, _) = made("prm s\ncolor .2 .4 .6\n", 1, |settings| settings.picture.samples = 16);
-    let middle = rendered.film.pixel(24, 18);
+    let middle = rendered.film.pixel(24, 18).unwrap();
     assert!((middle.depth - 9.0).abs() < 0.05, "{}", middle.depth);
     assert!(middle.normal[2] > 0.96 && middle.id != 0 && middle.samples == 16);
     assert!((middle.albedo[1] - 0.4).abs() < 1e-6);
-    let corner = rendered.film.pixel(0, 0);
+    let corner = rendered.film.pixel(0, 0).unwrap();
     assert_eq!((corner.depth, corner.normal, corner.id), (f32::INFINITY, [0.0; 3], 0));
 }
 
 #[test]
 fn views_show_what_they_say() {
     let text = "background 1 0 0\nprm s\nobj o\nap s\nxs -1 0 0\nap s b\nxs 1 0 -3\n";
-    let of = |shows| {
-        let (rendered, settings) = made(text, 2, |settings| settings.shows = shows);
-        (rendered.film.clone(), shows.colored(&rendered.film).into_owned(), settings)
+    let of = |output: Output| {
+        let (rendered, settings) = made(text, 2, |settings| settings.output = output);
+        (rendered.film.clone(), output.colored(&rendered.film).into_owned(), settings)
     };
     // The middles of the balls, and a place beside them.
     let (near, far, beside) = ((20, 18), (26, 18), (2, 2));
-    let at = |film: &Film, (x, y): (u32, u32)| film.pixel(x, y).color;
+    let at = |film: &Film, (x, y): (u32, u32)| film.pixel(x, y).unwrap().color;
 
-    let (_, normal, settings) = of(Shows::Normal);
+    let (_, normal, settings) = of(Output::Normal);
     assert!(at(&normal, near)[2] > 0.9 && at(&normal, beside) == [0.0; 3]);
     // Not developed: half is half.
     assert!((settings.development().value([0.5; 3])[0] - 0.5).abs() < 1e-6);
 
-    let (_, depth, _) = of(Shows::Depth);
+    let (_, depth, _) = of(Output::Depth);
     assert!(at(&depth, near)[0] > at(&depth, far)[0] && at(&depth, beside) == [0.0; 3]);
 
-    let (_, id, _) = of(Shows::Id);
+    let (_, id, _) = of(Output::Id);
     assert!(at(&id, near) != at(&id, far) && at(&id, beside) == [0.0; 3]);
 
-    let (counts, steps, _) = of(Shows::Steps);
+    let (counts, steps, _) = of(Output::Steps);
     assert!(at(&counts, near)[0] >= 2.0 && at(&counts, near)[0].fract() == 0.0);
     assert!(steps.pixels().any(|pixel| pixel.color == [1.0; 3]));
 
-    let (_, open, _) = of(Shows::Occlusion);
+    let (_, open, _) = of(Output::Occlusion);
     let share = at(&open, near)[0];
     assert!(share > 0.5 && share <= 1.0 && at(&open, beside) == [0.0; 3], "{share}");
 }
@@ -195,9 +191,9 @@ fn occlusion_is_that_of_a_corner() {
     let text = "prm slab\nexp .01 .01\ncoeff 50 1 50\nobj o\nap slab\nxs 0 -1 0\nap slab wall\nrs 1 0 0 90\nxs 0 0 -2\ncamera 0 4 2 0 0 -.99\nAO\n";
     let text = text.replace("AO\n", "ambientOcclusion 256 40\n");
     let (rendered, _) = made(&text, 2, |settings| {
-        settings.shows = Shows::Occlusion;
+        settings.output = Output::Occlusion;
         settings.picture.samples = 1;
     });
-    let share = rendered.film.pixel(24, 19).color[0];
+    let share = rendered.film.pixel(24, 19).unwrap().color[0];
     assert!((share - 0.5).abs() < 0.06, "{share}");
 }

@@ -4,13 +4,13 @@ mod support;
 
 use superegg_render::Film;
 
-use crate::support::{centre, close, difference, film, rendered};
+use crate::support::{centre, close, color, difference, film, rendered};
 
 /// A world that is white all round, without lights.
 const FURNACE: &str = "sky 1 1 1\nlight off 0 0 0 0 0 0\n";
 
 fn pixels(film: &Film) -> impl Iterator<Item = [f32; 3]> + '_ {
-    (0..film.height()).flat_map(move |y| (0..film.width()).map(move |x| film.pixel(x, y).color))
+    (0..film.height()).flat_map(move |y| (0..film.width()).map(move |x| color(film, x, y)))
 }
 
 fn range(film: &Film) -> (f32, f32) {
@@ -72,7 +72,7 @@ fn a_slab_of_glass_moves_what_is_behind_it_by_snells_law() {
         let bright = (0..200u32).flat_map(|y| (0..200u32).map(move |x| (x, y)));
         let (sum, weight) = bright.fold((0.0, 0.0), |(sum, weight), (x, y)| {
             // What goes to and fro in the slab makes fainter images of it.
-            let value = if film.pixel(x, y).color[0] > 0.5 { 1.0 } else { 0.0 };
+            let value = if color(film, x, y)[0] > 0.5 { 1.0 } else { 0.0 };
             (sum + value * (f64::from(x) + 0.5), weight + value)
         });
         sum / weight * 4.0 / 200.0 - 2.0
@@ -100,7 +100,7 @@ fn a_lens_is_sharp_at_its_focus_and_spreads_a_point_over_a_disc_elsewhere() {
             -distance
         );
         let film = rendered(&text, 100, 64, 2).film;
-        let is_seen = |&(x, y): &(u32, u32)| film.pixel(x, y).color[0] > 0.0;
+        let is_seen = |&(x, y): &(u32, u32)| color(&film, x, y)[0] > 0.0;
         let seen = (0..100u32).flat_map(|y| (0..100u32).map(move |x| (x, y))).filter(is_seen);
         (seen.count() as f64 / std::f64::consts::PI).sqrt()
     };
@@ -227,7 +227,7 @@ fn a_camera_in_glass_sees_as_from_glass() {
     let critical = (1.0f64 / 1.33).asin();
     for (angle, is_sky) in [(0.0, true), (critical - 0.05, true), (critical + 0.05, false)] {
         let x = (50.5 + angle.tan() / per_px) as u32;
-        let value = film.pixel(x, 50).color[0];
+        let value = color(&film, x, 50)[0];
         assert_eq!(value > 0.5, is_sky, "{angle}: {value}");
     }
 }
@@ -305,6 +305,6 @@ fn the_picture_of_everything_does_not_depend_on_the_threads() {
     let one = rendered(text, 40, 3, 1);
     for threads in [2, 5] {
         let many = rendered(text, 40, 3, threads);
-        assert_eq!((many.film, many.rays), (one.film.clone(), one.rays));
+        assert_eq!((many.film, many.stats), (one.film.clone(), one.stats));
     }
 }

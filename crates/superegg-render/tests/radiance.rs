@@ -4,7 +4,7 @@ mod support;
 
 use superegg_render::Film;
 
-use crate::support::{centre, close, difference, film, rendered};
+use crate::support::{centre, close, color, difference, film, rendered};
 
 #[test]
 fn a_sphere_seen_along_its_normal_has_the_light_of_the_formula() {
@@ -53,7 +53,7 @@ fn glass_of_index_one_is_not_seen() {
     // But for the silhouette, where a ray may graze.
     let pixels = (0..40).flat_map(|y| (0..40).map(move |x| (x, y)));
     let different = pixels.filter(|&(x, y)| {
-        with.pixel(x, y).color.iter().zip(without.pixel(x, y).color).any(|(a, b)| (a - b).abs() > 2e-3)
+        color(&with, x, y).iter().zip(color(&without, x, y)).any(|(a, b)| (a - b).abs() > 2e-3)
     });
     assert_eq!(different.count(), 0);
 }
@@ -75,7 +75,7 @@ fn clear_glass_and_mirrors_in_a_white_world_are_white() {
             let white = Film::new(24, 24);
             let least = (0..24)
                 .flat_map(|y| (0..24).map(move |x| (x, y)))
-                .map(|(x, y)| film.pixel(x, y).color[0])
+                .map(|(x, y)| color(&film, x, y)[0])
                 .fold(2.0, f32::min);
             assert!(difference(&film, &white) <= 1.0001 && least > 0.98, "{surface} {shape}: {least}");
         }
@@ -121,7 +121,7 @@ fn a_scene_of_another_size_gives_the_same_picture() {
         let film = film(&room(scale), 64);
         let pixels = (0..64).flat_map(|y| (0..64).map(move |x| (x, y)));
         let off = pixels.filter(|&(x, y)| {
-            film.pixel(x, y).color.iter().zip(reference.pixel(x, y).color).any(|(a, b)| (a - b).abs() > 1e-4)
+            color(&film, x, y).iter().zip(color(&reference, x, y)).any(|(a, b)| (a - b).abs() > 1e-4)
         });
         assert!(off.count() <= 2, "{scale}");
     }
@@ -148,9 +148,9 @@ fn the_picture_does_not_depend_on_the_threads() {
     let one = rendered(&room(1.0), 50, 3, 1);
     for threads in [2, 3, 8] {
         let many = rendered(&room(1.0), 50, 3, threads);
-        assert_eq!((many.film, many.rays), (one.film.clone(), one.rays));
+        assert_eq!((many.film, many.stats), (one.film.clone(), one.stats));
     }
-    assert_eq!(one.rays.camera, 50 * 50 * 3);
+    assert_eq!(one.stats.rays.camera, 50 * 50 * 3);
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn two_surfaces_in_the_same_place_do_not_shadow_each_other() {
         let (once, twice) = (film(&once, 60), film(&twice, 60));
         let pixels = (0..60).flat_map(|y| (0..60).map(move |x| (x, y)));
         let off =
-            pixels.filter(|&(x, y)| (once.pixel(x, y).color[0] - twice.pixel(x, y).color[0]).abs() > 1e-3);
+            pixels.filter(|&(x, y)| (color(&once, x, y)[0] - color(&twice, x, y)[0]).abs() > 1e-3);
         let off = off.count();
         assert!(off <= 3, "{shape}: {off} pixels");
     }
@@ -175,7 +175,7 @@ fn a_flat_lit_face_has_no_speck() {
             "prm s\n{shape}\nspecular 0\nobj o\nap s\nrs 1 2 3 20\nxs .1 .2 .3\nlight l 1e5 2e5 4e5\n"
         );
         let film = film(&text, 80);
-        let is_dark = |x: u32, y: u32| film.pixel(x, y).color[0] < 0.15;
+        let is_dark = |x: u32, y: u32| color(&film, x, y)[0] < 0.15;
         let is_speck = |&(x, y): &(u32, u32)| {
             let beside = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
             is_dark(x, y) && !beside.iter().any(|&(x, y)| is_dark(x, y))

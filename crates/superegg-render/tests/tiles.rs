@@ -1,10 +1,9 @@
 //! Pictures made in parts.
 
 use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
 
 use superegg_lang::load_text;
-use superegg_render::{Film, RenderBudget, RenderSettings, Tile, TileWork, render_tiles, tiles};
+use superegg_render::{Film, RenderOptions, RenderSettings, Tile, TileWork, render_tiles, tiles};
 use superegg_scene::Picture;
 use superegg_trace::CompiledScene;
 
@@ -16,11 +15,9 @@ fn made(wanted: impl Fn(usize) -> bool + Sync, threads: usize) -> (Vec<(usize, F
     let (session, _) = load_text("known.scn", text);
     let scene = session.scene();
     let compiled = CompiledScene::compile(scene, session.selected(), scene.depth);
-    let settings = RenderSettings {
-        picture: Picture { width: SIZE.0, height: SIZE.1, samples: 3, ..scene.picture },
-        ..RenderSettings::of(scene)
-    };
-    let budget = RenderBudget { threads, cancel: &AtomicBool::new(false), progress: &|_| {} };
+    let picture = Picture { width: SIZE.0, height: SIZE.1, samples: 3, ..scene.picture };
+    let settings = RenderSettings::of(scene).with_picture(picture);
+    let options = RenderOptions::default().with_threads(threads);
     let handed = Mutex::new(Vec::new());
     let film = Mutex::new(Film::new(SIZE.0, SIZE.1));
     let work = TileWork {
@@ -28,10 +25,10 @@ fn made(wanted: impl Fn(usize) -> bool + Sync, threads: usize) -> (Vec<(usize, F
         wanted: &wanted,
         finished: &|index, tile| handed.lock().unwrap().push((index, tile.clone())),
     };
-    let taken = render_tiles(&compiled, &settings, &budget, &work).unwrap();
+    let stats = render_tiles(&compiled, &settings, &options, &work).unwrap();
     let mut handed = handed.into_inner().unwrap();
     handed.sort_by_key(|(index, _)| *index);
-    (handed, film.into_inner().unwrap(), taken.rays.camera)
+    (handed, film.into_inner().unwrap(), stats.rays.camera)
 }
 
 #[test]

@@ -6,17 +6,17 @@ use superegg_geom::glam::DVec2;
 /// share a column or row of the pixel (four make the rotated square), which gives edges of any slope as many shades as there are
 /// samples. The pattern is the same in each pixel: no noise, and the same picture in any order. A single sample is the pixel's centre.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sampler {
+pub(crate) struct StratifiedPattern {
     count: u32,
 }
 
-impl Sampler {
+impl StratifiedPattern {
     pub(crate) fn new(count: u32) -> Self {
         Self { count: count.max(1) }
     }
 
-    /// The places within a pixel, in pixels from its top left corner, in (0, 1).
-    pub(crate) fn places(self) -> impl Iterator<Item = DVec2> {
+    /// The points within a pixel, in pixels from its top left corner, in (0, 1).
+    pub(crate) fn points(self) -> impl Iterator<Item = DVec2> {
         // Rows of cells as even as can be; a row's height goes with its number of cells, which makes all areas equal.
         let rows = (f64::from(self.count).sqrt().round() as u32).max(1);
         let mut above = 0;
@@ -41,24 +41,24 @@ mod tests {
 
     #[test]
     fn one_sample_is_the_centre() {
-        assert_eq!(Sampler::new(1).places().collect::<Vec<_>>(), [DVec2::splat(0.5)]);
+        assert_eq!(StratifiedPattern::new(1).points().collect::<Vec<_>>(), [DVec2::splat(0.5)]);
     }
 
     #[test]
     fn four_samples_are_the_rotated_square() {
         let expected = [(0.125, 0.125), (0.625, 0.375), (0.375, 0.625), (0.875, 0.875)].map(DVec2::from);
-        assert_eq!(Sampler::new(4).places().collect::<Vec<_>>(), expected);
+        assert_eq!(StratifiedPattern::new(4).points().collect::<Vec<_>>(), expected);
     }
 
     #[test]
     fn every_count_has_its_samples_around_the_centre_each_in_a_row_of_its_own() {
         for count in [2, 3, 5, 7, 9, 16, 31, 64] {
-            let places: Vec<DVec2> = Sampler::new(count).places().collect();
-            assert_eq!(places.len(), count as usize);
-            assert!(places.iter().all(|p| p.cmpgt(DVec2::ZERO).all() && p.cmplt(DVec2::ONE).all()));
-            let mean = places.iter().sum::<DVec2>() / f64::from(count);
+            let points: Vec<DVec2> = StratifiedPattern::new(count).points().collect();
+            assert_eq!(points.len(), count as usize);
+            assert!(points.iter().all(|p| p.cmpgt(DVec2::ZERO).all() && p.cmplt(DVec2::ONE).all()));
+            let mean = points.iter().sum::<DVec2>() / f64::from(count);
             assert!((mean - 0.5).abs().max_element() < 0.05, "{count}: {mean}");
-            assert!(places.windows(2).all(|pair| pair[0].y < pair[1].y));
+            assert!(points.windows(2).all(|pair| pair[0].y < pair[1].y));
         }
     }
 }

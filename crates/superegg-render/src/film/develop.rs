@@ -11,7 +11,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use superegg_scene::{Encoding, Picture, Tone};
 use thiserror::Error;
 
-use crate::film::Film;
+use crate::film::buffer::Film;
 
 /// Why a picture could not be written.
 #[derive(Debug, Error)]
@@ -55,8 +55,8 @@ impl Development {
         self.toning().of(linear).map(|value| encoded(value, self.encoding))
     }
 
-    fn toning(&self) -> Toning {
-        Toning { gain: self.exposure.exp2() as f32, tone: self.tone }
+    fn toning(&self) -> ToneCurve {
+        ToneCurve { gain: self.exposure.exp2() as f32, tone: self.tone }
     }
 
     /// The linear colour of each pixel after exposure and tone, and its alpha.
@@ -77,7 +77,7 @@ impl Development {
 
     /// The picture as bytes, red, green and blue of each pixel, without alpha: a transparent background is black.
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
-        let (steps, toning) = (Steps::new(self.encoding), self.toning());
+        let (steps, toning) = (ByteTable::new(self.encoding), self.toning());
         let mut bytes = vec![0; 3 * film.colors().len()];
         for (to, &color) in bytes.as_chunks_mut().0.iter_mut().zip(film.colors()) {
             let [r, g, b] = toning.of(color);
@@ -88,7 +88,7 @@ impl Development {
 
     /// Red, green, blue and alpha of each pixel, colour apart from alpha.
     fn rgba8(&self, film: &Film) -> Vec<u8> {
-        let steps = Steps::new(self.encoding);
+        let steps = ByteTable::new(self.encoding);
         self.developed(film)
             .flat_map(|([r, g, b], alpha)| {
                 [steps.byte(r), steps.byte(g), steps.byte(b), (255.0 * alpha).round() as u8]
@@ -126,13 +126,13 @@ impl Development {
 
 /// Exposure and tone.
 #[derive(Clone, Copy)]
-struct Toning {
+struct ToneCurve {
     /// The factor of the exposure.
     gain: f32,
     tone: Tone,
 }
 
-impl Toning {
+impl ToneCurve {
     /// Linear values after both, not yet cut to [0, 1].
     fn of(self, [r, g, b]: [f32; 3]) -> [f32; 3] {
         let exposed = [r * self.gain, g * self.gain, b * self.gain];
@@ -164,11 +164,11 @@ fn filmic(value: f32) -> f32 {
 }
 
 /// The byte of a linear value by one look into a table, the same as by [`encoded`].
-struct Steps(Vec<Part>);
+struct ByteTable(Vec<Segment>);
 
 /// One of many nearly equal parts of [0, 1], within which the byte goes up by one at most.
 #[derive(Clone, Copy)]
-struct Part {
+struct Segment {
     /// The value where it does; infinity where it does not.
     step: f32,
     /// The byte before.
@@ -176,13 +176,13 @@ struct Part {
 }
 
 /// Parts of [0, 1] in the table; the steepest part of the sRGB curve goes up by one byte in 3e-4.
-const PARTS: usize = 4096;
+const SEGMENTS: usize = 4096;
 /// The numbers from here to its double are whole, so what is added to it is rounded to a whole number, in the last bits.
 const WHOLE: f32 = (1 << 23) as f32;
 
-impl Steps {
+impl ByteTable {
     fn new(encoding: Encoding) -> Self {
-        let mut parts = vec![Part { step: f32::INFINITY, byte: 0 }; PARTS + 1];
+        let mut parts = vec![Segment { step: f32::INFINITY, byte: 0 }; SEGMENTS + 1];
         for byte in 1..=255u32 {
             let near = decoded((byte as f32 - 0.5) / 255.0, encoding);
             // Bits of floats >= 0 are in the order of the floats.
@@ -196,7 +196,7 @@ impl Steps {
                 }
             }
             let step = f32::from_bits(low);
-            parts[part_of(step)].step = step;
+            parts[segment_of(step)].step = step;
         }
         let mut byte = 0;
         for part in &mut parts {
@@ -210,14 +210,14 @@ impl Steps {
         // NaN becomes 0, like what is below.
         let value = if value > 0.0 { value } else { 0.0 };
         let value = if value < 1.0 { value } else { 1.0 };
-        let Part { step, byte } = self.0[part_of(value)];
+        let Segment { step, byte } = self.0[segment_of(value)];
         (byte + u32::from(step <= value)) as u8
     }
 }
 
 /// The part in which a value from 0 to 1 is.
-fn part_of(value: f32) -> usize {
-    ((value * PARTS as f32 + WHOLE).to_bits() - WHOLE.to_bits()) as usize
+fn segment_of(value: f32) -> usize {
+    ((value * SEGMENTS as f32 + WHOLE).to_bits() - WHOLE.to_bits()) as usize
 }
 
 fn byte_of(value: f32, encoding: Encoding) -> u8 {
@@ -248,7 +248,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::film::Pixel;
+    use crate::film::pixel::Pixel;
 
     const PLAIN: Development = Development {
         exposure: 0.0,
@@ -283,7 +283,7 @@ mod tests {
     #[test]
     fn the_table_gives_the_same_bytes() {
         for encoding in [Encoding::Srgb, Encoding::Linear] {
-            let steps = Steps::new(encoding);
+            let steps = ByteTable::new(encoding);
             let bits = (0..0x3f90_0000u32).step_by(997).map(f32::from_bits);
             for value in bits.chain(steps.0.iter().map(|part| part.step)).chain([
                 f32::NAN,

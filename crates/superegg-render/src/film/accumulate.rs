@@ -3,25 +3,26 @@
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 
-use crate::develop::Development;
-use crate::film::{Film, Layers};
-use crate::filter::Shares;
-use crate::tile::FirstSurface;
+use crate::film::develop::Development;
+use crate::film::buffer::Film;
+use crate::film::pixel::Layers;
+use crate::camera::filter::FilterMass;
+use crate::film::first::FirstHit;
 
 /// What the samples of a tile's pixels come to so far, each pixel by its place.
 #[derive(Debug)]
-pub(crate) struct Gathered {
-    shares: Shares,
+pub(crate) struct TileAccumulator {
+    mass: FilterMass,
     /// Samples at places where the filter is positive, and where it is negative; the latter only of filters that are so anywhere.
-    positive: Parts,
-    negative: Parts,
+    positive: SignedSums,
+    negative: SignedSums,
     /// Only where they are kept.
     layers: Vec<LayerSums>,
 }
 
 /// What is gathered beside light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Keeps {
+pub(crate) struct AccumulatorLayout {
     /// What errors are told from.
     pub(crate) squares: bool,
     /// What first surfaces tell.
@@ -30,43 +31,43 @@ pub(crate) struct Keeps {
 
 /// Sums over samples of one sign, by pixels.
 #[derive(Debug, Default)]
-struct Parts {
-    sums: Vec<Sum>,
+struct SignedSums {
+    sums: Vec<PixelSum>,
     /// Of the squares of each channel; none where they are not kept.
     squares: Vec<DVec3>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Sum {
+struct PixelSum {
     color: DVec3,
     count: u32,
     /// How many meet a surface.
-    met: u32,
+    covered: u32,
 }
 
-impl Sum {
+impl PixelSum {
     fn color(&self) -> DVec3 {
         self.color / f64::from(self.count)
     }
 
-    fn met(&self) -> f64 {
-        f64::from(self.met) / f64::from(self.count)
+    fn covered(&self) -> f64 {
+        f64::from(self.covered) / f64::from(self.count)
     }
 }
 
-impl Parts {
+impl SignedSums {
     fn start(&mut self, pixels: usize, keeps_squares: bool) {
         self.sums.clear();
-        self.sums.resize(pixels, Sum::default());
+        self.sums.resize(pixels, PixelSum::default());
         self.squares.clear();
         self.squares.resize(if keeps_squares { pixels } else { 0 }, DVec3::ZERO);
     }
 
-    fn add(&mut self, place: usize, color: DVec3, is_met: bool) {
+    fn add(&mut self, place: usize, color: DVec3, is_covered: bool) {
         let sum = &mut self.sums[place];
         sum.color += color;
         sum.count += 1;
-        sum.met += u32::from(is_met);
+        sum.covered += u32::from(is_covered);
         if let Some(squares) = self.squares.get_mut(place) {
             *squares += color * color;
         }
@@ -80,10 +81,10 @@ impl Parts {
     fn variance(&self, place: usize) -> (DVec3, f64) {
         let sum = &self.sums[place];
         let count = f64::from(sum.count);
-        let (mean, met) = (sum.color(), sum.met());
+        let (mean, covered) = (sum.color(), sum.covered());
         let squares = self.squares.get(place).copied().unwrap_or(DVec3::INFINITY);
         let spread = (squares / count - mean * mean).max(DVec3::ZERO);
-        (spread / (count - 1.0), met * (1.0 - met) / (count - 1.0))
+        (spread / (count - 1.0), covered * (1.0 - covered) / (count - 1.0))
     }
 }
 
@@ -94,12 +95,12 @@ struct LayerSums {
     depth: f64,
     normal: DVec3,
     albedo: DVec3,
-    most_seen: Vote,
+    most_seen: MajorityVote,
 }
 
 impl LayerSums {
-    fn add(&mut self, first: Option<&FirstSurface>) {
-        if let Some(FirstSurface { depth, normal, albedo, .. }) = first {
+    fn add(&mut self, first: Option<&FirstHit>) {
+        if let Some(FirstHit { depth, normal, albedo, .. }) = first {
             self.count += 1;
             self.depth += f64::from(*depth);
             self.normal += normal.as_dvec3();
@@ -124,16 +125,16 @@ impl LayerSums {
     }
 }
 
-impl Gathered {
+impl TileAccumulator {
     /// Of no pixels yet.
-    pub(crate) fn new(shares: Shares) -> Self {
-        Self { shares, positive: Parts::default(), negative: Parts::default(), layers: Vec::new() }
+    pub(crate) fn new(mass: FilterMass) -> Self {
+        Self { mass, positive: SignedSums::default(), negative: SignedSums::default(), layers: Vec::new() }
     }
 
     /// Begins with so many pixels.
-    pub(crate) fn start(&mut self, pixels: usize, keeps: Keeps) {
+    pub(crate) fn start(&mut self, pixels: usize, keeps: AccumulatorLayout) {
         self.positive.start(pixels, keeps.squares);
-        self.negative.start(if self.shares.negative > 0.0 { pixels } else { 0 }, keeps.squares);
+        self.negative.start(if self.mass.negative > 0.0 { pixels } else { 0 }, keeps.squares);
         self.layers.clear();
         self.layers.resize(if keeps.layers { pixels } else { 0 }, LayerSums::default());
     }
@@ -144,7 +145,7 @@ impl Gathered {
         &mut self,
         place: usize,
         color: DVec3,
-        first: Option<&FirstSurface>,
+        first: Option<&FirstHit>,
         is_negative: bool,
     ) {
         if is_negative {
@@ -169,23 +170,23 @@ impl Gathered {
 
     /// The filter's value, from the means of either sign. Where there are samples of one sign only, those of the other are taken for the same.
     #[inline]
-    fn filtered<T>(&self, place: usize, of: impl Fn(&Sum) -> T) -> T
+    fn filtered<T>(&self, place: usize, of: impl Fn(&PixelSum) -> T) -> T
     where
         T: std::ops::Mul<f64, Output = T> + std::ops::Sub<Output = T>,
     {
         let positive = &self.positive.sums[place];
         match self.negative.sums.get(place) {
-            None | Some(Sum { count: 0, .. }) => of(positive),
+            None | Some(PixelSum { count: 0, .. }) => of(positive),
             Some(negative) if positive.count == 0 => of(negative),
-            Some(negative) => of(positive) * self.shares.positive - of(negative) * self.shares.negative,
+            Some(negative) => of(positive) * self.mass.positive - of(negative) * self.mass.negative,
         }
     }
 
     /// The tile that they make, of so many pixels across and down; each has at least one sample.
     pub(crate) fn film(&self, size: (u32, u32), is_transparent: bool) -> Film {
         let places = 0..self.pixels();
-        let color = |place| self.filtered(place, Sum::color).as_vec3().to_array();
-        let alpha = |place| self.filtered(place, Sum::met).clamp(0.0, 1.0) as f32;
+        let color = |place| self.filtered(place, PixelSum::color).as_vec3().to_array();
+        let alpha = |place| self.filtered(place, PixelSum::covered).clamp(0.0, 1.0) as f32;
         let alphas = if is_transparent { places.clone().map(alpha).collect() } else { Vec::new() };
         let samples = places.clone().map(|place| self.count(place)).collect();
         let layers = self.layers.iter().map(LayerSums::layers).collect();
@@ -199,31 +200,31 @@ impl Gathered {
         if self.positive.count(place) < 2 {
             return f64::INFINITY;
         }
-        let Shares { positive, negative } = self.shares;
-        let (mut color, mut met) = self.positive.variance(place);
+        let FilterMass { positive, negative } = self.mass;
+        let (mut color, mut covered) = self.positive.variance(place);
         if negative > 0.0 {
             let below = if self.negative.count(place) < 2 { &self.positive } else { &self.negative };
             let (below_color, below_met) = below.variance(place);
             let (above, below) = (positive.powi(2), negative.powi(2));
             color = above * color + below * below_color;
-            met = above * met + below * below_met;
+            covered = above * covered + below * below_met;
         }
-        let (mean, deviation) = (self.filtered(place, Sum::color), color.map(f64::sqrt));
+        let (mean, deviation) = (self.filtered(place, PixelSum::color), color.map(f64::sqrt));
         let developed = |color: DVec3| development.value(color.as_vec3().to_array());
         let (low, high) = (developed(mean - deviation), developed(mean + deviation));
         let error = (0..3).map(|i| 0.5 * f64::from(high[i] - low[i])).fold(0.0, f64::max);
-        if development.transparent { error.max(met.sqrt()) } else { error }
+        if development.transparent { error.max(covered.sqrt()) } else { error }
     }
 }
 
 /// The vote of Boyer and Moore (1981): what has more than half of the votes wins, found without counting each.
 #[derive(Clone, Copy, Debug, Default)]
-struct Vote {
+struct MajorityVote {
     winner: u32,
     lead: u32,
 }
 
-impl Vote {
+impl MajorityVote {
     fn add(&mut self, id: u32) {
         if self.lead == 0 {
             *self = Self { winner: id, lead: 1 };
@@ -241,32 +242,32 @@ mod tests {
     use superegg_scene::{Filter, Picture};
 
     use super::*;
-    use crate::film::Pixel;
-    use crate::filter::FilterSampler;
+    use crate::film::pixel::Pixel;
+    use crate::camera::filter::FilterSampler;
 
-    const BOX: Shares = Shares { positive: 1.0, negative: 0.0 };
+    const BOX: FilterMass = FilterMass { positive: 1.0, negative: 0.0 };
 
-    const ALL: Keeps = Keeps { squares: true, layers: true };
+    const ALL: AccumulatorLayout = AccumulatorLayout { squares: true, layers: true };
 
     /// One pixel, nothing gathered.
-    fn one(shares: Shares) -> Gathered {
-        let mut gathered = Gathered::new(shares);
-        gathered.start(1, ALL);
-        gathered
+    fn one(mass: FilterMass) -> TileAccumulator {
+        let mut accumulator = TileAccumulator::new(mass);
+        accumulator.start(1, ALL);
+        accumulator
     }
 
-    fn pixel(gathered: &Gathered, place: u32, is_transparent: bool) -> Pixel {
-        gathered.film((gathered.pixels() as u32, 1), is_transparent).pixel(place, 0)
+    fn pixel(accumulator: &TileAccumulator, place: u32, is_transparent: bool) -> Pixel {
+        accumulator.film((accumulator.pixels() as u32, 1), is_transparent).pixel(place, 0).unwrap()
     }
 
-    fn grey(gathered: &mut Gathered, value: f64, is_negative: bool) {
-        gathered.add(0, DVec3::splat(value), None, is_negative);
+    fn grey(accumulator: &mut TileAccumulator, value: f64, is_negative: bool) {
+        accumulator.add(0, DVec3::splat(value), None, is_negative);
     }
 
     #[test]
     fn more_than_half_of_the_votes_win_in_any_order() {
         for votes in [[7, 7, 7, 0, 3], [0, 7, 3, 7, 7], [7, 0, 7, 3, 7]] {
-            let mut vote = Vote::default();
+            let mut vote = MajorityVote::default();
             votes.into_iter().for_each(|id| vote.add(id));
             assert_eq!(vote.winner, 7);
         }
@@ -274,30 +275,30 @@ mod tests {
 
     #[test]
     fn surfaces_count_alone_where_some_samples_meet_nothing() {
-        let first = FirstSurface { depth: 3.0, normal: Vec3::Z, albedo: Vec3::X, id: 9 };
-        let mut gathered = one(BOX);
-        grey(&mut gathered, 1.0, false);
-        assert_eq!(pixel(&gathered, 0, false).depth, f32::INFINITY);
-        gathered.add(0, DVec3::ZERO, Some(&first), false);
-        gathered.add(0, DVec3::ZERO, Some(&FirstSurface { depth: 5.0, ..first }), false);
-        let two = pixel(&gathered, 0, false);
+        let first = FirstHit { depth: 3.0, normal: Vec3::Z, albedo: Vec3::X, id: 9 };
+        let mut accumulator = one(BOX);
+        grey(&mut accumulator, 1.0, false);
+        assert_eq!(pixel(&accumulator, 0, false).depth, f32::INFINITY);
+        accumulator.add(0, DVec3::ZERO, Some(&first), false);
+        accumulator.add(0, DVec3::ZERO, Some(&FirstHit { depth: 5.0, ..first }), false);
+        let two = pixel(&accumulator, 0, false);
         assert_eq!((two.depth, two.normal, two.albedo), (4.0, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]));
         assert_eq!((two.color, two.id, two.samples), ([1.0 / 3.0; 3], 9, 3));
-        assert_eq!((two.alpha, pixel(&gathered, 0, true).alpha), (1.0, 2.0 / 3.0));
+        assert_eq!((two.alpha, pixel(&accumulator, 0, true).alpha), (1.0, 2.0 / 3.0));
     }
 
     #[test]
     fn pixels_know_of_their_light_alone_what_they_know_with_layers() {
-        let first = FirstSurface { depth: 3.0, normal: Vec3::Z, albedo: Vec3::X, id: 9 };
-        for shares in [BOX, FilterSampler::new(Filter::Mitchell).shares] {
-            let mut all = Gathered::new(shares);
-            let mut light = Gathered::new(shares);
+        let first = FirstHit { depth: 3.0, normal: Vec3::Z, albedo: Vec3::X, id: 9 };
+        for mass in [BOX, FilterSampler::new(Filter::Mitchell).mass] {
+            let mut all = TileAccumulator::new(mass);
+            let mut light = TileAccumulator::new(mass);
             all.start(3, ALL);
-            light.start(3, Keeps { squares: false, layers: false });
-            for gathered in [&mut all, &mut light] {
+            light.start(3, AccumulatorLayout { squares: false, layers: false });
+            for accumulator in [&mut all, &mut light] {
                 for i in 0..30u32 {
-                    let is_negative = shares.negative > 0.0 && i % 5 == 0;
-                    gathered.add(i as usize % 3, DVec3::splat(i.into()), Some(&first), is_negative);
+                    let is_negative = mass.negative > 0.0 && i % 5 == 0;
+                    accumulator.add(i as usize % 3, DVec3::splat(i.into()), Some(&first), is_negative);
                 }
             }
             for place in 0..3 {
@@ -311,12 +312,12 @@ mod tests {
 
     #[test]
     fn white_stays_white_whatever_signs_the_samples_have() {
-        let shares = FilterSampler::new(Filter::Mitchell).shares;
+        let mass = FilterSampler::new(Filter::Mitchell).mass;
         for signs in 0..64u32 {
             for count in 1..=6 {
-                let mut gathered = one(shares);
-                (0..count).for_each(|i| grey(&mut gathered, 1.0, signs >> i & 1 == 1));
-                let [r, g, b] = pixel(&gathered, 0, false).color;
+                let mut accumulator = one(mass);
+                (0..count).for_each(|i| grey(&mut accumulator, 1.0, signs >> i & 1 == 1));
+                let [r, g, b] = pixel(&accumulator, 0, false).color;
                 assert!([r, g, b].into_iter().all(|value| (value - 1.0).abs() < 1e-6), "{r}");
             }
         }
@@ -326,17 +327,17 @@ mod tests {
     fn the_error_is_that_of_the_mean_on_the_screen() {
         let linear = Picture { encoding: superegg_scene::Encoding::Linear, ..Picture::default() };
         let linear = Development::of(&linear);
-        let mut gathered = one(BOX);
-        assert_eq!(gathered.error(0, &linear), f64::INFINITY);
-        (0..100).for_each(|i| grey(&mut gathered, f64::from(i % 2), false));
+        let mut accumulator = one(BOX);
+        assert_eq!(accumulator.error(0, &linear), f64::INFINITY);
+        (0..100).for_each(|i| grey(&mut accumulator, f64::from(i % 2), false));
         // The deviation of a coin is 1/2.
-        assert!((gathered.error(0, &linear) - 0.5 / 99f64.sqrt()).abs() < 1e-6);
+        assert!((accumulator.error(0, &linear) - 0.5 / 99f64.sqrt()).abs() < 1e-6);
         // What is white beyond doubt has no error left, however it flickers.
         let mut bright = one(BOX);
         (0..100).for_each(|i| grey(&mut bright, 50.0 + f64::from(i % 2), false));
         assert_eq!(bright.error(0, &linear), 0.0);
         // Half a stop more is more error.
         let brighter = Development { exposure: 0.5, ..linear };
-        assert!(gathered.error(0, &brighter) > gathered.error(0, &linear));
+        assert!(accumulator.error(0, &brighter) > accumulator.error(0, &linear));
     }
 }

@@ -4,7 +4,7 @@
 //! their neighbours, and a picture is the same to the bit however it is divided.
 //!
 //! Where a filter is negative its magnitude is drawn from and the sample subtracted. The filter's value is put together from the means of the
-//! two kinds, each with its known share ([`Shares`]): white stays white with any number of samples, and no sum of weights comes near 0.
+//! two kinds, each with its known share ([`FilterMass`]): white stays white with any number of samples, and no sum of weights comes near 0.
 
 use superegg_geom::glam::DVec2;
 use superegg_scene::Filter;
@@ -15,7 +15,7 @@ const CELLS: usize = 1024;
 /// What the samples of one sign count for in a pixel: the integral of the filter's positive part, and that of its negative part as a positive
 /// number. The difference is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Shares {
+pub(crate) struct FilterMass {
     pub(crate) positive: f64,
     pub(crate) negative: f64,
 }
@@ -27,7 +27,7 @@ pub(crate) struct FilterSampler {
     radius: f64,
     /// The integral of the magnitude along one axis up to each border of cells, from 0 to 1.
     cumulated: Vec<f64>,
-    pub(crate) shares: Shares,
+    pub(crate) mass: FilterMass,
     filter: Filter,
 }
 
@@ -54,19 +54,19 @@ impl FilterSampler {
         // Of the product of both axes.
         let (positive, negative) = (above * above + below * below, 2.0 * above * below);
         let total = positive - negative;
-        let shares = Shares { positive: positive / total, negative: negative / total };
-        Self { radius, cumulated, shares, filter }
+        let mass = FilterMass { positive: positive / total, negative: negative / total };
+        Self { radius, cumulated, mass, filter }
     }
 
     /// A place drawn from the filter's magnitude, in pixels from the pixel's top left corner, and whether the filter is negative there. `unit` is
     /// evenly distributed in [0, 1) in both parts.
-    pub(crate) fn place(&self, unit: DVec2) -> (DVec2, bool) {
+    pub(crate) fn sample(&self, unit: DVec2) -> (DVec2, bool) {
         if self.filter == Filter::Box {
             return (unit, false);
         }
-        let place = DVec2::new(self.along(unit.x), self.along(unit.y));
+        let offset = DVec2::new(self.along(unit.x), self.along(unit.y));
         let is_below = |x: f64| along_axis(self.filter, x) < 0.0;
-        (place + 0.5, is_below(place.x) != is_below(place.y))
+        (offset + 0.5, is_below(offset.x) != is_below(offset.y))
     }
 
     fn along(&self, unit: f64) -> f64 {
@@ -110,7 +110,7 @@ fn along_axis(filter: Filter, x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sequence::sobol;
+    use crate::camera::sobol::sobol;
 
     const ALL: [Filter; 5] =
         [Filter::Box, Filter::Tent, Filter::Gaussian, Filter::Blackman, Filter::Mitchell];
@@ -140,14 +140,14 @@ mod tests {
             let count = 1 << 16;
             let mut sums = [(0.0, DVec2::ZERO, DVec2::ZERO); 2];
             for index in 0..count {
-                let (place, is_negative) = sampler.place(sobol(index, 7));
-                let place = place - 0.5;
+                let (place, is_negative) = sampler.sample(sobol(index, 7));
+                let offset = place - 0.5;
                 let sum = &mut sums[usize::from(is_negative)];
                 *sum = (sum.0 + 1.0, sum.1 + place, sum.2 + place * place);
             }
             let [above, below] = sums;
             let joined = |above: DVec2, below: DVec2| {
-                sampler.shares.positive * above - sampler.shares.negative * below
+                sampler.mass.positive * above - sampler.mass.negative * below
             };
             let of = |sum: DVec2, count: f64| if count > 0.0 { sum / count } else { DVec2::ZERO };
             let mean = joined(of(above.1, above.0), of(below.1, below.0));
@@ -155,7 +155,7 @@ mod tests {
             assert!(mean.abs().max_element() < 1e-3, "{filter:?}: {mean}");
             assert!((variance - exact).abs().max_element() < 1e-3, "{filter:?}: {variance}, not {exact}");
             let share = below.0 / f64::from(count);
-            let Shares { positive, negative } = sampler.shares;
+            let FilterMass { positive, negative } = sampler.mass;
             assert!((share - negative / (positive + negative)).abs() < 1e-3, "{filter:?}: {share}");
         }
     }
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn the_shares_are_those_of_a_filter_whose_weights_sum_to_one() {
         for filter in ALL {
-            let Shares { positive, negative } = FilterSampler::new(filter).shares;
+            let FilterMass { positive, negative } = FilterSampler::new(filter).mass;
             assert!((positive - negative - 1.0).abs() < 1e-12, "{filter:?}");
             assert_eq!(negative > 0.0, filter == Filter::Mitchell);
         }
@@ -174,8 +174,8 @@ mod tests {
         for filter in ALL {
             let sampler = FilterSampler::new(filter);
             for unit in [0.0, 0.5, 1.0, 1.0 - f64::EPSILON, f64::MIN_POSITIVE] {
-                let (place, _) = sampler.place(DVec2::splat(unit));
-                assert!((place - 0.5).abs().max_element() <= radius(filter), "{filter:?} {unit}: {place}");
+                let (point, _) = sampler.sample(DVec2::splat(unit));
+                assert!((point - 0.5).abs().max_element() <= radius(filter), "{filter:?} {unit}: {point}");
             }
         }
     }

@@ -6,13 +6,13 @@ use superegg_scene::{Floor, Material};
 
 /// A plane without end, ready to be met.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ground<'a> {
+pub(crate) struct FloorPlane<'a> {
     axes: [DVec3; 3],
     height: f64,
     pub(crate) material: &'a Material,
 }
 
-impl<'a> Ground<'a> {
+impl<'a> FloorPlane<'a> {
     pub(crate) fn new(floor: &Floor, material: &'a Material) -> Self {
         Self { axes: floor.axes(), height: floor.height, material }
     }

@@ -6,7 +6,8 @@ use exr::meta::attribute::Chromaticities;
 use exr::prelude::{Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
 use thiserror::Error;
 
-use crate::film::Film;
+use crate::film::buffer::Film;
+use crate::film::pixel::Pixel;
 
 /// Why an OpenEXR file could not be made.
 #[derive(Debug, Error)]
@@ -51,7 +52,7 @@ pub fn exr_file(film: &Film) -> Result<Vec<u8>, ExrError> {
         .with_channel("id")
         .with_channel("samples")
         .with_pixel_fn(|place: Vec2<usize>| {
-            let pixel = film.pixel(place.x() as u32, place.y() as u32);
+            let pixel = film.pixel(place.x() as u32, place.y() as u32).unwrap_or(Pixel::EMPTY);
             let ([r, g, b], [x, y, z], [ar, ag, ab]) = (pixel.color, pixel.normal, pixel.albedo);
             (r, g, b, pixel.alpha, pixel.depth, x, y, z, ar, ag, ab, pixel.id, pixel.samples)
         });
@@ -70,7 +71,6 @@ mod tests {
     use exr::prelude::*;
 
     use super::*;
-    use crate::film::Pixel;
 
     /// A channel's name, and its value in a pixel.
     type Known<T> = (&'static str, fn(&Pixel) -> T);

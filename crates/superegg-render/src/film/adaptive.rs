@@ -2,12 +2,12 @@
 
 use superegg_scene::Picture;
 
-use crate::develop::Development;
-use crate::gather::Gathered;
+use crate::film::develop::Development;
+use crate::film::accumulate::TileAccumulator;
 
 /// When the pixels of a tile stop.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stopping {
+pub(crate) struct StoppingRule {
     /// A pixel goes on while its standard error, or that of a pixel beside it in its tile, is not below this. 0: none goes on.
     noise: f64,
     /// Samples in the first round, and the least of any later one.
@@ -17,7 +17,7 @@ pub(crate) struct Stopping {
     development: Development,
 }
 
-impl Stopping {
+impl StoppingRule {
     pub(crate) fn of(picture: &Picture, development: Development) -> Self {
         let first = picture.samples.max(1);
         Self { noise: picture.noise, first, most: picture.most_samples.max(first), development }
@@ -31,20 +31,20 @@ impl Stopping {
     /// How many samples each pixel of a tile of so many columns takes in the next round; all 0 at the end. The pixels are in rows.
     ///
     /// A few samples may agree by chance, so a pixel is not believed as long as one of the eight around it has too much error.
-    pub(crate) fn next_round(&self, columns: usize, gathered: &Gathered) -> Vec<u32> {
-        let pixels = gathered.pixels();
+    pub(crate) fn next_round(&self, columns: usize, accumulator: &TileAccumulator) -> Vec<u32> {
+        let pixels = accumulator.pixels();
         if self.is_fixed() {
             return vec![0; pixels];
         }
         let is_noisy: Vec<bool> =
-            (0..pixels).map(|place| gathered.error(place, &self.development) >= self.noise).collect();
+            (0..pixels).map(|place| accumulator.error(place, &self.development) >= self.noise).collect();
         let rows = pixels / columns.max(1);
         let around = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
         let goes_on = |x: usize, y: usize| {
             around(y, rows).any(|y| around(x, columns).any(|x| is_noisy[y * columns + x]))
         };
         let next = |place: usize| {
-            let count = gathered.count(place);
+            let count = accumulator.count(place);
             let left = self.most.saturating_sub(count);
             // A quarter more each time: few rounds, and little beyond what is needed.
             let wanted = self.first.max(count / 4);
@@ -59,21 +59,21 @@ mod tests {
     use superegg_geom::glam::DVec3;
 
     use super::*;
-    use crate::filter::Shares;
-    use crate::gather::Keeps;
+    use crate::camera::filter::FilterMass;
+    use crate::film::accumulate::AccumulatorLayout;
 
-    fn tile(pixels: &[Vec<f64>]) -> Gathered {
-        let mut gathered = Gathered::new(Shares { positive: 1.0, negative: 0.0 });
-        gathered.start(pixels.len(), Keeps { squares: true, layers: false });
+    fn tile(pixels: &[Vec<f64>]) -> TileAccumulator {
+        let mut accumulator = TileAccumulator::new(FilterMass { positive: 1.0, negative: 0.0 });
+        accumulator.start(pixels.len(), AccumulatorLayout { squares: true, layers: false });
         for (place, values) in pixels.iter().enumerate() {
-            values.iter().for_each(|&value| gathered.add(place, DVec3::splat(value), None, false));
+            values.iter().for_each(|&value| accumulator.add(place, DVec3::splat(value), None, false));
         }
-        gathered
+        accumulator
     }
 
-    fn stopping(noise: f64, most_samples: u32) -> Stopping {
+    fn stopping(noise: f64, most_samples: u32) -> StoppingRule {
         let picture = Picture { noise, most_samples, ..Picture::default() };
-        Stopping::of(&picture, Development::of(&picture))
+        StoppingRule::of(&picture, Development::of(&picture))
     }
 
     #[test]

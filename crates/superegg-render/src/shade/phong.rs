@@ -23,49 +23,49 @@ use superegg_scene::Material;
 
 /// How a surface divides its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Shares {
+pub(crate) struct LobeWeights {
     /// 1 - kr - kt.
     pub(crate) local: f64,
     /// kr.
     pub(crate) mirror: f64,
     /// kt.
-    pub(crate) through: f64,
+    pub(crate) transmitted: f64,
 }
 
-impl Shares {
+impl LobeWeights {
     /// Seen at this cosine of the angle to the normal.
     pub(crate) fn of(material: &Material, cos: f64) -> Self {
         let mut mirror = material.reflected.unwrap_or(0.0);
         if material.fresnel && mirror > 0.0 {
             mirror *= reflectance(cos, material.index);
         }
-        let through = material.refracted.unwrap_or(0.0);
-        let total = (mirror + through).max(1.0);
-        Self { local: (1.0 - mirror - through).max(0.0), mirror: mirror / total, through: through / total }
+        let transmitted = material.refracted.unwrap_or(0.0);
+        let total = (mirror + transmitted).max(1.0);
+        Self { local: (1.0 - mirror - transmitted).max(0.0), mirror: mirror / total, transmitted: transmitted / total }
     }
 
     /// Whether no ray goes on from the surface.
     pub(crate) fn is_local(&self) -> bool {
-        self.mirror == 0.0 && self.through == 0.0
+        self.mirror == 0.0 && self.transmitted == 0.0
     }
 }
 
 /// The ambient part, under white ambient light.
-pub(crate) fn ambient(material: &Material, shares: &Shares, albedo: DVec3) -> DVec3 {
-    shares.local * material.ambient * albedo
+pub(crate) fn ambient(material: &Material, weights: &LobeWeights, albedo: DVec3) -> DVec3 {
+    weights.local * material.ambient * albedo
 }
 
 /// The part of one light that is not in shadow. `normal`, `to_eye` and `to_light` are unit vectors on the same side.
 pub(crate) fn direct(
     material: &Material,
-    shares: &Shares,
+    weights: &LobeWeights,
     albedo: DVec3,
     light_color: DVec3,
     normal: DVec3,
     to_eye: DVec3,
     to_light: DVec3,
 ) -> DVec3 {
-    let diffuse = shares.local * material.diffuse * normal.dot(to_light).max(0.0) * albedo;
+    let diffuse = weights.local * material.diffuse * normal.dot(to_light).max(0.0) * albedo;
     if material.specular == 0.0 {
         return light_color * diffuse;
     }
@@ -126,18 +126,18 @@ mod tests {
     #[test]
     fn shares_never_exceed_one() {
         let with =
-            |reflected, refracted| Shares::of(&Material { reflected, refracted, ..Material::default() }, 1.0);
-        assert_eq!(with(None, None), Shares { local: 1.0, mirror: 0.0, through: 0.0 });
+            |reflected, refracted| LobeWeights::of(&Material { reflected, refracted, ..Material::default() }, 1.0);
+        assert_eq!(with(None, None), LobeWeights { local: 1.0, mirror: 0.0, transmitted: 0.0 });
         let over = with(Some(0.5), Some(1.0));
-        assert!((over.local + over.mirror + over.through - 1.0).abs() < 1e-12);
+        assert!((over.local + over.mirror + over.transmitted - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn a_varnish_mirrors_little_head_on_and_all_at_grazing_angles() {
         let varnish = Material { reflected: Some(1.0), fresnel: true, ..Material::default() };
-        assert!((Shares::of(&varnish, 1.0).mirror - 0.04).abs() < 1e-12);
-        assert!((Shares::of(&varnish, 0.0).mirror - 1.0).abs() < 1e-12);
-        let at = |cos| Shares::of(&varnish, cos);
+        assert!((LobeWeights::of(&varnish, 1.0).mirror - 0.04).abs() < 1e-12);
+        assert!((LobeWeights::of(&varnish, 0.0).mirror - 1.0).abs() < 1e-12);
+        let at = |cos| LobeWeights::of(&varnish, cos);
         assert!(at(0.3).local + at(0.3).mirror == 1.0 && at(0.3).mirror > at(0.6).mirror);
     }
 

@@ -5,13 +5,13 @@ use std::str::FromStr;
 
 /// Share K of N, written `K/N`: of things in a row every Nth, dealt out in turn, so that shares take about the same time. K counts from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Share {
+pub struct Shard {
     /// 1 to `count`.
     number: u32,
     count: u32,
 }
 
-impl Share {
+impl Shard {
     /// Everything.
     pub const WHOLE: Self = Self { number: 1, count: 1 };
 
@@ -36,13 +36,13 @@ impl Share {
     }
 }
 
-impl fmt::Display for Share {
+impl fmt::Display for Shard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}/{}", self.number, self.count)
     }
 }
 
-impl FromStr for Share {
+impl FromStr for Shard {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -67,24 +67,24 @@ mod tests {
     #[test]
     fn each_thing_is_in_one_share() {
         for count in [1, 2, 3, 7, 100] {
-            let shares: Vec<Share> = (1..=count).map(|number| Share::new(number, count).unwrap()).collect();
+            let shards: Vec<Shard> = (1..=count).map(|number| Shard::new(number, count).unwrap()).collect();
             for place in 0..50 {
-                let taken: Vec<&Share> = shares.iter().filter(|share| share.takes(place)).collect();
-                assert_eq!(taken, [&shares[place % count as usize]]);
+                let stats: Vec<&Shard> = shards.iter().filter(|shard| shard.takes(place)).collect();
+                assert_eq!(stats, [&shards[place % count as usize]]);
             }
         }
-        assert!((0..50).all(|place| Share::WHOLE.takes(place)));
+        assert!((0..50).all(|place| Shard::WHOLE.takes(place)));
     }
 
     #[test]
     fn shares_read_back() {
         for text in ["1/1", "2/8", "4294967295/4294967295"] {
-            assert_eq!(text.parse::<Share>().unwrap().to_string(), text);
+            assert_eq!(text.parse::<Shard>().unwrap().to_string(), text);
         }
         for bad in
             ["", "/", "1", "1/", "/1", "0/3", "4/3", "0/0", "-1/3", "+1/3", "1/3/5", " 1/3", "1/99999999999"]
         {
-            assert!(bad.parse::<Share>().is_err(), "{bad}");
+            assert!(bad.parse::<Shard>().is_err(), "{bad}");
         }
     }
 }

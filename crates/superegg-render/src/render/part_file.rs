@@ -18,11 +18,11 @@ use superegg_scene::{Encoding, Filter, Picture, Tone};
 use thiserror::Error;
 use twox_hash::XxHash3_128;
 
-use crate::film::{Film, Pixel};
-use crate::render::RenderSettings;
-use crate::share::Share;
-use crate::shows::Shows;
-use crate::tiling::{Tile, tiles};
+use crate::film::buffer::Film;
+use crate::film::pixel::Pixel;
+use crate::settings::{Output, RenderSettings};
+use crate::render::shard::Shard;
+use crate::film::tile::{Tile, tiles};
 
 /// What those of this version begin with. A change of anything that this file writes is a new version.
 const FIRST_LINE: &[u8] = b"superegg part 2\n";
@@ -53,12 +53,12 @@ pub enum PartError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartHeader {
     /// The tiles that it is to have in the end.
-    pub share: Share,
+    pub shard: Shard,
     /// All that the picture depends on, names and values; tiles belong to one picture if these are the same.
     facts: Vec<(String, String)>,
     /// The picture, as it is to be developed.
     picture: Picture,
-    shows: Shows,
+    output: Output,
 }
 
 /// What tells two pictures apart.
@@ -78,27 +78,27 @@ impl PartHeader {
         root: Option<&str>,
         depth: u32,
         settings: &RenderSettings,
-        share: Share,
+        shard: Shard,
     ) -> Self {
-        let RenderSettings { picture, camera, surroundings, shows, layers: _ } = settings;
+        let RenderSettings { picture, camera, environment, output, layers: _ } = settings;
         // `Debug` of f64 tells numbers apart to the last bit.
         let hash = |text: &str| format!("{HASHED}{:032x}", XxHash3_128::oneshot(text.as_bytes()));
         let mut facts = vec![("program", program.to_owned())];
         facts.extend(picture_facts(picture));
-        facts.push(("view", format!("{shows:?}")));
+        facts.push(("view", format!("{output:?}")));
         facts.push((LAYERS, settings.keeps_layers().to_string()));
         facts.push(("root", root.unwrap_or_default().to_owned()));
         facts.push(("depth", depth.to_string()));
         facts.push(("camera", hash(&format!("{camera:?}"))));
-        facts.push(("surroundings", hash(&format!("{surroundings:?}"))));
+        facts.push(("surroundings", hash(&format!("{environment:?}"))));
         facts.push(("scene", hash(scene)));
         // A value is the rest of a line.
         let line = |value: String| value.replace(['\n', '\r'], " ");
         Self {
-            share,
+            shard,
             facts: facts.into_iter().map(|(name, value)| (name.to_owned(), line(value))).collect(),
             picture: *picture,
-            shows: *shows,
+            output: *output,
         }
     }
 
@@ -108,8 +108,8 @@ impl PartHeader {
     }
 
     /// What the picture shows.
-    pub fn shows(&self) -> Shows {
-        self.shows
+    pub fn output(&self) -> Output {
+        self.output
     }
 
     /// Whether the pixels have more than their light.
@@ -161,7 +161,7 @@ impl PartHeader {
 
     /// The bytes that a partial file begins with.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut text = format!("share {}\n", self.share);
+        let mut text = format!("share {}\n", self.shard);
         self.write_facts(&mut text);
         let mut bytes = FIRST_LINE.to_vec();
         bytes.extend((text.len() as u32).to_le_bytes());
@@ -222,17 +222,17 @@ impl PartHeader {
         let lines =
             text.lines().map(|line| line.split_once(' ').ok_or_else(|| damaged("a line has no value")));
         let mut facts = Vec::new();
-        let mut share = None;
+        let mut shard = None;
         for line in lines {
             match line? {
-                ("share", value) => share = Some(value.parse().map_err(|error: String| damaged(&error))?),
+                ("share", value) => shard = Some(value.parse().map_err(|error: String| damaged(&error))?),
                 (name, value) => facts.push((name.to_owned(), value.to_owned())),
             }
         }
-        let share = share.ok_or_else(|| damaged("it names no share"))?;
+        let shard = shard.ok_or_else(|| damaged("it names no share"))?;
         let picture = read_picture(&|name| value_of(&facts, name))?;
-        let shows = word(value_of(&facts, "view"), &SHOWS).ok_or_else(|| damaged("it has no view"))?;
-        Ok((Self { share, facts, picture, shows }, FIRST_LINE.len() + 4 + CHECK + length))
+        let output = word(value_of(&facts, "view"), &OUTPUTS).ok_or_else(|| damaged("it has no view"))?;
+        Ok((Self { shard, facts, picture, output }, FIRST_LINE.len() + 4 + CHECK + length))
     }
 }
 
@@ -281,8 +281,8 @@ fn picture_facts(picture: &Picture) -> Vec<(&'static str, String)> {
     ]
 }
 
-const SHOWS: [Shows; 6] =
-    [Shows::Light, Shows::Normal, Shows::Depth, Shows::Id, Shows::Steps, Shows::Occlusion];
+const OUTPUTS: [Output; 6] =
+    [Output::Light, Output::Normal, Output::Depth, Output::Id, Output::Steps, Output::Occlusion];
 
 /// The one of some words that a text is.
 fn word<T: Copy + std::fmt::Debug>(text: Option<&str>, words: &[T]) -> Option<T> {
@@ -338,7 +338,7 @@ fn head_check(head: &[u8]) -> u32 {
 
 /// A partial file as read.
 #[derive(Debug)]
-pub struct Part<'a> {
+pub struct PartFile<'a> {
     /// What its tiles are of.
     pub header: PartHeader,
     /// The good records: the index of a tile, and its pixels as bytes. No tile is in it twice.
@@ -349,7 +349,7 @@ pub struct Part<'a> {
     pub damaged: usize,
 }
 
-impl<'a> Part<'a> {
+impl<'a> PartFile<'a> {
     /// Reads a whole file. What is not a good record is left out.
     ///
     /// # Errors
@@ -438,12 +438,12 @@ mod tests {
         RenderSettings { picture, ..RenderSettings::of(&Scene::default()) }
     }
 
-    fn header(share: Share) -> PartHeader {
-        PartHeader::new("1.2.3", "prm egg\n", Some("egg"), 25, &settings(), share)
+    fn header(shard: Shard) -> PartHeader {
+        PartHeader::new("1.2.3", "prm egg\n", Some("egg"), 25, &settings(), shard)
     }
 
     fn pixels(tile: usize) -> Film {
-        let place = &header(Share::WHOLE).tiles()[tile];
+        let place = &header(Shard::WHOLE).tiles()[tile];
         let (width, height) = place.size();
         let pixel = |i| Pixel { depth: i as f32, id: tile as u32, samples: 4, ..Pixel::EMPTY };
         Film::of_pixels(width, height, (0..place.pixel_count()).map(pixel))
@@ -451,7 +451,7 @@ mod tests {
 
     /// A whole file, and where its header and its two records end.
     fn file() -> (Vec<u8>, [usize; 3]) {
-        let header = header(Share::WHOLE);
+        let header = header(Shard::WHOLE);
         let mut bytes = header.to_bytes();
         let start = bytes.len();
         bytes.extend(header.record(1, &pixels(1)));
@@ -462,7 +462,7 @@ mod tests {
     }
 
     /// The tiles of a part; each is one that was written.
-    fn tiles_of(part: &Part<'_>) -> Vec<usize> {
+    fn tiles_of(part: &PartFile<'_>) -> Vec<usize> {
         for (tile, found) in part.tiles() {
             assert_eq!(found, pixels(tile));
         }
@@ -472,9 +472,9 @@ mod tests {
     #[test]
     fn what_is_written_is_read() {
         let (bytes, [.., end]) = file();
-        let part = Part::read(&bytes).unwrap();
+        let part = PartFile::read(&bytes).unwrap();
         assert_eq!((tiles_of(&part), part.end, part.damaged), (vec![1, 0], end, 0));
-        assert_eq!((&part.header, part.header.picture()), (&header(Share::WHOLE), &settings().picture));
+        assert_eq!((&part.header, part.header.picture()), (&header(Shard::WHOLE), &settings().picture));
         assert!(part.header.most_bytes() > end as u64);
     }
 
@@ -482,7 +482,7 @@ mod tests {
     fn cut_off_anywhere_it_keeps_the_tiles_that_are_whole() {
         let (bytes, [start, middle, end]) = file();
         for length in 0..=end {
-            match Part::read(&bytes[..length]) {
+            match PartFile::read(&bytes[..length]) {
                 Ok(part) => {
                     let whole = [middle, end].iter().filter(|&&end| end <= length).count();
                     assert_eq!((tiles_of(&part).len(), part.damaged), (whole, 0), "{length}");
@@ -500,7 +500,7 @@ mod tests {
             for flip in [1, 0x80, 0xff] {
                 let mut bytes = bytes.clone();
                 bytes[place] ^= flip;
-                match Part::read(&bytes) {
+                match PartFile::read(&bytes) {
                     Ok(part) => {
                         let left = if place < middle { 0 } else { 1 };
                         assert_eq!(tiles_of(&part), [left], "{place}");
@@ -515,13 +515,13 @@ mod tests {
     #[test]
     fn records_in_a_row_with_garbage_between_count_once() {
         let (bytes, [start, middle, end]) = file();
-        let header = header(Share::new(1, 1).unwrap());
+        let header = header(Shard::new(1, 1).unwrap());
         let mut other = pixels(1);
-        other.set(0, 0, Pixel { id: 77, ..other.pixel(0, 0) });
+        other.set(0, 0, Pixel { id: 77, ..other.pixel(0, 0).unwrap() });
         let garbage = b"TITILETILE....TILE".repeat(50);
         let joined =
             [&bytes[..middle], &garbage, &bytes, &header.record(1, &other), &bytes[middle..end]].concat();
-        let part = Part::read(&joined).unwrap();
+        let part = PartFile::read(&joined).unwrap();
         assert_eq!((tiles_of(&part), part.end), (vec![1, 0], joined.len()));
         assert_eq!(part.damaged, garbage.len() + start);
     }
@@ -529,25 +529,25 @@ mod tests {
     #[test]
     fn records_of_another_picture_are_not_taken() {
         let other = RenderSettings { picture: Picture { samples: 5, ..settings().picture }, ..settings() };
-        let other = PartHeader::new("1.2.3", "prm egg\n", Some("egg"), 25, &other, Share::WHOLE);
-        let mixed = [header(Share::WHOLE).to_bytes(), other.record(0, &pixels(0))].concat();
-        assert_eq!(Part::read(&mixed).unwrap().indices().count(), 0);
+        let other = PartHeader::new("1.2.3", "prm egg\n", Some("egg"), 25, &other, Shard::WHOLE);
+        let mixed = [header(Shard::WHOLE).to_bytes(), other.record(0, &pixels(0))].concat();
+        assert_eq!(PartFile::read(&mixed).unwrap().indices().count(), 0);
     }
 
     #[test]
     fn shares_of_one_picture_differ_in_nothing_else() {
-        let [one, two] = [1, 2].map(|number| header(Share::new(number, 2).unwrap()));
+        let [one, two] = [1, 2].map(|number| header(Shard::new(number, 2).unwrap()));
         assert_eq!(one.difference(&two), None);
         assert_ne!(one.to_bytes(), two.to_bytes());
         let mixed = [one.to_bytes(), two.record(1, &pixels(1))].concat();
-        assert_eq!(tiles_of(&Part::read(&mixed).unwrap()), [1]);
+        assert_eq!(tiles_of(&PartFile::read(&mixed).unwrap()), [1]);
     }
 
     #[test]
     fn what_differs_is_named() {
-        let ours = header(Share::WHOLE);
+        let ours = header(Shard::WHOLE);
         let with = |program: &str, scene: &str, root: Option<&str>, depth, settings: &RenderSettings| {
-            let other = PartHeader::new(program, scene, root, depth, settings, Share::WHOLE);
+            let other = PartHeader::new(program, scene, root, depth, settings, Shard::WHOLE);
             ours.difference(&other).map(|Difference { name, values }| (name, values))
         };
         let (egg, own) = ("prm egg\n", settings());
@@ -559,17 +559,17 @@ mod tests {
         assert_eq!(with("1.2.3", egg, None, 25, &own), told("root", "egg", ""));
         assert_eq!(with("1.2.3", egg, Some("egg"), 26, &own), told("depth", "25", "26"));
         assert_eq!(with("1.2.3", "prm egg2\n", Some("egg"), 25, &own), Some(("scene".to_owned(), None)));
-        for shows in SHOWS {
-            let other = RenderSettings { shows, ..own.clone() };
-            let header = PartHeader::new("1.2.3", egg, Some("egg"), 25, &other, Share::WHOLE);
-            assert_eq!(PartHeader::read(&header.to_bytes()).unwrap().0.shows(), shows);
-            assert_eq!(ours.difference(&header).is_some(), shows != Shows::Light);
+        for output in OUTPUTS {
+            let other = RenderSettings { output, ..own.clone() };
+            let header = PartHeader::new("1.2.3", egg, Some("egg"), 25, &other, Shard::WHOLE);
+            assert_eq!(PartHeader::read(&header.to_bytes()).unwrap().0.output(), output);
+            assert_eq!(ours.difference(&header).is_some(), output != Output::Light);
         }
         let mut other = own.clone();
         other.camera.fov_deg = other.camera.fov_deg.next_up();
         assert_eq!(with("1.2.3", egg, Some("egg"), 25, &other), Some(("camera".to_owned(), None)));
         let mut other = own.clone();
-        other.surroundings.background.x = -0.0;
+        other.environment.background.x = -0.0;
         assert_eq!(with("1.2.3", egg, Some("egg"), 25, &other), Some(("surroundings".to_owned(), None)));
         let changes: [fn(&mut Picture); 13] = [
             |picture| picture.samples = 9,
@@ -590,7 +590,7 @@ mod tests {
             let mut other = own.clone();
             change(&mut other.picture);
             assert!(with("1.2.3", egg, Some("egg"), 25, &other).is_some_and(|(_, values)| values.is_some()));
-            let bytes = PartHeader::new("", "", None, 1, &other, Share::WHOLE).to_bytes();
+            let bytes = PartHeader::new("", "", None, 1, &other, Shard::WHOLE).to_bytes();
             assert_eq!(PartHeader::read(&bytes).unwrap().0.picture(), &other.picture);
         }
     }
@@ -662,7 +662,7 @@ mod tests {
                     bytes.push(0);
                 }
             }
-            if let Ok(part) = Part::read(&bytes) {
+            if let Ok(part) = PartFile::read(&bytes) {
                 tiles_of(&part);
                 assert!(part.end <= bytes.len() && part.end >= start);
             }

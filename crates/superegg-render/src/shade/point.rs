@@ -9,11 +9,11 @@ use superegg_geom::{Ray, RayStart};
 use superegg_scene::Material;
 use superegg_trace::{CompiledPrimitive, Departure, FlightRay, Footprint, InstancePath};
 
-use crate::ground::Ground;
-use crate::medium::Media;
-use crate::pattern;
-use crate::sequence::SampleKey;
-use crate::shading::Shares;
+use crate::shade::floor::FloorPlane;
+use crate::shade::medium::Media;
+use crate::shade::pattern;
+use crate::camera::sobol::SampleKey;
+use crate::shade::phong::LobeWeights;
 
 /// A surface of the scene, or the average of several that was made for a stand-in.
 #[derive(Clone, Debug)]
@@ -44,7 +44,7 @@ impl Deref for MaterialRef<'_> {
 
 /// What a point is on.
 #[derive(Clone, Debug)]
-pub(crate) enum Place {
+pub(crate) enum SurfaceOwner {
     /// An instance of a primitive, or a stand-in.
     Instance(Rc<InstancePath>),
     /// The floor.
@@ -53,7 +53,7 @@ pub(crate) enum Place {
 
 /// What a ray brings along that meets a surface.
 #[derive(Clone, Debug)]
-pub(crate) struct Arrival {
+pub(crate) struct PathState {
     /// The place of the colour that it adds to.
     pub(crate) pixel: usize,
     /// The share of its light in that colour.
@@ -68,8 +68,8 @@ pub(crate) struct Arrival {
 /// A point that is to be shaded.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfacePoint<'a> {
-    pub(crate) arrival: Arrival,
-    pub(crate) place: Place,
+    pub(crate) state: PathState,
+    pub(crate) place: SurfaceOwner,
     pub(crate) position: DVec3,
     pub(crate) position_error: f64,
     /// The unit normal, outwards.
@@ -82,10 +82,10 @@ pub(crate) struct SurfacePoint<'a> {
     pub(crate) material: MaterialRef<'a>,
     /// The colour of the surface here, pattern and all.
     pub(crate) albedo: DVec3,
-    pub(crate) shares: Shares,
+    pub(crate) weights: LobeWeights,
 }
 
-impl Arrival {
+impl PathState {
     /// After the way between two points through what it is in.
     pub(crate) fn after(mut self, from: DVec3, to: DVec3) -> Self {
         self.weight *= self.media.transmittance_between(from, to);
@@ -101,33 +101,33 @@ impl SurfacePoint<'_> {
 
     /// Whether it is on the average of a group that was not opened.
     pub(crate) fn is_stand_in(&self) -> bool {
-        matches!(&self.place, Place::Instance(path) if path.is_stand_in())
+        matches!(&self.place, SurfaceOwner::Instance(path) if path.is_stand_in())
     }
 
     /// A ray from here, with what is known of its start.
     pub(crate) fn spawn(&self, direction: DVec3, footprint: Footprint) -> FlightRay {
         let ray = Ray { origin: self.position, direction, origin_error: self.position_error };
         let departure = match &self.place {
-            Place::Instance(path) => Departure::of((**path).clone(), self.start(direction)),
-            Place::Floor => None,
+            SurfaceOwner::Instance(path) => Departure::of((**path).clone(), self.start(direction)),
+            SurfaceOwner::Floor => None,
         };
         FlightRay { ray, departure, footprint }
     }
 
     /// Whether it is on the floor, which rays from here do not meet again.
     pub(crate) fn is_on_floor(&self) -> bool {
-        matches!(self.place, Place::Floor)
+        matches!(self.place, SurfaceOwner::Floor)
     }
 
     /// The index of refraction before the surface divided by the one behind it, and what a ray is in behind it. Of the floor: nothing changes.
     pub(crate) fn beyond(&self) -> (f64, Media) {
-        let media = &self.arrival.media;
+        let media = &self.state.media;
         match &self.place {
-            Place::Instance(path) => {
+            SurfaceOwner::Instance(path) => {
                 let (before, beyond) = media.across(path, &self.material, self.leaving);
                 (before / beyond.index(), beyond)
             }
-            Place::Floor => (1.0, media.clone()),
+            SurfaceOwner::Floor => (1.0, media.clone()),
         }
     }
 
@@ -138,7 +138,7 @@ impl SurfacePoint<'_> {
 }
 
 /// How a point of a surface is seen.
-pub(crate) struct Seen {
+pub(crate) struct SurfaceView {
     /// The unit normal, on either side.
     pub(crate) normal: DVec3,
     /// The unit direction of the ray.
@@ -153,7 +153,7 @@ pub(crate) fn albedo_of_shape(
     primitive: &CompiledPrimitive,
     unit_point: DVec3,
     world_from_unit: &DAffine3,
-    seen: &Seen,
+    seen: &SurfaceView,
 ) -> DVec3 {
     let radii = primitive.radii;
     let linear = world_from_unit.matrix3;
@@ -168,15 +168,15 @@ pub(crate) fn albedo_of_shape(
 }
 
 /// The colour at a point of the floor.
-pub(crate) fn albedo_of_floor(ground: &Ground<'_>, position: DVec3, seen: &Seen) -> DVec3 {
+pub(crate) fn albedo_of_floor(ground: &FloorPlane<'_>, position: DVec3, seen: &SurfaceView) -> DVec3 {
     let pattern = &ground.material.pattern;
     let share = pattern::share(pattern, ground.place(position), extents(ground.axes(), seen), None);
     pattern::mix(ground.material.color, pattern, share)
 }
 
 /// How far the part of a surface that a ray sees goes along each axis, in that axis' own units.
-fn extents(axes: [DVec3; 3], seen: &Seen) -> DVec3 {
-    let &Seen { normal, direction, width } = seen;
+fn extents(axes: [DVec3; 3], seen: &SurfaceView) -> DVec3 {
+    let &SurfaceView { normal, direction, width } = seen;
     let cos = direction.dot(normal).abs().max(1e-6);
     let along = (direction - direction.dot(normal) * normal).normalize_or_zero();
     DVec3::from_array(axes.map(|axis| {

@@ -6,9 +6,9 @@ use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketSurfaces, PacketVectors
 use superegg_geom::lanes::vector::{Lanes, Mask};
 use superegg_scene::{Light, LightKind, Material, Pattern};
 
-use crate::integrator::Setting;
-use crate::shading::{self, Shares};
-use crate::view::View;
+use crate::shade::context::RenderContext;
+use crate::shade::phong::{self, LobeWeights};
+use crate::camera::view::View;
 
 /// Numbers beyond this are f64's.
 const MOST: f64 = 1e12;
@@ -26,12 +26,12 @@ pub(crate) struct PacketLight {
 
 impl PacketLight {
     /// The lights of a picture all of whose opaque surfaces may be lit in lanes; `None` where something asks for more.
-    pub(crate) fn all(setting: &Setting<'_>, view: &View) -> Option<Vec<Self>> {
-        let surroundings = setting.surroundings;
-        if !view.is_pinhole() || setting.lets_light_through || surroundings.ambient_occlusion.is_some() {
+    pub(crate) fn all(context: &RenderContext<'_>, view: &View) -> Option<Vec<Self>> {
+        let environment = context.environment;
+        if !view.is_pinhole() || context.lets_light_through || environment.ambient_occlusion.is_some() {
             return None;
         }
-        surroundings.lights.iter().map(|light| Self::of(light, view.position())).collect()
+        environment.lights.iter().map(|light| Self::of(light, view.position())).collect()
     }
 
     fn of(light: &Light, camera: DVec3) -> Option<Self> {
@@ -48,7 +48,7 @@ impl PacketLight {
 
 /// An opaque surface of one colour, as lanes see it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Finish {
+pub(crate) struct PlainMaterial {
     /// What of a light's colour it scatters, and its highlight.
     diffuse: [f32; 3],
     specular: f32,
@@ -57,15 +57,15 @@ pub(crate) struct Finish {
     ambient: [f32; 3],
 }
 
-impl Finish {
+impl PlainMaterial {
     /// That of a material which neither mirrors nor lets light through and has no pattern.
     pub(crate) fn of(material: &Material) -> Option<Self> {
-        let shares = Shares::of(material, 1.0);
-        let diffuse = shares.local * material.diffuse * material.color;
-        let ambient = shading::ambient(material, &shares, material.color);
+        let weights = LobeWeights::of(material, 1.0);
+        let diffuse = weights.local * material.diffuse * material.color;
+        let ambient = phong::ambient(material, &weights, material.color);
         let exponent = material.highlight_exponent();
         let is_plain = material.reflected.is_none_or(|share| share == 0.0)
-            && shares.is_local()
+            && weights.is_local()
             && material.pattern == Pattern::None;
         let is_held = diffuse.abs().max_element() < MOST
             && material.specular.abs() < MOST
@@ -82,14 +82,14 @@ impl Finish {
 
 /// The finishes of a packet's surfaces.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PacketFinish {
+pub(crate) struct PacketMaterials {
     diffuse: PacketVectors,
     specular: PacketOf<f32>,
     exponent: PacketOf<f32>,
     ambient: PacketVectors,
 }
 
-impl PacketFinish {
+impl PacketMaterials {
     /// Of nothing yet.
     pub(crate) const NONE: Self = Self {
         diffuse: [PacketOf([0.0; PACKET]); 3],
@@ -105,14 +105,14 @@ impl PacketFinish {
 }
 
 /// Gives a finish to lanes of a packet.
-pub(crate) struct SetFinish<'a> {
-    pub(crate) packet: &'a mut PacketFinish,
+pub(crate) struct SetMaterial<'a> {
+    pub(crate) packet: &'a mut PacketMaterials,
     /// A bit for each.
     pub(crate) lanes: u32,
-    pub(crate) finish: &'a Finish,
+    pub(crate) finish: &'a PlainMaterial,
 }
 
-impl WithSimd for SetFinish<'_> {
+impl WithSimd for SetMaterial<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -135,29 +135,29 @@ impl WithSimd for SetFinish<'_> {
 
 /// What a light brings to the surfaces of a packet if nothing is between.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PacketShine {
+pub(crate) struct PacketContribution {
     /// The lanes that it shines on, a bit for each.
     pub(crate) lanes: u32,
     pub(crate) color: PacketVectors,
 }
 
-impl PacketShine {
+impl PacketContribution {
     /// Of no light yet.
     pub(crate) const NONE: Self = Self { lanes: 0, color: [PacketOf([0.0; PACKET]); 3] };
 }
 
 /// One light on the surfaces that a packet sees, as [`shading::direct`] has it.
-pub(crate) struct Shine<'a> {
+pub(crate) struct ShadePacket<'a> {
     pub(crate) light: &'a PacketLight,
     /// The beam's directions.
     pub(crate) directions: &'a PacketVectors,
     pub(crate) surfaces: &'a PacketSurfaces,
-    pub(crate) finish: &'a PacketFinish,
+    pub(crate) finish: &'a PacketMaterials,
     /// Where what it brings goes, of no lanes yet.
-    pub(crate) shine: &'a mut PacketShine,
+    pub(crate) shine: &'a mut PacketContribution,
 }
 
-impl WithSimd for Shine<'_> {
+impl WithSimd for ShadePacket<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -203,14 +203,14 @@ impl WithSimd for Shine<'_> {
 }
 
 /// Adds what a light brings to lanes of a packet.
-pub(crate) struct AddShine<'a> {
+pub(crate) struct AddContribution<'a> {
     pub(crate) light: &'a mut PacketVectors,
-    pub(crate) shine: &'a PacketShine,
+    pub(crate) shine: &'a PacketContribution,
     /// A bit for each.
     pub(crate) lanes: u32,
 }
 
-impl WithSimd for AddShine<'_> {
+impl WithSimd for AddContribution<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -1,0 +1,8 @@
+//! From pixels to camera rays: sample positions, filters and projections.
+
+pub(crate) mod filter;
+pub(crate) mod placement;
+pub(crate) mod sample;
+pub(crate) mod sobol;
+pub(crate) mod stratified;
+pub(crate) mod view;

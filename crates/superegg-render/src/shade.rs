@@ -1,0 +1,10 @@
+//! The light of surfaces: materials, lights, mirrors and glass.
+
+pub(crate) mod context;
+pub(crate) mod direct;
+pub(crate) mod floor;
+pub(crate) mod medium;
+pub(crate) mod pattern;
+pub(crate) mod phong;
+pub(crate) mod point;
+pub(crate) mod whitted;

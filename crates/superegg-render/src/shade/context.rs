@@ -1,0 +1,186 @@
+//! What shading reads: the compiled scene, its environment and its picture.
+
+use std::rc::Rc;
+
+use superegg_geom::glam::DVec3;
+use superegg_geom::{Aabb, Ray, inverse_of};
+use superegg_scene::{Light, Material, Pattern, Picture};
+use superegg_trace::beam::Kind;
+use superegg_trace::{CompiledScene, FlightRay, Footprint, Hit, InstancePath, SurfaceInteraction};
+
+use crate::settings::{RenderSettings, Environment};
+use crate::shade::floor::FloorPlane;
+use crate::shade::medium::Media;
+use crate::shade::phong::LobeWeights;
+use crate::shade::point::{PathState, MaterialRef, SurfaceOwner, SurfaceView, SurfacePoint, albedo_of_floor, albedo_of_shape};
+use crate::stats::TraceStats;
+
+/// What a picture is made of.
+#[derive(Clone, Copy)]
+pub(crate) struct RenderContext<'a> {
+    pub(crate) scene: &'a CompiledScene,
+    pub(crate) environment: &'a Environment,
+    pub(crate) picture: &'a Picture,
+    pub(crate) ground: Option<FloorPlane<'a>>,
+    /// Whether any surface does, so that shadows may be coloured.
+    pub(crate) lets_light_through: bool,
+}
+
+fn lets_light_through(material: &Material) -> bool {
+    material.refracted.is_some_and(|share| share > 0.0)
+}
+
+impl<'a> RenderContext<'a> {
+    pub(crate) fn new(scene: &'a CompiledScene, settings: &'a RenderSettings) -> Self {
+        let ground =
+            settings.environment.floor.as_ref().map(|(floor, material)| FloorPlane::new(floor, material));
+        Self {
+            scene,
+            environment: &settings.environment,
+            picture: &settings.picture,
+            ground,
+            lets_light_through: scene.materials().iter().any(lets_light_through),
+        }
+    }
+
+    /// The lights with their numbers.
+    pub(crate) fn lights(&self) -> impl Iterator<Item = (u32, &'a Light)> + Clone + use<'a> {
+        (0..).zip(&self.environment.lights)
+    }
+
+    /// What is seen in a direction, of any length, where nothing is.
+    pub(crate) fn sky(&self, direction: DVec3) -> DVec3 {
+        match &self.environment.sky {
+            Some(sky) => sky.color(direction.normalize_or_zero()),
+            None => self.environment.background,
+        }
+    }
+
+    /// The share of light that the floor lets by on the way of a ray before t = `end`.
+    pub(crate) fn transmittance_past_floor(&self, ray: &Ray, is_from_floor: bool, end: f64) -> f64 {
+        let ground = self.ground.filter(|_| !is_from_floor);
+        match ground.and_then(|ground| Some((ground, ground.meet(ray)?))) {
+            Some((ground, t)) if t < end => ground.material.refracted.unwrap_or(0.0).min(1.0),
+            _ => 1.0,
+        }
+    }
+
+    /// The transparent shapes that a point is in.
+    pub(crate) fn media_at(&self, point: DVec3) -> Media {
+        // So many shapes around one point are asked at most.
+        const MOST_SHAPES: usize = 4096;
+        if !self.lets_light_through {
+            return Media::default();
+        }
+        let around = self.scene.query_box(&Aabb { min: point, max: point }, MOST_SHAPES);
+        let mut holding: Vec<(f64, InstancePath, &Material)> = around
+            .into_iter()
+            .filter_map(|path| {
+                let (unit_from_world, kind) = self.scene.unit_from_world(&path);
+                let Kind::Primitive(primitive) = kind else { return None };
+                let primitive = self.scene.primitive(primitive);
+                let material = self.scene.material_of(primitive);
+                let local = unit_from_world.transform_point3(point);
+                (primitive.unit_shape().inside_outside(local) < 0.0 && lets_light_through(material))
+                    .then(|| (unit_from_world.matrix3.determinant().abs(), path, material))
+            })
+            .collect();
+        // The largest first: it holds the others.
+        holding.sort_by(|a, b| a.0.total_cmp(&b.0));
+        holding
+            .into_iter()
+            .fold(Media::default(), |media, (_, path, material)| media.within(&Rc::new(path), material))
+    }
+
+    /// What a ray meets that goes from a surface or from the camera: the point ready to be shaded.
+    pub(crate) fn arrive(
+        &self,
+        ray: &FlightRay,
+        hit: Option<&Hit>,
+        state: PathState,
+        stats: &mut TraceStats,
+    ) -> Option<SurfacePoint<'a>> {
+        let FlightRay { ray: way, footprint, .. } = ray;
+        let ground = self.ground.filter(|_| !state.is_from_floor);
+        if let Some((ground, t)) = ground.and_then(|ground| Some((ground, ground.meet(way)?)))
+            && hit.is_none_or(|hit| t < hit.t)
+        {
+            return Some(self.point_of_floor(&ground, way, t, *footprint, state));
+        }
+        let hit = hit?;
+        stats.proxy_hits += u64::from(hit.path.is_stand_in());
+        let surface = self.scene.interaction(hit);
+        Some(self.point_of_hit(surface, hit, way, *footprint, state))
+    }
+
+    /// The colour of a surface at a hit, pattern and all.
+    pub(crate) fn albedo(&self, material: &Material, hit: &Hit, seen: &SurfaceView) -> DVec3 {
+        if material.pattern == Pattern::None {
+            return material.color;
+        }
+        let (unit_from_world, _) = self.scene.unit_from_world(&hit.path);
+        let primitive = self.scene.primitive(hit.primitive);
+        albedo_of_shape(material, primitive, hit.unit_point, &inverse_of(&unit_from_world), seen)
+    }
+
+    fn point_of_hit(
+        &self,
+        surface: SurfaceInteraction<'a>,
+        hit: &Hit,
+        ray: &Ray,
+        footprint: Footprint,
+        state: PathState,
+    ) -> SurfacePoint<'a> {
+        let direction = ray.direction.normalize();
+        let footprint = at_surface(footprint, ray, hit.t);
+        let material = MaterialRef::from(surface.material);
+        let albedo =
+            self.albedo(&material, hit, &SurfaceView { normal: surface.normal, direction, width: footprint.width });
+        SurfacePoint {
+            state: state.after(ray.origin, surface.position),
+            place: SurfaceOwner::Instance(Rc::new(surface.path)),
+            position: surface.position,
+            position_error: surface.position_error,
+            normal: surface.normal,
+            leaving: surface.leaving,
+            to_eye: -direction,
+            footprint,
+            albedo,
+            weights: LobeWeights::of(&material, direction.dot(surface.normal).abs()),
+            material,
+        }
+    }
+
+    /// The point of the floor on a ray.
+    pub(crate) fn point_of_floor(
+        &self,
+        ground: &FloorPlane<'a>,
+        ray: &Ray,
+        t: f64,
+        footprint: Footprint,
+        state: PathState,
+    ) -> SurfacePoint<'a> {
+        let direction = ray.direction.normalize();
+        let footprint = at_surface(footprint, ray, t);
+        let (position, position_error) = ground.settle(ray.point_at(t));
+        let seen = SurfaceView { normal: ground.up(), direction, width: footprint.width };
+        SurfacePoint {
+            state: state.after(ray.origin, position),
+            place: SurfaceOwner::Floor,
+            position,
+            position_error,
+            normal: ground.up(),
+            leaving: ray.direction.dot(ground.up()) > 0.0,
+            to_eye: -direction,
+            footprint,
+            material: MaterialRef::Scene(ground.material),
+            albedo: albedo_of_floor(ground, position, &seen),
+            weights: LobeWeights::of(ground.material, direction.dot(ground.up()).abs()),
+        }
+    }
+}
+
+/// The width of a ray where it meets a surface, and what that grows by for each unit of way from there.
+pub(crate) fn at_surface(footprint: Footprint, ray: &Ray, t: f64) -> Footprint {
+    Footprint { width: footprint.at(t), spread: footprint.spread / ray.direction.length() }
+}
