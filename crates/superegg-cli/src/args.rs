@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use superegg_lang::{ArgKind, Range, find_command, nearest, parse_number, parse_size};
-use superegg_render::Shows;
+use superegg_render::Output;
 use superegg_scene::{Encoding, Filter, Picture, Tone};
 
 use crate::share::ShareArg;
@@ -410,7 +410,7 @@ pub(crate) enum ViewArg {
     Ao,
 }
 
-impl From<ViewArg> for Shows {
+impl From<ViewArg> for Output {
     fn from(arg: ViewArg) -> Self {
         match arg {
             ViewArg::Normal => Self::Normal,

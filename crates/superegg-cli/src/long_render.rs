@@ -6,10 +6,9 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use superegg_render::{
-    Film, PartHeader, RenderBudget, RenderSettings, Rendered, Share, Taken, Tile, TileWork, render_tiles,
-    tiles,
+    Film, PartHeader, RenderOptions, RenderSettings, Shard, Tile, TileWork, TraceStats, render_tiles, tiles,
 };
 use superegg_scene::Picture;
 use superegg_trace::CompiledScene;
@@ -26,7 +25,7 @@ pub(crate) struct LongRender<'a> {
     /// Nothing is kept for what is no file.
     part: Option<PartFile<'a>>,
     /// `None` for the whole picture, which is another file than its tiles.
-    share: Option<Share>,
+    share: Option<Shard>,
     tiles: Vec<Tile>,
     /// What a person sees where no tile is.
     blank: &'static str,
@@ -44,7 +43,7 @@ impl<'a> LongRender<'a> {
     /// There is nothing that it can go on from, or the partial file cannot be written.
     pub(crate) fn new(
         output: &Path,
-        share: Option<Share>,
+        share: Option<Shard>,
         is_resumed: bool,
         picture: &Picture,
         header: impl FnOnce() -> PartHeader + Send + 'a,
@@ -103,7 +102,7 @@ impl<'a> LongRender<'a> {
         wanted.map(|(_, tile)| tile.pixel_count() as u64).sum()
     }
 
-    /// Makes what is to be made, until the budget's `cancel` says otherwise.
+    /// Makes what is to be made, until `cancel` of the options is set.
     ///
     /// # Errors
     /// The threads cannot be started, or a share cannot be written.
@@ -111,9 +110,9 @@ impl<'a> LongRender<'a> {
         &mut self,
         scene: &CompiledScene,
         settings: &RenderSettings,
-        budget: &RenderBudget<'_>,
+        options: &RenderOptions<'_>,
         tell: &(dyn Fn(&str) + Sync),
-    ) -> Result<Rendered> {
+    ) -> Result<(Film, TraceStats)> {
         let part = self.part.as_ref();
         let failure = Mutex::new(None);
         let tell_not_kept =
@@ -123,7 +122,9 @@ impl<'a> LongRender<'a> {
             let Some(Err(error)) = part.map(|part| part.add(index, pixels)) else { return };
             if self.share.is_some() {
                 // Without its file the work is for nothing.
-                budget.cancel.store(true, Ordering::Relaxed);
+                if let Some(cancel) = options.cancel {
+                    cancel.store(true, Ordering::Relaxed);
+                }
                 *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
             } else {
                 tell_not_kept(&error);
@@ -133,7 +134,7 @@ impl<'a> LongRender<'a> {
         let work = TileWork { film: &film, wanted: &|index| self.wants(index), finished: &finished };
         let pixels_of =
             |index: usize| film.lock().unwrap_or_else(PoisonError::into_inner).tile(&self.tiles[index]);
-        let taken = std::thread::scope(|threads| {
+        let stats = std::thread::scope(|threads| {
             let (end, ended) = channel::<()>();
             // Beside the work, for telling what picture it is may take a while in a large scene.
             let pixels_of = &pixels_of;
@@ -143,19 +144,19 @@ impl<'a> LongRender<'a> {
                     tell_not_kept(&error);
                 }
             });
-            let taken = render_tiles(scene, settings, budget, &work).context("cannot start the threads");
+            let stats = render_tiles(scene, settings, options, &work);
             drop(end);
-            taken
+            stats
         });
         if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
             return Err(error);
         }
-        let Taken { rays, stand_ins } = taken?;
+        let stats = stats?;
         let mut film = film.into_inner().unwrap_or_else(PoisonError::into_inner);
         for (index, pixels) in self.had.drain(..) {
             film.set_tile(&self.tiles[index], &pixels);
         }
-        Ok(Rendered { film, rays, stand_ins })
+        Ok((film, stats))
     }
 
     /// How many tiles are done, of all that it is to do.

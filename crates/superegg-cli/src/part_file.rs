@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result, bail, ensure};
-use superegg_render::{Difference, Film, Part, PartError, PartHeader};
+use superegg_render::{Difference, Film, PartError, PartHeader};
 
 use crate::files;
 
@@ -78,7 +78,7 @@ fn read_from(mut file: &File) -> Result<ReadPart, ReadError> {
             io::Error::new(io::ErrorKind::FileTooLarge, "it is longer than its picture can be").into()
         );
     }
-    let part = Part::read(&bytes)?;
+    let part = superegg_render::PartFile::read(&bytes)?;
     let tiles = part.tiles().collect();
     Ok(ReadPart { tiles, end: part.end as u64, damaged: part.damaged, header: part.header })
 }
@@ -163,7 +163,7 @@ impl<'a> PartFile<'a> {
         if let Some(difference) = part.header.difference(&self.header) {
             bail!("it is of another picture: {}; {ANEW}", told(&difference, "there", "here"));
         }
-        let (theirs, ours) = (part.header.share, self.header.share);
+        let (theirs, ours) = (part.header.shard, self.header.shard);
         ensure!(theirs == ours, "it is share {theirs}, not {ours}; {ANEW}");
         // What comes next has to follow a good record.
         file.set_len(part.end)?;
@@ -297,15 +297,15 @@ fn lock(file: &File) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use superegg_render::{Pixel, RenderSettings, Share};
+    use superegg_render::{Pixel, RenderSettings, Shard};
     use superegg_scene::{Picture, Scene};
 
     use super::*;
 
     fn header(samples: u32) -> PartHeader {
         let picture = Picture { width: 36, height: 5, samples, ..Picture::default() };
-        let settings = RenderSettings { picture, ..RenderSettings::of(&Scene::default()) };
-        PartHeader::new("1", "prm egg", None, 1, &settings, Share::WHOLE)
+        let settings = RenderSettings::of(&Scene::default()).with_picture(picture);
+        PartHeader::new("1", "prm egg", None, 1, &settings, Shard::WHOLE)
     }
 
     /// The pixels of the second tile.

@@ -54,7 +54,7 @@ impl PictureFormat {
     /// The encoder refuses it.
     pub(crate) fn encode(self, film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
         Ok(match self {
-            Self::Png => settings.development().png(&settings.shows.colored(film))?,
+            Self::Png => settings.development().png(&settings.output.colored(film))?,
             Self::Exr => exr_file(film)?,
         })
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
-use superegg_render::{RenderSettings, Shows};
+use superegg_render::{Output, RenderSettings};
 use superegg_scene::{Camera, Light, LightKind};
 use superegg_trace::CompiledScene;
 
@@ -17,14 +17,14 @@ const LONGEST_ASKED: Duration = Duration::from_millis(500);
 /// Sentences about a picture that is likely not what was meant. Nothing of an empty scene, which is told apart.
 pub(crate) fn concerns(compiled: &CompiledScene, settings: &RenderSettings) -> Vec<String> {
     let Some(bounds) = compiled.bounds() else { return Vec::new() };
-    let surroundings = &settings.surroundings;
-    let has_floor = surroundings.floor.is_some();
+    let environment = &settings.environment;
+    let has_floor = environment.floor.is_some();
     let mut found = Vec::new();
-    if settings.shows == Shows::Light
-        && surroundings.ambient_occlusion.is_none()
-        && !surroundings.lights.iter().any(|light| shines_on(light, &bounds, has_floor))
+    if settings.output == Output::Light
+        && environment.ambient_occlusion.is_none()
+        && !environment.lights.iter().any(|light| shines_on(light, &bounds, has_floor))
     {
-        let which = match surroundings.lights.len() {
+        let which = match environment.lights.len() {
             0 => "there is no light",
             1 => "the only light does not reach anything",
             _ => "no light reaches anything",

@@ -3,13 +3,13 @@
 use std::str::FromStr;
 
 use anyhow::{Context, Result, bail, ensure};
-use superegg_render::Share;
+use superegg_render::Shard;
 
 /// `K/N`, `auto` or `auto/N`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ShareArg {
     /// This one.
-    Said(Share),
+    Said(Shard),
     /// That of this job among those of its scheduler, of so many shares where that is said.
     Auto { count: Option<u32> },
 }
@@ -42,11 +42,11 @@ impl ShareArg {
     ///
     /// # Errors
     /// It is to be read from the environment, and that does not say it, or contradicts itself.
-    pub(crate) fn share(self) -> Result<Share> {
+    pub(crate) fn share(self) -> Result<Shard> {
         self.share_in(&|name| std::env::var(name).ok())
     }
 
-    fn share_in(self, variable: &dyn Fn(&str) -> Option<String>) -> Result<Share> {
+    fn share_in(self, variable: &dyn Fn(&str) -> Option<String>) -> Result<Shard> {
         let count = match self {
             Self::Said(share) => return Ok(share),
             Self::Auto { count } => count,
@@ -71,7 +71,7 @@ fn number(name: &str, variable: &dyn Fn(&str) -> Option<String>) -> Result<Optio
     variable(name).map(read).transpose()
 }
 
-fn slurm_share(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) -> Result<Share> {
+fn slurm_share(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) -> Result<Shard> {
     let get = |what: &str| number(&format!("SLURM_ARRAY_TASK_{what}"), variable);
     let need = |what: &str| {
         get(what)?.with_context(|| format!("{SLURM_ID} is set, but not SLURM_ARRAY_TASK_{what}"))
@@ -79,7 +79,7 @@ fn slurm_share(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) ->
     let id = need("ID")?;
     if let Some(count) = count {
         // Some of the jobs may be run again later, as another array: the number is the share's whatever the array.
-        return Share::new(id, count)
+        return Shard::new(id, count)
             .filter(|_| get("MIN").ok().flatten() != Some(0))
             .with_context(|| format!("with auto/{count} the jobs of the array are numbered from 1: --array=1-{count}; this one is {id}"));
     }
@@ -89,7 +89,7 @@ fn slurm_share(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) ->
     // 0-4294967295 would be more than any array has.
     let shares = max.checked_sub(min).and_then(|span| (span / step).checked_add(1));
     let shares = shares.filter(|shares| in_range && told.is_none_or(|told| told == *shares));
-    let share = shares.and_then(|shares| Share::new((id - min) / step + 1, shares));
+    let share = shares.and_then(|shares| Shard::new((id - min) / step + 1, shares));
     share.with_context(|| {
         let told = told.map_or_else(String::new, |told| format!(", COUNT {told}"));
         format!(
@@ -98,7 +98,7 @@ fn slurm_share(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) ->
     })
 }
 
-fn kubernetes_share(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) -> Result<Share> {
+fn kubernetes_share(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) -> Result<Shard> {
     let index =
         number(KUBERNETES_INDEX, variable)?.with_context(|| format!("{KUBERNETES_INDEX} is not set"))?;
     let told = number(KUBERNETES_COUNT, variable)?;
@@ -109,7 +109,7 @@ fn kubernetes_share(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String
         format!("{KUBERNETES_INDEX} is set, but not how many there are: say auto/N, with the job's 'completions' for N, or set {KUBERNETES_COUNT}")
     })?;
     ensure!(count > 0, "{KUBERNETES_COUNT} is 0, and should be at least 1");
-    index.checked_add(1).and_then(|number| Share::new(number, count)).with_context(|| {
+    index.checked_add(1).and_then(|number| Shard::new(number, count)).with_context(|| {
         format!("{KUBERNETES_INDEX} is {index}, but of {count} shares the last has the index {}", count - 1)
     })
 }

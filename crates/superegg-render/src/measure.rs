@@ -4,8 +4,8 @@ use superegg_geom::glam::DVec2;
 use superegg_trace::measure::CameraTile;
 use superegg_trace::pencil::Pencil;
 
-use crate::film::tile::{Tile, tiles};
 use crate::camera::view::View;
+use crate::film::tile::{Tile, tiles};
 
 /// The camera rays of a picture, one a pixel, by tiles as [`crate::render`] makes them, for a camera whose rays share an origin.
 pub fn camera_tiles(view: &View, width: u32, height: u32) -> Vec<CameraTile> {

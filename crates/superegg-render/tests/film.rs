@@ -1,7 +1,7 @@
 //! The film: filters, adaptive sampling, transparency, and what is shown instead of light.
 
 use superegg_lang::load_text;
-use superegg_render::{Development, Film, RenderOptions, RenderSettings, Rendered, Output, render};
+use superegg_render::{Development, Film, Output, RenderOptions, RenderSettings, Rendered, render};
 use superegg_scene::{Filter, Picture};
 use superegg_trace::CompiledScene;
 

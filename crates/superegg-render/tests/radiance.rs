@@ -160,8 +160,7 @@ fn two_surfaces_in_the_same_place_do_not_shadow_each_other() {
         let twice = format!("{once}ap s again\n");
         let (once, twice) = (film(&once, 60), film(&twice, 60));
         let pixels = (0..60).flat_map(|y| (0..60).map(move |x| (x, y)));
-        let off =
-            pixels.filter(|&(x, y)| (color(&once, x, y)[0] - color(&twice, x, y)[0]).abs() > 1e-3);
+        let off = pixels.filter(|&(x, y)| (color(&once, x, y)[0] - color(&twice, x, y)[0]).abs() > 1e-3);
         let off = off.count();
         assert!(off <= 3, "{shape}: {off} pixels");
     }

@@ -105,17 +105,15 @@ fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usiz
     let never = AtomicBool::new(false);
     let job = |frame: usize| TraceJob {
         compiled: Arc::clone(&compiled),
-        settings: RenderSettings {
-            picture: superegg_scene::Picture {
+        settings: RenderSettings::of(scene)
+            .with_picture(superegg_scene::Picture {
                 width: size.0,
                 height: size.1,
                 samples: 1,
                 noise: 0.0,
                 ..scene.picture
-            },
-            camera: eye_at(scene, frame, frames).camera(),
-            ..RenderSettings::of(scene)
-        },
+            })
+            .with_camera(eye_at(scene, frame, frames).camera()),
         number: 0,
     };
     let mut pace = Pace::default();

@@ -207,21 +207,11 @@ fn light_is_that_of_the_ray_tracer_where_nothing_casts_a_shadow() {
 /// The picture of a scene by the ray tracer, one ray a pixel.
 fn traced(session: &Session) -> RgbaImage {
     let compiled = CompiledScene::compile(session.scene(), session.selected(), 1);
-    let settings = superegg_render::RenderSettings {
-        picture: superegg_scene::Picture {
-            width: SIZE.0,
-            height: SIZE.1,
-            samples: 1,
-            ..session.scene().picture
-        },
-        ..superegg_render::RenderSettings::of(session.scene())
-    };
-    let budget = superegg_render::RenderBudget {
-        threads: 2,
-        cancel: &std::sync::atomic::AtomicBool::new(false),
-        progress: &|_| (),
-    };
-    let film = superegg_render::render(&compiled, &settings, &budget).unwrap().film;
+    let picture =
+        superegg_scene::Picture { width: SIZE.0, height: SIZE.1, samples: 1, ..session.scene().picture };
+    let settings = superegg_render::RenderSettings::of(session.scene()).with_picture(picture);
+    let options = superegg_render::RenderOptions::default().with_threads(2);
+    let film = superegg_render::render(&compiled, &settings, &options).unwrap().film;
     let bytes: Vec<u8> = superegg_render::Development::of(&settings.picture)
         .rgb8(&film)
         .chunks(3)

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use superegg_lang::{Session, scene_at, write_scene};
-use superegg_render::{RenderBudget, RenderSettings, Share, render};
+use superegg_render::{RenderOptions, RenderSettings, Shard, render};
 use superegg_scene::{Picture, Scene, Track};
 use superegg_trace::CompiledScene;
 
@@ -122,7 +122,7 @@ struct Plan {
     /// Samples a pixel, instead of what the scene says.
     samples: Option<u32>,
     /// The share of the frames that is made here, where not all are.
-    share: Option<Share>,
+    share: Option<Shard>,
 }
 
 impl Plan {
@@ -155,7 +155,7 @@ impl Plan {
 
     /// Those that are made here.
     fn own_frames(&self) -> impl Iterator<Item = u32> + use<> {
-        let share = self.share.unwrap_or(Share::WHOLE);
+        let share = self.share.unwrap_or(Shard::WHOLE);
         self.frames().enumerate().filter(move |(place, _)| share.takes(*place)).map(|(_, frame)| frame)
     }
 
@@ -221,12 +221,14 @@ fn make_frames(
             Some(before) => before.recompile(&still, root, depth),
             None => CompiledScene::compile(&still, root, depth),
         };
-        let settings = RenderSettings { layers: false, ..RenderSettings::of(&still) };
+        let settings = RenderSettings::of(&still).with_layers(false);
         for concern in concerns(&compiled, &settings).iter().filter(|_| before.is_none()) {
             bar.suspend(|| say::complain(format_args!("superegg: warning: frame {frame}: {concern}")));
         }
-        let budget = RenderBudget { threads, cancel, progress: &|pixels| bar.set_position(start + pixels) };
-        let rendered = render(&compiled, &settings, &budget).context("cannot start the threads")?;
+        let progress = |pixels| bar.set_position(start + pixels);
+        let options =
+            RenderOptions::default().with_threads(threads).with_cancel(cancel).with_progress(&progress);
+        let rendered = render(&compiled, &settings, &options)?;
         if cancel.load(Ordering::Relaxed) {
             break;
         }

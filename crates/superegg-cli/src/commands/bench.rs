@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -11,7 +10,7 @@ use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::load_text;
 use superegg_render::measure::camera_tiles;
-use superegg_render::{RenderBudget, RenderSettings, View, render};
+use superegg_render::{RenderOptions, RenderSettings, View, render};
 use superegg_scene::{Picture, Scene};
 use superegg_trace::measure::{CameraTile, TileProbe, find_many};
 use superegg_trace::{CompiledScene, FlightRay};
@@ -249,20 +248,12 @@ fn measure(name: &str, is_first: bool, args: &BenchArgs) -> Result<Row> {
 
 /// The processor seconds of a picture.
 fn picture(scene: &Scene, compiled: &CompiledScene, args: &BenchArgs) -> Result<f64> {
-    let settings = RenderSettings {
-        picture: Picture {
-            width: args.size.width,
-            height: args.size.height,
-            samples: 1,
-            noise: 0.0,
-            ..scene.picture
-        },
-        layers: false,
-        ..RenderSettings::of(scene)
-    };
-    let budget = RenderBudget { threads: 1, cancel: &AtomicBool::new(false), progress: &|_| {} };
+    let picture =
+        Picture { width: args.size.width, height: args.size.height, samples: 1, noise: 0.0, ..scene.picture };
+    let settings = RenderSettings::of(scene).with_picture(picture).with_layers(false);
+    let options = RenderOptions::default().with_threads(1);
     let before = process_seconds();
-    render(compiled, &settings, &budget).context("cannot start a thread")?;
+    render(compiled, &settings, &options)?;
     Ok(process_seconds() - before)
 }
 

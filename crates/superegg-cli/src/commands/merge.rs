@@ -29,12 +29,10 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
     }
     let picture = args.develop.change(*merged.header.picture());
     // What else a scene has is in the tiles already.
-    let settings = RenderSettings {
-        picture,
-        shows: merged.header.shows(),
-        layers: merged.has_layers,
-        ..RenderSettings::of(&Scene::default())
-    };
+    let settings = RenderSettings::of(&Scene::default())
+        .with_picture(picture)
+        .with_output(merged.header.output())
+        .with_layers(merged.has_layers);
     ensure!(
         settings.keeps_layers() || format != PictureFormat::Exr,
         "not all tiles have depth and normals, for some were made for a .png; name one of those, or render them again for an .exr"
@@ -70,7 +68,7 @@ impl Merged {
                     "superegg: warning: {bytes} of '{name}' are damaged and left out"
                 ));
             }
-            let shares = part.header.share.count();
+            let shares = part.header.shard.count();
             let merged = merged.get_or_insert_with(|| Self {
                 header: part.header.clone(),
                 tiles: HashMap::new(),

@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use superegg_lang::write_scene;
-use superegg_render::{Film, PartHeader, RayCounts, RenderBudget, RenderSettings, Share, Shows};
+use superegg_render::{Film, Output, PartHeader, RayCounts, RenderOptions, RenderSettings, Shard};
 use superegg_scene::{Picture, Scene};
 use superegg_trace::CompiledScene;
 
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     // Shares may become any kind of picture, and what has layers goes on with them.
     let has_layers = args.long.resume && part_file::has_layers(&part_file::beside(&output));
     let layers = share.is_some() || format == Some(PictureFormat::Exr) || has_layers;
-    let settings = RenderSettings { layers, ..settings_of(args, scene) };
+    let settings = settings_of(args, scene).with_layers(layers);
     let picture = settings.picture;
     for concern in concerns(&compiled, &settings) {
         say::complain(format_args!("superegg: warning: {concern}"));
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     let threads = args.threads.map_or_else(available_threads, usize::from);
     let header = || {
         let text = write_scene(scene, loaded.session.selected());
-        let whole = share.unwrap_or(Share::WHOLE);
+        let whole = share.unwrap_or(Shard::WHOLE);
         PartHeader::new(env!("CARGO_PKG_VERSION"), &text, root.as_deref(), depth, &settings, whole)
     };
     let tell = |told: &str| say::complain(format_args!("superegg: {told}"));
@@ -79,15 +79,16 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     let mut work = LongRender::new(&output, share, args.long.resume, &picture, header, &inform)?;
     let interrupt = Interrupt::listen()?;
     let bar = progress_bar(work.wanted_pixels(), args.quiet, "{rate}");
-    let budget =
-        RenderBudget { threads, cancel: interrupt.flag(), progress: &|pixels| bar.set_position(pixels) };
-    let rendered = work.render(&compiled, &settings, &budget, &|told| bar.suspend(|| tell(told)));
+    let progress = |pixels| bar.set_position(pixels);
+    let options =
+        RenderOptions::default().with_threads(threads).with_cancel(interrupt.flag()).with_progress(&progress);
+    let rendered = work.render(&compiled, &settings, &options, &|told| bar.suspend(|| tell(told)));
     bar.finish_and_clear();
     interrupt.has_stopped();
-    let rendered = rendered?;
+    let (film, trace_stats) = rendered?;
     let render = clock.lap();
-    let stopped = work.conclude(&output, &rendered.film, || match format {
-        Some(format) => files::write(&output, &format.encode(&rendered.film, &settings)?),
+    let stopped = work.conclude(&output, &film, || match format {
+        Some(format) => files::write(&output, &format.encode(&film, &settings)?),
         None => Ok(()),
     })?;
     let write = clock.lap();
@@ -101,14 +102,14 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
             bytes: compiled.bytes(),
             box_area_spared: compiled.swelling().avoided,
             reaches_depth: compiled.reaches_depth(),
-            stand_in_rays: rendered.stand_ins,
+            stand_in_rays: trace_stats.proxy_hits,
         },
         width: picture.width,
         height: picture.height,
         samples: picture.samples,
-        samples_taken: (picture.noise > 0.0).then(|| SamplesTaken::of(&rendered.film)),
+        samples_taken: (picture.noise > 0.0).then(|| SamplesTaken::of(&film)),
         threads,
-        rays: rendered.rays.into(),
+        rays: trace_stats.rays.into(),
         seconds: Seconds { parse, compile, render, write },
         peak_rss_bytes: peak_rss_bytes(),
     };
@@ -129,7 +130,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
             stats.height,
             share.map_or_else(String::new, |share| format!("share {share}, ")),
             counted(&stats.instances, "instance"),
-            shown(&settings, &rendered.film, stats.samples_taken.as_ref()),
+            shown(&settings, &film, stats.samples_taken.as_ref()),
             limits(&stats)
         ))?;
     }
@@ -155,8 +156,8 @@ fn settings_of(args: &RenderArgs, scene: &Scene) -> RenderSettings {
         bounces: args.bounces.unwrap_or(of_scene.bounces),
         ..of_scene
     };
-    let shows = args.view.map_or(Shows::Light, Into::into);
-    RenderSettings { picture, shows, ..RenderSettings::of(scene) }
+    let output = args.view.map_or(Output::Light, Into::into);
+    RenderSettings::of(scene).with_picture(picture).with_output(output)
 }
 
 /// What is told of samples and of the scale of what is shown, where there is more to tell than what was asked for.
@@ -165,7 +166,7 @@ fn shown(settings: &RenderSettings, film: &Film, taken: Option<&SamplesTaken>) -
     if let Some(taken) = taken {
         text += &format!("; {:.1} samples a pixel, {} at most", taken.mean, taken.most);
     }
-    if settings.shows == Shows::Steps {
+    if settings.output == Output::Steps {
         let most = film.pixels().map(|pixel| pixel.color[0]).fold(0.0, f32::max);
         text += &format!("; white is {most:.1} boxes and shapes a ray");
     }
@@ -188,7 +189,7 @@ fn limits(stats: &Stats) -> String {
 }
 
 /// The scene's name with .png, or with the share and .part, in the current folder.
-fn default_output(scene: &Path, share: Option<Share>) -> PathBuf {
+fn default_output(scene: &Path, share: Option<Shard>) -> PathBuf {
     let stem = scene.file_stem().filter(|_| !files::is_standard_stream(scene));
     let mut name = stem.unwrap_or("scene".as_ref()).to_owned();
     name.push(match share {
@@ -203,7 +204,7 @@ fn default_output(scene: &Path, share: Option<Share>) -> PathBuf {
 }
 
 /// The format of the picture; `None` for a share, which is none.
-fn format_of(output: &Path, share: Option<Share>) -> Result<Option<PictureFormat>> {
+fn format_of(output: &Path, share: Option<Shard>) -> Result<Option<PictureFormat>> {
     let is_part = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("part"));
     let name = output.display();
     match share {

@@ -6,7 +6,7 @@ use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use superegg_render::{RenderBudget, RenderSettings, render};
+use superegg_render::{RenderOptions, RenderSettings, render};
 use superegg_scene::{Picture, Scene};
 use superegg_trace::CompiledScene;
 
@@ -123,21 +123,20 @@ fn make(job: &Job, cancel: &AtomicBool, voice: &Voice) -> Said {
     let start = Instant::now();
     let compiled = CompiledScene::compile(&job.scene, Some(&job.root), job.scene.depth);
     let (width, height) = job.size;
-    let settings = RenderSettings {
-        picture: Picture { width, height, ..job.scene.picture },
-        layers: PictureFormat::of(&job.path).is_ok_and(|format| format == PictureFormat::Exr),
-        ..RenderSettings::of(&job.scene)
-    };
+    let settings = RenderSettings::of(&job.scene)
+        .with_picture(Picture { width, height, ..job.scene.picture })
+        .with_layers(PictureFormat::of(&job.path).is_ok_and(|format| format == PictureFormat::Exr));
     for concern in concerns(&compiled, &settings) {
         let _ = voice(Said::Done(format!("{}: warning: {concern}", job.name)));
     }
     let threads = if job.threads == 0 { available_threads() } else { job.threads };
     let meter = Meter::new(job, voice);
-    let budget = RenderBudget { threads, cancel, progress: &|pixels| meter.show(pixels) };
-    let rendered = match render(&compiled, &settings, &budget) {
+    let progress = |pixels| meter.show(pixels);
+    let options = RenderOptions::default().with_threads(threads).with_cancel(cancel).with_progress(&progress);
+    let rendered = match render(&compiled, &settings, &options) {
         Ok(rendered) => rendered,
         Err(error) => {
-            return Said::Failed(format!("{}: the threads cannot be started: {error}", job.name));
+            return Said::Failed(format!("{}: {error}", job.name));
         }
     };
     if cancel.load(Ordering::Relaxed) {

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::{Fault, Recovery, Request, Timeline, format_number, scene_at, write_session};
-use superegg_render::{Development, RenderBudget, RenderSettings, render};
+use superegg_render::{Development, RenderOptions, RenderSettings, render};
 use superegg_scene::{Encoding, Picture};
 use superegg_trace::CompiledScene;
 
@@ -424,7 +424,7 @@ impl Modeller {
             transparent: false,
             ..scene.picture
         };
-        let settings = RenderSettings { picture, layers: false, ..RenderSettings::of(scene) };
+        let settings = RenderSettings::of(scene).with_picture(picture).with_layers(false);
         let development = Development::of(&picture);
         let threads = match session.settings.threads {
             0 => available_threads(),
@@ -433,12 +433,12 @@ impl Modeller {
         for concern in concerns(&compiled, &settings) {
             self.print(&format!("warning: {concern}"));
         }
-        let budget = RenderBudget { threads, cancel: &self.interrupt, progress: &|_| {} };
+        let options = RenderOptions::default().with_threads(threads).with_cancel(&self.interrupt);
         let trouble = |error: &dyn std::fmt::Display| {
             Fault::new("preview", format!("the preview cannot be drawn: {error}"))
                 .help("'render' writes a picture")
         };
-        let rendered = render(&compiled, &settings, &budget).map_err(|error| trouble(&error))?;
+        let rendered = render(&compiled, &settings, &options).map_err(|error| trouble(&error))?;
         if self.interrupt.load(Ordering::Relaxed) {
             return Err(Fault::new("interrupted", "the preview was broken off").warning());
         }

@@ -140,15 +140,14 @@ mod tests {
             let count = 1 << 16;
             let mut sums = [(0.0, DVec2::ZERO, DVec2::ZERO); 2];
             for index in 0..count {
-                let (place, is_negative) = sampler.sample(sobol(index, 7));
-                let offset = place - 0.5;
+                let (point, is_negative) = sampler.sample(sobol(index, 7));
+                let offset = point - 0.5;
                 let sum = &mut sums[usize::from(is_negative)];
-                *sum = (sum.0 + 1.0, sum.1 + place, sum.2 + place * place);
+                *sum = (sum.0 + 1.0, sum.1 + offset, sum.2 + offset * offset);
             }
             let [above, below] = sums;
-            let joined = |above: DVec2, below: DVec2| {
-                sampler.mass.positive * above - sampler.mass.negative * below
-            };
+            let joined =
+                |above: DVec2, below: DVec2| sampler.mass.positive * above - sampler.mass.negative * below;
             let of = |sum: DVec2, count: f64| if count > 0.0 { sum / count } else { DVec2::ZERO };
             let mean = joined(of(above.1, above.0), of(below.1, below.0));
             let variance = joined(of(above.2, above.0), of(below.2, below.0));

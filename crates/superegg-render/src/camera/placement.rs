@@ -79,7 +79,8 @@ mod tests {
     fn the_box_with_a_fixed_count_keeps_its_pattern() {
         let placement = SamplePlacement::of(&Picture { samples: 4, ..Picture::default() });
         let positions: Vec<DVec2> = (0..4).map(|index| placement.position((3, 5), index).film_px).collect();
-        let expected: Vec<DVec2> = StratifiedPattern::new(4).points().map(|p| p + DVec2::new(3.0, 5.0)).collect();
+        let expected: Vec<DVec2> =
+            StratifiedPattern::new(4).points().map(|p| p + DVec2::new(3.0, 5.0)).collect();
         assert_eq!(positions, expected);
     }
 
@@ -87,8 +88,9 @@ mod tests {
     fn a_fixed_count_lies_around_the_centre_with_the_width_of_its_filter() {
         for (filter, variance) in [(Filter::Tent, 1.0 / 6.0), (Filter::Gaussian, 0.25)] {
             let placement = SamplePlacement::of(&Picture { samples: 64, filter, ..Picture::default() });
-            let offsets: Vec<DVec2> =
-                (0..64).map(|index| placement.position((7, 9), index).film_px - DVec2::new(7.5, 9.5)).collect();
+            let offsets: Vec<DVec2> = (0..64)
+                .map(|index| placement.position((7, 9), index).film_px - DVec2::new(7.5, 9.5))
+                .collect();
             let mean = offsets.iter().sum::<DVec2>() / 64.0;
             let spread = offsets.iter().map(|offset| offset * offset).sum::<DVec2>() / 64.0;
             assert!(mean.abs().max_element() < 0.02, "{filter:?}: {mean}");

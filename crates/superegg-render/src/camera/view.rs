@@ -7,8 +7,8 @@ use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketVectors64};
 use superegg_scene::{Camera, Lens};
 use superegg_trace::Footprint;
 
-use crate::camera::sobol::{SampleKey, disc};
 use crate::camera::sample::FilmSample;
+use crate::camera::sobol::{SampleKey, disc};
 
 /// The choice of a [`SampleKey`] for the place on the lens.
 const LENS: u32 = 0;

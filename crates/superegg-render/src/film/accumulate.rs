@@ -3,11 +3,11 @@
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 
-use crate::film::develop::Development;
-use crate::film::buffer::Film;
-use crate::film::pixel::Layers;
 use crate::camera::filter::FilterMass;
+use crate::film::buffer::Film;
+use crate::film::develop::Development;
 use crate::film::first::FirstHit;
+use crate::film::pixel::Layers;
 
 /// What the samples of a tile's pixels come to so far, each pixel by its place.
 #[derive(Debug)]
@@ -141,13 +141,7 @@ impl TileAccumulator {
 
     /// Takes a sample of a pixel, from a place where the filter is positive or negative: its light, and the surface that it meets first as far as that
     /// was asked for.
-    pub(crate) fn add(
-        &mut self,
-        place: usize,
-        color: DVec3,
-        first: Option<&FirstHit>,
-        is_negative: bool,
-    ) {
+    pub(crate) fn add(&mut self, place: usize, color: DVec3, first: Option<&FirstHit>, is_negative: bool) {
         if is_negative {
             self.negative.add(place, color, first.is_some());
             return;
@@ -242,8 +236,8 @@ mod tests {
     use superegg_scene::{Filter, Picture};
 
     use super::*;
-    use crate::film::pixel::Pixel;
     use crate::camera::filter::FilterSampler;
+    use crate::film::pixel::Pixel;
 
     const BOX: FilterMass = FilterMass { positive: 1.0, negative: 0.0 };
 

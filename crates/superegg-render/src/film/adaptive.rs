@@ -2,8 +2,8 @@
 
 use superegg_scene::Picture;
 
-use crate::film::develop::Development;
 use crate::film::accumulate::TileAccumulator;
+use crate::film::develop::Development;
 
 /// When the pixels of a tile stop.
 #[derive(Clone, Copy, Debug)]

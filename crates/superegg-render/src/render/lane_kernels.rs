@@ -6,9 +6,9 @@ use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketSurfaces, PacketVectors
 use superegg_geom::lanes::vector::{Lanes, Mask};
 use superegg_scene::{Light, LightKind, Material, Pattern};
 
+use crate::camera::view::View;
 use crate::shade::context::RenderContext;
 use crate::shade::phong::{self, LobeWeights};
-use crate::camera::view::View;
 
 /// Numbers beyond this are f64's.
 const MOST: f64 = 1e12;

@@ -20,9 +20,9 @@ use twox_hash::XxHash3_128;
 
 use crate::film::buffer::Film;
 use crate::film::pixel::Pixel;
-use crate::settings::{Output, RenderSettings};
-use crate::render::shard::Shard;
 use crate::film::tile::{Tile, tiles};
+use crate::render::shard::Shard;
+use crate::settings::{Output, RenderSettings};
 
 /// What those of this version begin with. A change of anything that this file writes is a new version.
 const FIRST_LINE: &[u8] = b"superegg part 2\n";

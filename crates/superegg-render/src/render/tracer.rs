@@ -11,17 +11,20 @@ use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::{AmbientOcclusion, Light, Pattern};
 
 use crate::camera::sample::FilmSample;
+use crate::camera::sobol::SampleKey;
+use crate::camera::view::{PacketDirections, View};
 use crate::film::first::{FirstHit, SampleResults};
+use crate::render::lane_kernels::{
+    AddContribution, PacketContribution, PacketLight, PacketMaterials, PlainMaterial, SetMaterial,
+    ShadePacket,
+};
 use crate::shade::context::{RenderContext, at_surface};
-use crate::shade::whitted::Wavefront;
-use crate::stats::TraceStats;
 use crate::shade::direct::{self, LightSample, ShadowBatch};
 use crate::shade::medium::Media;
-use crate::render::lane_kernels::{AddContribution, PlainMaterial, PacketMaterials, PacketLight, PacketContribution, SetMaterial, ShadePacket};
-use crate::shade::point::{PathState, MaterialRef, SurfaceOwner, SurfaceView, SurfacePoint, albedo_of_shape};
-use crate::camera::sobol::SampleKey;
 use crate::shade::phong::LobeWeights;
-use crate::camera::view::{PacketDirections, View};
+use crate::shade::point::{MaterialRef, PathState, SurfaceOwner, SurfacePoint, SurfaceView, albedo_of_shape};
+use crate::shade::whitted::Wavefront;
+use crate::stats::TraceStats;
 use superegg_trace::beam::{
     self, Beam, BeamHit, Kind, LANES, NO_CANDIDATE, ShadowRay, ShadowStart, Sight, Told, f32_columns, lanes,
 };
@@ -115,7 +118,12 @@ struct PreparedSurface<'a> {
 
 impl<'a> TileTracer<'a> {
     /// For pictures of so many samples a pixel; `asks_firsts` for what samples meet first, which takes some time.
-    pub(crate) fn new(context: RenderContext<'a>, view: &'a View, samples: u32, needs_first_hits: bool) -> Self {
+    pub(crate) fn new(
+        context: RenderContext<'a>,
+        view: &'a View,
+        samples: u32,
+        needs_first_hits: bool,
+    ) -> Self {
         Self {
             context,
             view,
@@ -548,7 +556,8 @@ impl<'a> SurfaceCache<'a> {
             PreparedSurface {
                 world_from_unit: OnceCell::new(),
                 normal_map,
-                plain: PlainMaterial::of(&material).and_then(|finish| Some((finish, f32_columns(&normal_map)?.0))),
+                plain: PlainMaterial::of(&material)
+                    .and_then(|finish| Some((finish, f32_columns(&normal_map)?.0))),
                 material,
                 primitive,
                 id: scene.instance_id(&path),

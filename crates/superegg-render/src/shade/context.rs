@@ -8,11 +8,13 @@ use superegg_scene::{Light, Material, Pattern, Picture};
 use superegg_trace::beam::Kind;
 use superegg_trace::{CompiledScene, FlightRay, Footprint, Hit, InstancePath, SurfaceInteraction};
 
-use crate::settings::{RenderSettings, Environment};
+use crate::settings::{Environment, RenderSettings};
 use crate::shade::floor::FloorPlane;
 use crate::shade::medium::Media;
 use crate::shade::phong::LobeWeights;
-use crate::shade::point::{PathState, MaterialRef, SurfaceOwner, SurfaceView, SurfacePoint, albedo_of_floor, albedo_of_shape};
+use crate::shade::point::{
+    MaterialRef, PathState, SurfaceOwner, SurfacePoint, SurfaceView, albedo_of_floor, albedo_of_shape,
+};
 use crate::stats::TraceStats;
 
 /// What a picture is made of.
@@ -134,8 +136,11 @@ impl<'a> RenderContext<'a> {
         let direction = ray.direction.normalize();
         let footprint = at_surface(footprint, ray, hit.t);
         let material = MaterialRef::from(surface.material);
-        let albedo =
-            self.albedo(&material, hit, &SurfaceView { normal: surface.normal, direction, width: footprint.width });
+        let albedo = self.albedo(
+            &material,
+            hit,
+            &SurfaceView { normal: surface.normal, direction, width: footprint.width },
+        );
         SurfacePoint {
             state: state.after(ray.origin, surface.position),
             place: SurfaceOwner::Instance(Rc::new(surface.path)),

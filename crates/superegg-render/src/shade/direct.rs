@@ -7,12 +7,12 @@ use superegg_geom::unit_vector;
 use superegg_scene::{AmbientOcclusion, Light};
 use superegg_trace::{FlightRay, Footprint, Side};
 
-use crate::shade::context::RenderContext;
-use crate::stats::TraceStats;
-use crate::shade::medium::Media;
-use crate::shade::point::{PathState, SurfaceView, SurfacePoint};
 use crate::camera::sobol::{SampleKey, cosine_direction, disc};
+use crate::shade::context::RenderContext;
+use crate::shade::medium::Media;
 use crate::shade::phong;
+use crate::shade::point::{PathState, SurfacePoint, SurfaceView};
+use crate::stats::TraceStats;
 
 /// A way from a point to a light.
 #[derive(Clone, Copy, Debug)]
@@ -144,7 +144,13 @@ pub(crate) fn lit(point: &SurfacePoint<'_>, way: &LightSample) -> Option<DVec3> 
 }
 
 /// Traces shadow rays up to t = `end`, and adds what comes through.
-fn add_unoccluded(context: RenderContext<'_>, asked: ShadowBatch, end: f64, colors: &mut [DVec3], stats: &mut TraceStats) {
+fn add_unoccluded(
+    context: RenderContext<'_>,
+    asked: ShadowBatch,
+    end: f64,
+    colors: &mut [DVec3],
+    stats: &mut TraceStats,
+) {
     stats.rays.shadow += asked.flights.len() as u64;
     let stopped = context.scene.occluded_many(&asked.flights, end);
     let mut dimmed = ShadowBatch::default();

@@ -41,7 +41,11 @@ impl LobeWeights {
         }
         let transmitted = material.refracted.unwrap_or(0.0);
         let total = (mirror + transmitted).max(1.0);
-        Self { local: (1.0 - mirror - transmitted).max(0.0), mirror: mirror / total, transmitted: transmitted / total }
+        Self {
+            local: (1.0 - mirror - transmitted).max(0.0),
+            mirror: mirror / total,
+            transmitted: transmitted / total,
+        }
     }
 
     /// Whether no ray goes on from the surface.
@@ -125,8 +129,9 @@ mod tests {
 
     #[test]
     fn shares_never_exceed_one() {
-        let with =
-            |reflected, refracted| LobeWeights::of(&Material { reflected, refracted, ..Material::default() }, 1.0);
+        let with = |reflected, refracted| {
+            LobeWeights::of(&Material { reflected, refracted, ..Material::default() }, 1.0)
+        };
         assert_eq!(with(None, None), LobeWeights { local: 1.0, mirror: 0.0, transmitted: 0.0 });
         let over = with(Some(0.5), Some(1.0));
         assert!((over.local + over.mirror + over.transmitted - 1.0).abs() < 1e-12);

@@ -9,10 +9,10 @@ use superegg_geom::{Ray, RayStart};
 use superegg_scene::Material;
 use superegg_trace::{CompiledPrimitive, Departure, FlightRay, Footprint, InstancePath};
 
+use crate::camera::sobol::SampleKey;
 use crate::shade::floor::FloorPlane;
 use crate::shade::medium::Media;
 use crate::shade::pattern;
-use crate::camera::sobol::SampleKey;
 use crate::shade::phong::LobeWeights;
 
 /// A surface of the scene, or the average of several that was made for a stand-in.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use superegg_render::{Film, RenderBudget, RenderSettings, render};
+use superegg_render::{Film, RenderOptions, RenderSettings, render};
 use superegg_scene::Picture;
 use superegg_trace::CompiledScene;
 
@@ -84,18 +84,15 @@ pub(crate) fn trace_pass(
 ) -> Option<Pass> {
     let begin = Instant::now();
     let side = |length: u32| length.div_ceil(coarseness).max(1);
-    let settings = RenderSettings {
-        picture: Picture {
-            width: side(job.settings.picture.width),
-            height: side(job.settings.picture.height),
-            samples,
-            ..job.settings.picture
-        },
-        layers: false,
-        ..job.settings.clone()
+    let picture = Picture {
+        width: side(job.settings.picture.width),
+        height: side(job.settings.picture.height),
+        samples,
+        ..job.settings.picture
     };
-    let budget = RenderBudget { threads, cancel, progress: &|_| () };
-    let rendered = render(&job.compiled, &settings, &budget).ok()?;
+    let settings = job.settings.clone().with_picture(picture).with_layers(false);
+    let options = RenderOptions::default().with_threads(threads).with_cancel(cancel);
+    let rendered = render(&job.compiled, &settings, &options).ok()?;
     (!cancel.load(Ordering::Relaxed)).then(|| Pass {
         film: rendered.film,
         number: job.number,
@@ -181,10 +178,12 @@ mod tests {
         scene.ensure_primitive("ball").unwrap();
         TraceJob {
             compiled: Arc::new(CompiledScene::compile(&scene, Some("ball"), 1)),
-            settings: RenderSettings {
-                picture: Picture { width: size.0, height: size.1, samples, ..Picture::default() },
-                ..RenderSettings::of(&Scene::default())
-            },
+            settings: RenderSettings::of(&Scene::default()).with_picture(Picture {
+                width: size.0,
+                height: size.1,
+                samples,
+                ..Picture::default()
+            }),
             number,
         }
     }

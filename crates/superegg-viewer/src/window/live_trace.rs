@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use superegg_render::{RenderSettings, Surroundings};
+use superegg_render::RenderSettings;
 use superegg_scene::{Camera, Light, Picture, Scene};
 use superegg_trace::CompiledScene;
 
@@ -87,9 +87,7 @@ impl LiveTrace {
 }
 
 fn settings(scene: &Scene, key: &TraceKey) -> RenderSettings {
-    let settings = RenderSettings::of(scene);
-    RenderSettings {
-        picture: Picture {
+    let picture = Picture {
             width: key.size.0,
             height: key.size.1,
             samples: scene.picture.samples.clamp(1, MOST_SAMPLES),
@@ -97,9 +95,8 @@ fn settings(scene: &Scene, key: &TraceKey) -> RenderSettings {
             transparent: false,
             noise: 0.0,
             ..scene.picture
-        },
-        camera: key.camera,
-        surroundings: Surroundings { lights: key.lights.clone(), ..settings.surroundings.clone() },
-        ..settings
-    }
+        };
+    let mut settings = RenderSettings::of(scene).with_picture(picture).with_camera(key.camera);
+    settings.environment.lights.clone_from(&key.lights);
+    settings
 }
