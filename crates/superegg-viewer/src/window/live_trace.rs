@@ -88,14 +88,14 @@ impl LiveTrace {
 
 fn settings(scene: &Scene, key: &TraceKey) -> RenderSettings {
     let picture = Picture {
-            width: key.size.0,
-            height: key.size.1,
-            samples: scene.picture.samples.clamp(1, MOST_SAMPLES),
-            // The window has a background, and must be fast.
-            transparent: false,
-            noise: 0.0,
-            ..scene.picture
-        };
+        width: key.size.0,
+        height: key.size.1,
+        samples: scene.picture.samples.clamp(1, MOST_SAMPLES),
+        // The window has a background, and must be fast.
+        transparent: false,
+        noise: 0.0,
+        ..scene.picture
+    };
     let mut settings = RenderSettings::of(scene).with_picture(picture).with_camera(key.camera);
     settings.environment.lights.clone_from(&key.lights);
     settings
