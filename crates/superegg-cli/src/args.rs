@@ -8,7 +8,7 @@ use superegg_lang::{ArgKind, Range, find_command, nearest, parse_number, parse_s
 use superegg_render::Output;
 use superegg_scene::{Encoding, Filter, Picture, Tone};
 
-use crate::share::ShareArg;
+use crate::long::shard::ShardArg;
 
 /// A modeller and exact ray tracer for superquadrics.
 #[derive(Debug, Parser)]
@@ -133,7 +133,7 @@ pub(crate) struct LongArgs {
     /// Render share K of N (1/N to N/N, never 0) into the partial file that -o names; 'superegg merge' puts the shares together. 'auto' takes
     /// the share that a Slurm array or an indexed Kubernetes job means this one to do; auto/N says of how many
     #[arg(long, value_name = "K/N")]
-    pub(crate) tiles: Option<ShareArg>,
+    pub(crate) tiles: Option<ShardArg>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -184,7 +184,7 @@ pub(crate) struct AnimateArgs {
     /// Make share K of N of the frames (1/N to N/N, never 0), every Nth, into the same folder; the same command without --tiles, when all are
     /// there, makes the film. 'auto' takes the share that a Slurm array or an indexed Kubernetes job means this one to do; auto/N says of how many
     #[arg(long, value_name = "K/N")]
-    pub(crate) tiles: Option<ShareArg>,
+    pub(crate) tiles: Option<ShardArg>,
     /// Frames a second of the film
     #[arg(long, value_name = "F", default_value = "24", value_parser = frames_a_second)]
     pub(crate) fps: f64,
@@ -470,7 +470,7 @@ impl FromStr for FrameRange {
 }
 
 /// What to say of a first word that is neither a command nor a file, nor an option.
-pub(crate) fn no_such_command(word: &str) -> Option<String> {
+pub(crate) fn unknown_command(word: &str) -> Option<String> {
     let names: Vec<String> = Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
     if word.starts_with('-')
         || names.iter().any(|name| name == word)

@@ -1,42 +1,41 @@
-//! The command `superegg`: arguments, files, printing, exit codes. The only crate that prints.
+//! The program `superegg`: command-line arguments, files, console output and exit codes.
+//!
+//! No other crate of the workspace prints. Modules use only modules that stand above them in this list.
+
+mod console;
+mod outcome;
+mod progress;
+mod system;
+mod text;
+
+mod files;
+mod inspect;
+mod long;
 
 mod args;
-mod commands;
-mod csv_input;
-mod files;
-mod folders;
-mod interrupt;
-mod load;
-mod long_render;
-mod memory;
+
 mod modeller;
-mod part_file;
-mod picture_file;
-mod pointless;
 mod prompt;
-mod say;
-mod share;
+
+mod commands;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 
 use crate::args::{Args, Command};
-use crate::commands::Outcome;
-
-/// Wrong usage, or a file that cannot be read or written.
-const EXIT_USAGE: u8 = 2;
+use crate::outcome::{EXIT_ERRORS, EXIT_USAGE, Outcome};
 
 fn main() -> ExitCode {
     let args = Args::try_parse().unwrap_or_else(|error| {
-        // A slip in a command's name would be taken for the name of a scene.
+        // Without this check a misspelt command is taken for the name of a scene.
         match std::env::args()
             .nth(1)
             .filter(|_| error.use_stderr())
-            .and_then(|word| args::no_such_command(&word))
+            .and_then(|word| args::unknown_command(&word))
         {
-            Some(told) => {
-                say::complain(format_args!("superegg: {told}"));
+            Some(error) => {
+                console::warn(format_args!("superegg: {error}"));
                 std::process::exit(EXIT_USAGE.into());
             }
             None => error.exit(),
@@ -58,20 +57,21 @@ fn main() -> ExitCode {
     })
 }
 
-fn finish(outcome: anyhow::Result<Outcome>) -> ExitCode {
-    match outcome {
+/// The exit code of a command; prints its error.
+fn finish(result: anyhow::Result<Outcome>) -> ExitCode {
+    match result {
         Ok(Outcome::Fine) => ExitCode::SUCCESS,
-        Ok(Outcome::ErrorsInInput) => ExitCode::from(1),
+        Ok(Outcome::ErrorsInInput) => ExitCode::from(EXIT_ERRORS),
         Ok(Outcome::Stopped(code)) => ExitCode::from(code),
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            say::complain(format_args!("superegg: {error:#}"));
+            console::warn(format_args!("superegg: {error:#}"));
             ExitCode::from(EXIT_USAGE)
         }
     }
 }
 
-/// The reader of a pipe has had enough: not an error of ours.
+/// Whether the reader of a pipe has closed it, which is not an error.
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error
         .chain()

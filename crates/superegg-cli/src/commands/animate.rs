@@ -8,20 +8,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
-use superegg_lang::{Session, scene_at, write_scene};
+use superegg_lang::{Session, write_scene};
 use superegg_render::{RenderOptions, RenderSettings, Shard, render};
 use superegg_scene::{Picture, Scene, Track};
 use superegg_trace::CompiledScene;
 
 use crate::args::{AnimateArgs, FrameRange};
-use crate::commands::{Outcome, available_threads, counted, progress_bar};
+use crate::commands::input::still_at;
+use crate::console;
 use crate::files;
-use crate::interrupt::Interrupt;
-use crate::load::load;
-use crate::picture_file::PictureFormat;
-use crate::pointless::concerns;
-use crate::say;
-use crate::share::ShareArg;
+use crate::files::picture::PictureFormat;
+use crate::files::scene::load;
+use crate::inspect::picture_warnings::picture_warnings;
+use crate::long::shard::ShardArg;
+use crate::outcome::Outcome;
+use crate::progress::progress_bar;
+use crate::system::interrupt::Interrupt;
+use crate::system::processor::available_threads;
+use crate::text::counted;
 use film_file::FilmFormat;
 use frame_folder::FrameFolder;
 
@@ -40,9 +44,9 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
 
     let start = Instant::now();
     let made = make_frames(args, &plan, &loaded.session, root.as_deref(), &mut folder, interrupt.flag())?;
-    interrupt.has_stopped();
+    interrupt.work_ended();
     if interrupt.flag().load(Ordering::Relaxed) {
-        say::complain(format_args!(
+        console::warn(format_args!(
             "superegg: stopped: {} of {} are in '{}'; the same command goes on from there",
             made.rendered + made.kept,
             counted(plan.own_frames().count(), "frame"),
@@ -52,10 +56,10 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     }
     if !args.quiet {
         let kept = if made.kept > 0 { format!(", {} kept from before", made.kept) } else { String::new() };
-        say::out(format_args!(
+        console::print(format_args!(
             "{}: {}{} of {}x{}, {} rendered{kept}, {:.1} s",
             target.folder.display(),
-            plan.share.map_or_else(String::new, |share| format!("share {share}, ")),
+            plan.share.map_or_else(String::new, |share| format!("shard {share}, ")),
             counted(plan.own_frames().count(), "frame"),
             plan.size.0,
             plan.size.1,
@@ -67,10 +71,14 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
         format.make(path, &folder, plan.frames(), args.fps, loaded.session.scene().picture.transparent)?;
         if !args.quiet {
             let seconds = plan.frames().len() as f64 / args.fps;
-            say::out(format_args!("{}: {seconds:.1} s at {} frames a second", path.display(), args.fps))?;
+            console::print(format_args!(
+                "{}: {seconds:.1} s at {} frames a second",
+                path.display(),
+                args.fps
+            ))?;
         }
     }
-    Ok(Outcome::of(&loaded))
+    Ok(Outcome::of_input(loaded.has_errors()))
 }
 
 /// Where frames and film go.
@@ -96,7 +104,7 @@ impl Target {
         }
         match FilmFormat::of(output) {
             Some(format) => {
-                files::check_writable_place(Some(output), &args.scene)?;
+                files::check_output(Some(output), &args.scene)?;
                 Ok(Self {
                     folder: output.with_file_name(frames_of(output)),
                     film: Some((output.clone(), format)),
@@ -138,12 +146,11 @@ impl Plan {
             })?,
         };
         if args.turntable.is_none() && scene.tracks().len() == 0 {
-            say::complain("superegg: warning: the scene has no keys, so all frames are alike");
+            console::warn("superegg: warning: the scene has no keys, so all frames are alike");
         }
         let Picture { width, height, .. } = scene.picture;
         let size = args.size.map_or((width, height), |size| (size.width, size.height));
-        let share =
-            args.tiles.map(ShareArg::share).transpose().context("cannot tell the share for --tiles")?;
+        let share = args.tiles.map(ShardArg::resolve).transpose().context("cannot determine the shard")?;
         Ok(Self { range, turn: args.turntable, size, samples: args.samples, share })
     }
 
@@ -172,11 +179,6 @@ impl Plan {
     }
 }
 
-/// The scene at a frame of its keys.
-pub(crate) fn still_at(session: &Session, frame: f64) -> Result<Scene> {
-    scene_at(session, frame).map_err(|fault| anyhow!("{}; {}", fault.message, fault.help.unwrap_or_default()))
-}
-
 /// From the first key to the last.
 fn keyed_range(scene: &Scene) -> Option<FrameRange> {
     let frames = || scene.tracks().flat_map(Track::keys).map(|key| key.frame);
@@ -187,7 +189,7 @@ fn keyed_range(scene: &Scene) -> Option<FrameRange> {
 
 /// How many frames were made, and how many were there.
 #[derive(Default)]
-struct Made {
+struct FrameCounts {
     rendered: usize,
     kept: usize,
 }
@@ -200,11 +202,11 @@ fn make_frames(
     root: Option<&str>,
     folder: &mut FrameFolder,
     cancel: &AtomicBool,
-) -> Result<Made> {
+) -> Result<FrameCounts> {
     let pixels = u64::from(plan.size.0) * u64::from(plan.size.1);
     let bar = progress_bar(pixels * plan.own_frames().count() as u64, args.quiet, "frame {msg}");
     let threads = args.threads.map_or_else(available_threads, usize::from);
-    let mut made = Made::default();
+    let mut made = FrameCounts::default();
     let mut before: Option<CompiledScene> = None;
     for (place, frame) in plan.own_frames().enumerate() {
         let start = pixels * place as u64;
@@ -222,8 +224,8 @@ fn make_frames(
             None => CompiledScene::compile(&still, root, depth),
         };
         let settings = RenderSettings::of(&still).with_layers(false);
-        for concern in concerns(&compiled, &settings).iter().filter(|_| before.is_none()) {
-            bar.suspend(|| say::complain(format_args!("superegg: warning: frame {frame}: {concern}")));
+        for concern in picture_warnings(&compiled, &settings).iter().filter(|_| before.is_none()) {
+            bar.suspend(|| console::warn(format_args!("superegg: warning: frame {frame}: {concern}")));
         }
         let progress = |pixels| bar.set_position(start + pixels);
         let options =

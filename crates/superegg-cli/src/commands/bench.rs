@@ -1,5 +1,7 @@
 //! `superegg bench`: rays a second, compiling and memory, on scenes that anyone can make.
 
+mod generated_scene;
+
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -16,11 +18,12 @@ use superegg_trace::measure::{CameraTile, TileProbe, find_many};
 use superegg_trace::{CompiledScene, FlightRay};
 
 use crate::args::BenchArgs;
-use crate::commands::{Outcome, made_scene};
+use crate::console;
 use crate::files;
-use crate::load::load;
-use crate::memory::{peak_rss_bytes, restart_peak};
-use crate::say;
+use crate::files::scene::load;
+use crate::outcome::Outcome;
+use crate::system::memory::{peak_rss_bytes, reset_peak};
+use crate::system::processor::{process_seconds, thread_seconds};
 
 /// The scene of the name `robot`.
 const ROBOT: &str = include_str!("../../../../scenes/crane_arm.scn");
@@ -33,7 +36,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<Outcome> {
             let text = scene_text(name, args.seed)?;
             let file = folder.join(format!("{}.scn", name.replace([':', ','], "_")));
             files::write(&file, text.as_bytes())?;
-            say::out(file.display())?;
+            console::print(file.display())?;
         }
         return Ok(Outcome::Fine);
     }
@@ -43,14 +46,14 @@ pub(crate) fn run(args: &BenchArgs) -> Result<Outcome> {
         let row = measure(name, rows.is_empty(), args)?;
         if !is_piped {
             if rows.is_empty() {
-                say::out(HEAD)?;
+                console::print(HEAD)?;
             }
-            say::out(row.line())?;
+            console::print(row.line())?;
         }
         rows.push(row);
     }
     if !is_piped {
-        say::out(LEGEND)?;
+        console::print(LEGEND)?;
     }
     if let Some(path) = &args.json {
         files::write(path, format!("{}\n", serde_json::to_string_pretty(&rows)?).as_bytes())?;
@@ -69,8 +72,8 @@ fn subject(name: &str, seed: u64) -> Result<Subject> {
         let (session, _) = load_text("robot", ROBOT);
         return Ok(Subject { root: session.selected().map(str::to_owned), scene: session.scene().clone() });
     }
-    if let Some(made) = made_scene::Made::parse(name)? {
-        return Ok(Subject { scene: made.scene(seed)?, root: Some(made_scene::ROOT.to_owned()) });
+    if let Some(made) = generated_scene::GeneratedScene::parse(name)? {
+        return Ok(Subject { scene: made.scene(seed)?, root: Some(generated_scene::ROOT.to_owned()) });
     }
     if !Path::new(name).exists() {
         bail!("'{name}' is neither a file nor one of robot, cloud:N, glyphs:N, fractal:B,D");
@@ -85,7 +88,7 @@ fn scene_text(name: &str, seed: u64) -> Result<String> {
     if name == "robot" {
         return Ok(ROBOT.to_owned());
     }
-    made_scene::Made::parse(name)?
+    generated_scene::GeneratedScene::parse(name)?
         .map(|made| made.text(seed))
         .ok_or_else(|| anyhow!("'{name}' is none of robot, cloud:N, glyphs:N, fractal:B,D"))
 }
@@ -175,7 +178,7 @@ fn measure(name: &str, is_first: bool, args: &BenchArgs) -> Result<Row> {
     let Subject { mut scene, root } = subject(name, args.seed)?;
     let root = root.as_deref();
     let described = scene.primitives().count().max(scene.objects().map(|(_, o)| o.children().len()).sum());
-    let before = restart_peak();
+    let before = reset_peak();
     let processor_before = process_seconds();
     let (compiled, compile_seconds) = timed(|| CompiledScene::compile(&scene, root, scene.depth));
     let compile_processor_seconds = process_seconds() - processor_before;
@@ -260,7 +263,7 @@ fn picture(scene: &Scene, compiled: &CompiledScene, args: &BenchArgs) -> Result<
 /// Rays from anywhere in the scene's box to anywhere, as wide as those of the camera.
 fn random_rays(scene: &CompiledScene, view: &View, seed: u64) -> Vec<FlightRay> {
     let Some(bounds) = scene.bounds() else { return Vec::new() };
-    let mut random = made_scene::Random::new(seed ^ 0x5eed);
+    let mut random = generated_scene::Random::new(seed ^ 0x5eed);
     let (center, half) = (bounds.center(), bounds.half_extent());
     (0..RANDOM_RAYS)
         .map(|_| {
@@ -281,35 +284,6 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let clock = Instant::now();
     let answer = work();
     (answer, clock.elapsed().as_secs_f64())
-}
-
-/// The processor seconds that this thread has used: waiting for others on the machine does not count.
-fn thread_seconds() -> f64 {
-    #[cfg(target_os = "linux")]
-    if let Some(seconds) = seconds_of(nix::time::ClockId::CLOCK_THREAD_CPUTIME_ID) {
-        return seconds;
-    }
-    time_of_day()
-}
-
-/// The same of all threads together.
-fn process_seconds() -> f64 {
-    #[cfg(target_os = "linux")]
-    if let Some(seconds) = seconds_of(nix::time::ClockId::CLOCK_PROCESS_CPUTIME_ID) {
-        return seconds;
-    }
-    time_of_day()
-}
-
-#[cfg(target_os = "linux")]
-fn seconds_of(clock: nix::time::ClockId) -> Option<f64> {
-    let time = nix::time::clock_gettime(clock).ok()?;
-    Some(time.tv_sec() as f64 + 1e-9 * time.tv_nsec() as f64)
-}
-
-/// For systems that do not tell more.
-fn time_of_day() -> f64 {
-    std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |time| time.as_secs_f64())
 }
 
 /// The answer, and the processor seconds of the fastest of some rounds.

@@ -5,9 +5,10 @@ use superegg_lang::lint;
 use superegg_trace::CompiledScene;
 
 use crate::args::CheckArgs;
-use crate::commands::{Outcome, counted};
-use crate::load::load;
-use crate::say;
+use crate::console;
+use crate::files::scene::load;
+use crate::outcome::Outcome;
+use crate::text::counted;
 
 pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
     let mut loaded = load(&args.scene)?;
@@ -17,17 +18,15 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
     let errors = loaded.error_count();
     let warnings = loaded.diagnostics.len() - errors;
     let scene = loaded.session.scene();
-    let instances =
-        CompiledScene::compile(scene, loaded.session.selected(), scene.depth).instance_count().clone();
-    say::out(format_args!(
+    let compiled = CompiledScene::compile(scene, loaded.session.selected(), scene.depth);
+    console::print(format_args!(
         "{}: {}, {}; {}, {}, {} in the picture",
         args.scene.display(),
         counted(errors, "error"),
         counted(warnings, "warning"),
         counted(scene.primitives().count(), "primitive"),
         counted(scene.objects().count(), "object"),
-        counted(instances, "instance"),
+        counted(compiled.instance_count(), "instance"),
     ))?;
-    let is_fine = errors == 0 && !(args.strict && warnings > 0);
-    Ok(if is_fine { Outcome::Fine } else { Outcome::ErrorsInInput })
+    Ok(Outcome::of_input(errors > 0 || (args.strict && warnings > 0)))
 }

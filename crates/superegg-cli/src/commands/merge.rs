@@ -9,23 +9,24 @@ use superegg_render::{Film, PartHeader, Pixel, RenderSettings};
 use superegg_scene::Scene;
 
 use crate::args::MergeArgs;
-use crate::commands::{Outcome, counted};
+use crate::console;
 use crate::files;
-use crate::long_render::of_tiles;
-use crate::part_file::{self, told};
-use crate::picture_file::PictureFormat;
-use crate::say;
+use crate::files::picture::PictureFormat;
+use crate::long::checkpoint::{self, describe_difference};
+use crate::long::resumable::tile_progress;
+use crate::outcome::Outcome;
+use crate::text::counted;
 
 pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
     for part in &args.parts {
-        files::check_writable_place(Some(&args.output), part)?;
+        files::check_output(Some(&args.output), part)?;
     }
     let format = PictureFormat::of(&args.output)?;
     let merged = Merged::read(&args.parts)?;
     let missing = merged.missing();
     if let Some(missing) = &missing {
         ensure!(args.partial, "{missing}; --partial writes what there is");
-        say::complain(format_args!("superegg: warning: {missing}"));
+        console::warn(format_args!("superegg: warning: {missing}"));
     }
     let picture = args.develop.change(*merged.header.picture());
     // What else a scene has is in the tiles already.
@@ -41,7 +42,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
     if !args.quiet && !files::is_standard_stream(&args.output) {
         let (width, height) = (picture.width, picture.height);
         let parts = counted(args.parts.len(), "partial file");
-        say::out(format_args!("{}: {width}x{height}, from {parts}", args.output.display()))?;
+        console::print(format_args!("{}: {width}x{height}, from {parts}", args.output.display()))?;
     }
     Ok(Outcome::Fine)
 }
@@ -61,10 +62,10 @@ impl Merged {
     fn read(paths: &[PathBuf]) -> Result<Self> {
         let mut merged: Option<Self> = None;
         for path in paths {
-            let part = part_file::read(path)?;
-            if part.damaged > 0 {
-                let (name, bytes) = (path.display(), counted(part.damaged, "byte"));
-                say::complain(format_args!(
+            let part = checkpoint::read(path)?;
+            if part.damaged_bytes > 0 {
+                let (name, bytes) = (path.display(), counted(part.damaged_bytes, "byte"));
+                console::warn(format_args!(
                     "superegg: warning: {bytes} of '{name}' are damaged and left out"
                 ));
             }
@@ -79,7 +80,7 @@ impl Merged {
             merged.shares = merged.shares.filter(|known| *known == shares);
             let (one, two) = (paths[0].display(), path.display());
             if let Some(difference) = merged.header.difference_of_light(&part.header) {
-                let told = told(&difference, &format!("in '{one}'"), &format!("in '{two}'"));
+                let told = describe_difference(&difference, &format!("in '{one}'"), &format!("in '{two}'"));
                 bail!("'{one}' and '{two}' are of different pictures: {told}");
             }
             for (index, pixels) in part.tiles {
@@ -109,11 +110,12 @@ impl Merged {
         if missing.is_empty() {
             return None;
         }
-        let told = format!("the picture is not complete: there are {}", of_tiles(self.tiles.len(), total));
+        let told =
+            format!("the picture is not complete: there are {}", tile_progress(self.tiles.len(), total));
         let Some(count) = self.shares.filter(|&count| count > 1) else { return Some(told) };
         let short: BTreeSet<u32> =
             missing.iter().map(|tile| (*tile as u64 % u64::from(count)) as u32 + 1).collect();
-        Some(format!("{told}; of {count} shares these are missing or not complete: {}", in_ranges(&short)))
+        Some(format!("{told}; of {count} shards these are missing or not complete: {}", in_ranges(&short)))
     }
 
     fn film(mut self, mut film: Film) -> Film {

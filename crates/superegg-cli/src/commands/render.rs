@@ -11,25 +11,27 @@ use superegg_scene::{Picture, Scene};
 use superegg_trace::CompiledScene;
 
 use crate::args::RenderArgs;
-use crate::commands::animate::still_at;
-use crate::commands::{Outcome, available_threads, counted, progress_bar};
+use crate::commands::input::still_at;
+use crate::console;
 use crate::files;
-use crate::interrupt::Interrupt;
-use crate::load::load;
-use crate::long_render::LongRender;
-use crate::memory::peak_rss_bytes;
-use crate::part_file;
-use crate::picture_file::PictureFormat;
-use crate::pointless::concerns;
-use crate::say;
-use crate::share::ShareArg;
+use crate::files::picture::PictureFormat;
+use crate::files::scene::load;
+use crate::inspect::picture_warnings::picture_warnings;
+use crate::long::checkpoint::{checkpoint_path, has_layers};
+use crate::long::resumable::ResumableRender;
+use crate::long::shard::ShardArg;
+use crate::outcome::Outcome;
+use crate::progress::progress_bar;
+use crate::system::interrupt::Interrupt;
+use crate::system::memory::peak_rss_bytes;
+use crate::system::processor::available_threads;
+use crate::text::counted;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
-    let share =
-        args.long.tiles.map(ShareArg::share).transpose().context("cannot tell the share for --tiles")?;
+    let share = args.long.tiles.map(ShardArg::resolve).transpose().context("cannot determine the shard")?;
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene, share));
     for place in [Some(output.as_path()), args.stats.as_deref()] {
-        files::check_writable_place(place, &args.scene)?;
+        files::check_output(place, &args.scene)?;
     }
     let format = format_of(&output, share)?;
     let mut clock = Clock::start();
@@ -44,23 +46,23 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     let compiled = CompiledScene::compile(scene, root.as_deref(), depth);
     let compile = clock.lap();
     // Shares may become any kind of picture, and what has layers goes on with them.
-    let has_layers = args.long.resume && part_file::has_layers(&part_file::beside(&output));
+    let has_layers = args.long.resume && has_layers(&checkpoint_path(&output));
     let layers = share.is_some() || format == Some(PictureFormat::Exr) || has_layers;
     let settings = settings_of(args, scene).with_layers(layers);
     let picture = settings.picture;
-    for concern in concerns(&compiled, &settings) {
-        say::complain(format_args!("superegg: warning: {concern}"));
+    for concern in picture_warnings(&compiled, &settings) {
+        console::warn(format_args!("superegg: warning: {concern}"));
     }
     if args.max_samples.is_some() && picture.noise == 0.0 {
-        say::complain(
+        console::warn(
             "superegg: warning: --max-samples changes nothing without --noise, for each pixel takes --samples",
         );
     }
     if let Some(root) =
         root.as_deref().filter(|_| scene.floor.is_none() && compiled.instance_count().to_string() == "0")
     {
-        say::complain(format_args!(
-            "superegg: warning: '{root}' comes to nothing: the picture will show only the background"
+        console::warn(format_args!(
+            "superegg: warning: '{root}' has no visible parts: the picture shows only the background"
         ));
     }
 
@@ -70,13 +72,13 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         let whole = share.unwrap_or(Shard::WHOLE);
         PartHeader::new(env!("CARGO_PKG_VERSION"), &text, root.as_deref(), depth, &settings, whole)
     };
-    let tell = |told: &str| say::complain(format_args!("superegg: {told}"));
+    let tell = |told: &str| console::warn(format_args!("superegg: {told}"));
     let inform = |told: &str| {
         if !args.quiet {
             tell(told);
         }
     };
-    let mut work = LongRender::new(&output, share, args.long.resume, &picture, header, &inform)?;
+    let mut work = ResumableRender::new(&output, share, args.long.resume, &picture, header, &inform)?;
     let interrupt = Interrupt::listen()?;
     let bar = progress_bar(work.wanted_pixels(), args.quiet, "{rate}");
     let progress = |pixels| bar.set_position(pixels);
@@ -84,10 +86,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         RenderOptions::default().with_threads(threads).with_cancel(interrupt.flag()).with_progress(&progress);
     let rendered = work.render(&compiled, &settings, &options, &|told| bar.suspend(|| tell(told)));
     bar.finish_and_clear();
-    interrupt.has_stopped();
+    interrupt.work_ended();
     let (film, trace_stats) = rendered?;
     let render = clock.lap();
-    let stopped = work.conclude(&output, &film, || match format {
+    let stopped = work.finish(&output, &film, || match format {
         Some(format) => files::write(&output, &format.encode(&film, &settings)?),
         None => Ok(()),
     })?;
@@ -123,18 +125,18 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         return Ok(Outcome::Stopped(interrupt.exit_code()));
     }
     if !args.quiet && !is_piped {
-        say::out(format_args!(
+        console::print(format_args!(
             "{}: {}x{}, {}{}, {render:.1} s{}{}",
             output.display(),
             stats.width,
             stats.height,
-            share.map_or_else(String::new, |share| format!("share {share}, ")),
+            share.map_or_else(String::new, |share| format!("shard {share}, ")),
             counted(&stats.instances, "instance"),
             shown(&settings, &film, stats.samples_taken.as_ref()),
             limits(&stats)
         ))?;
     }
-    let outcome = Outcome::of(&loaded);
+    let outcome = Outcome::of_input(loaded.has_errors());
     // The process ends, and its memory with it: to take a large scene apart first takes a while.
     std::mem::forget((loaded, compiled));
     Ok(outcome)
@@ -210,7 +212,7 @@ fn format_of(output: &Path, share: Option<Shard>) -> Result<Option<PictureFormat
     match share {
         Some(_) if is_part => Ok(None),
         Some(_) => bail!(
-            "a share is no picture, so -o takes NAME.part, not '{name}'; 'superegg merge' makes the picture"
+            "a shard is no picture, so -o takes NAME.part, not '{name}'; 'superegg merge' makes the picture"
         ),
         None if is_part => {
             bail!("'{name}' would be a partial file; --tiles K/N renders one, or name a picture")

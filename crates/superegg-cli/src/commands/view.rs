@@ -9,35 +9,36 @@ use superegg_scene::Scene;
 use superegg_viewer::{FrameTimes, FromViewer, Viewer, ViewerBench};
 
 use crate::args::ViewArgs;
-use crate::commands::model::plain_voice;
-use crate::commands::{Outcome, counted};
-use crate::load::load;
-use crate::modeller::{Input, Modeller};
-use crate::say;
+use crate::console;
+use crate::files::scene::load;
+use crate::modeller::{Input, Modeller, console_reporter};
+use crate::outcome::Outcome;
+use crate::text::counted;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
     let loaded = load(&args.scene)?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
-    let outcome = Outcome::of(&loaded);
+    let outcome = Outcome::of_input(loaded.has_errors());
     if args.bench {
         bench(args, loaded.session.scene(), root.as_deref())?;
         return Ok(outcome);
     }
     let viewer = Viewer::new().context("the viewer cannot start")?;
     let handle = viewer.handle();
-    let modeller = Modeller::new(Input::Lines("window".to_owned()), false, plain_voice(), Arc::default());
+    let source = Input::Lines("window".to_owned());
+    let modeller = Modeller::new(source, false, console_reporter(), Arc::default());
     let mut modeller = modeller.with_scene(loaded.session, root.as_deref());
     modeller.attach_viewer(handle.clone());
-    let first = modeller.shown();
-    let (out, from_viewer) = mpsc::channel();
+    let first = modeller.snapshot();
+    let (events, from_viewer) = mpsc::channel();
     let session = std::thread::Builder::new()
         .name("session".to_owned())
         .spawn(move || {
-            for said in from_viewer {
-                // There is no prompt to go back to.
-                let is_end = matches!(said, FromViewer::KeyboardBack | FromViewer::Closed);
-                modeller.take_from_viewer(said);
+            for event in from_viewer {
+                // There is no prompt to return to.
+                let is_end = matches!(event, FromViewer::KeyboardBack | FromViewer::Closed);
+                modeller.handle_viewer_event(event);
                 if is_end {
                     handle.quit();
                     return;
@@ -47,13 +48,13 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
         .context("cannot start the session's thread")?;
     let exit_code = i32::from(outcome != Outcome::Fine);
     let session = Arc::new(Mutex::new(Some(session)));
-    // It ends when the window is closed.
+    // The session ends when the window is closed.
     let wait = |session: &Mutex<Option<JoinHandle<()>>>| {
         let session = session.lock().unwrap_or_else(PoisonError::into_inner).take();
         session.map(JoinHandle::join)
     };
     let session_after_loss = Arc::clone(&session);
-    viewer.run(Some(first), out, move || {
+    viewer.run(Some(first), events, move || {
         wait(&session_after_loss);
         std::process::exit(exit_code);
     });
@@ -61,13 +62,14 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
     Ok(outcome)
 }
 
+/// Prints the frame times of the preview and of the ray-traced view.
 fn bench(args: &ViewArgs, scene: &Scene, root: Option<&str>) -> Result<()> {
     let size = (args.size.width, args.size.height);
     let frames = usize::from(args.frames);
-    say::out(format_args!("{}x{}, {}", size.0, size.1, counted(frames, "frame")))?;
+    console::print(format_args!("{}x{}, {}", size.0, size.1, counted(frames, "frame")))?;
     let ViewerBench { preview, traced } =
         superegg_viewer::bench(scene, root, size, frames).context("the preview cannot be drawn")?;
-    say::out(format_args!(
+    console::print(format_args!(
         "preview on {}: {} ms to open {}, {}; {} and {} in the picture, {} coarser than their own patches",
         preview.device,
         preview.open_ms.round(),
@@ -77,13 +79,13 @@ fn bench(args: &ViewArgs, scene: &Scene, root: Option<&str>) -> Result<()> {
         counted(preview.stats.triangles, "triangle"),
         preview.stats.coarser,
     ))?;
-    say::out(format_args!(
+    console::print(format_args!(
         "ray traced on {}: {} ms to compile; at every pixel {}",
         counted(traced.threads, "thread"),
         traced.compile_ms.round(),
         frame_text(&traced.full),
     ))?;
-    say::out(format_args!(
+    console::print(format_args!(
         "ray traced while turned: {}, one ray for {} x {} pixels at the end",
         frame_text(&traced.live),
         traced.coarseness,
@@ -91,6 +93,7 @@ fn bench(args: &ViewArgs, scene: &Scene, root: Option<&str>) -> Result<()> {
     ))
 }
 
+/// The median and the 95th percentile of frame times.
 fn frame_text(times: &FrameTimes) -> String {
     format!(
         "{:.1} ms a frame ({:.1} frames a second; one of twenty takes {:.1} ms or more)",

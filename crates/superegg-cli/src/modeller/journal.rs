@@ -1,9 +1,13 @@
-//! The autosave journal: what changed the scene, written down as it happens, so that no crash loses it.
+//! The autosave journal: every change of the scene, written as it happens, so that a crash loses nothing.
 //!
-//! A journal is text: a first line that says what it is, then records. A record is a line, `> ` and a command as it was typed, or `= `, a count of
-//! bytes and a label, followed by so many bytes of commands that make a whole scene (a load), or `.`, which says that all before it is
-//! saved. What is not ended by a line break was cut off by the crash, and does not count. A journal that nobody holds a lock on was left by a
-//! session that did not end well.
+//! A journal is text: a first line that identifies the format, then records. There are three kinds:
+//!
+//! - `> ` and a command as it was typed;
+//! - `= `, a number of bytes and a label, then that many bytes of commands that define a whole scene;
+//! - `.`: everything before it is saved.
+//!
+//! A record without its final line break was cut by a crash and is ignored. A journal without a lock
+//! belongs to a session that did not end normally.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -12,16 +16,18 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::SystemTime;
 
+use crate::text::counted;
+
 const FIRST_LINE: &str = "# superegg journal 1\n";
 
-/// What is written down.
+/// A record of the journal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Record<'a> {
     /// A line that changed the scene.
     Line(&'a str),
-    /// A scene that took the place of the one before, by the lines that make it.
+    /// A scene that replaced the previous one, as the lines that define it.
     Scene { label: &'a str, lines: &'a str },
-    /// Everything is on disk.
+    /// Every change before it is saved.
     Saved,
 }
 
@@ -38,7 +44,7 @@ impl Record<'_> {
     }
 }
 
-/// The records of a journal, as far as they were written whole. `None` for bytes that are no journal.
+/// The complete records of a journal; `None` if the text is not a journal.
 pub(crate) fn read_records(text: &str) -> Option<Vec<Record<'_>>> {
     let mut rest = text.strip_prefix(FIRST_LINE)?;
     let mut records = Vec::new();
@@ -65,47 +71,49 @@ pub(crate) fn read_records(text: &str) -> Option<Vec<Record<'_>>> {
     Some(records)
 }
 
-/// The journal of a running session. Its file is made with the first record.
+/// The journal of a running session. The first record creates its file.
 pub(crate) struct Journal {
     folder: Option<PathBuf>,
     open: Option<Open>,
-    /// What could not be written yet.
-    waiting: Vec<u8>,
-    /// Whether it was said that it cannot be written.
-    is_told: bool,
+    /// Bytes that are not written yet.
+    unwritten: Vec<u8>,
+    /// Whether the user knows that the journal cannot be written.
+    is_reported: bool,
 }
 
+/// The file of a journal, locked.
 struct Open {
     path: PathBuf,
     file: File,
-    /// The bytes that were written whole.
+    /// The length of the complete records in bytes.
     length: u64,
-    /// Wakes the thread that brings the file to the disk.
+    /// Wakes the thread that syncs the file to the disk.
     sync: Sender<()>,
     syncing: JoinHandle<()>,
 }
 
 impl Journal {
-    /// A journal in this folder, or none where there is no folder.
+    /// A journal in this folder. Without a folder nothing is recorded.
     pub(crate) fn new(folder: Option<PathBuf>) -> Self {
-        Self { folder, open: None, waiting: FIRST_LINE.into(), is_told: false }
+        Self { folder, open: None, unwritten: FIRST_LINE.into(), is_reported: false }
     }
 
-    /// Writes a record down. Returns what to tell the user, once, where that fails; it is tried again with the next record.
+    /// Writes a record. Returns a message for the user on the first failure, and on the first success
+    /// after it. A record that fails is written with the next one.
     pub(crate) fn append(&mut self, record: Record<'_>) -> Option<String> {
         self.folder.as_ref()?;
-        record.write(&mut self.waiting);
-        self.write_waiting()
+        record.write(&mut self.unwritten);
+        self.write_unwritten()
     }
 
-    fn write_waiting(&mut self) -> Option<String> {
+    fn write_unwritten(&mut self) -> Option<String> {
         match self.flush() {
             Ok(()) => {
-                let worked_again = std::mem::take(&mut self.is_told);
-                worked_again.then(|| "the autosave works again".to_owned())
+                let has_recovered = std::mem::take(&mut self.is_reported);
+                has_recovered.then(|| "the autosave works again".to_owned())
             }
             Err(error) => {
-                let is_new = !std::mem::replace(&mut self.is_told, true);
+                let is_new = !std::mem::replace(&mut self.is_reported, true);
                 is_new.then(|| {
                     let folder = self.folder.as_deref().unwrap_or(Path::new("")).display();
                     format!(
@@ -121,44 +129,44 @@ impl Journal {
             self.open = Some(Open::new(self.folder.as_deref().unwrap_or(Path::new("")))?);
         }
         let Some(open) = &mut self.open else { return Ok(()) };
-        if let Err(error) = open.file.write_all(&self.waiting) {
-            // Half a record would hide those after it.
+        if let Err(error) = open.file.write_all(&self.unwritten) {
+            // An incomplete record would hide the records after it.
             open.file.set_len(open.length)?;
             io::Seek::seek(&mut open.file, io::SeekFrom::Start(open.length))?;
             return Err(error);
         }
-        open.length += self.waiting.len() as u64;
-        self.waiting.clear();
-        // The thread lives as long as the journal.
+        open.length += self.unwritten.len() as u64;
+        self.unwritten.clear();
+        // The thread runs until the journal is closed.
         let _ = open.sync.send(());
         Ok(())
     }
 
-    /// Whether nothing has been written down yet.
+    /// Whether there are no records yet.
     pub(crate) fn is_empty(&self) -> bool {
-        self.open.is_none() && self.waiting == FIRST_LINE.as_bytes()
+        self.open.is_none() && self.unwritten == FIRST_LINE.as_bytes()
     }
 
-    /// Goes on where another session's journal ended, in place of an empty one.
+    /// Continues from the records of another session. This journal must be empty.
     pub(crate) fn take_over(&mut self, text: &str) -> Option<String> {
-        self.waiting = text.as_bytes().into();
-        self.write_waiting()
+        self.unwritten = text.as_bytes().into();
+        self.write_unwritten()
     }
 
-    /// Whether every record is in the file.
+    /// Whether the file has every record.
     pub(crate) fn is_written(&self) -> bool {
-        self.open.is_some() && self.waiting.is_empty()
+        self.open.is_some() && self.unwritten.is_empty()
     }
 
-    /// Leaves the file for the next start.
+    /// Closes the journal and keeps its file for the next start.
     pub(crate) fn keep(&mut self) {
         self.open.take().map(Open::close);
     }
 
-    /// The session ended well: the file goes.
+    /// Closes the journal and removes its file.
     pub(crate) fn discard(&mut self) {
         if let Some(path) = self.open.take().map(Open::close) {
-            // One that stays is offered at the next start.
+            // A file that cannot be removed is offered at the next start.
             let _ = fs::remove_file(path);
         }
     }
@@ -174,7 +182,7 @@ impl Open {
         #[cfg(unix)]
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
         let file = options.open(&path)?;
-        // Where files cannot be locked, sessions that run at the same time may be offered to each other.
+        // Without file locks, sessions that run at the same time can be offered to each other.
         let _ = file.try_lock();
         let (sync, wake) = channel();
         let same = file.try_clone()?;
@@ -182,7 +190,7 @@ impl Open {
         Ok(Self { path, file, length: 0, sync, syncing })
     }
 
-    /// Waits until the file is on the disk, and lets go of it. Returns where it is.
+    /// Waits until the file is on the disk and releases the lock. Returns the path.
     fn close(self) -> PathBuf {
         drop(self.sync);
         // The thread does not panic.
@@ -191,34 +199,47 @@ impl Open {
     }
 }
 
-/// Brings the file to the disk after each record, or after several that came while it was at it.
+/// Syncs the file after each record. Records that arrive during a sync share the next one.
 fn sync_when_woken(file: &File, wake: &Receiver<()>) {
     while wake.recv().is_ok() {
         while wake.try_recv().is_ok() {}
-        // The bytes are in the system's hands; a disk that fails is told of at the next write.
+        // The system has the bytes; the next write reports a disk error.
         let _ = file.sync_data();
     }
 }
 
-/// A journal that a session left.
+/// A session that ended without a save, and its journal.
 #[derive(Debug)]
-pub(crate) struct LeftBehind {
+pub(crate) struct UnsavedSession {
     path: PathBuf,
-    /// Held, so that no other session takes it.
+    /// Held so that no other session recovers it.
     _lock: File,
     pub(crate) text: String,
-    pub(crate) modified: Option<SystemTime>,
+    modified: Option<SystemTime>,
 }
 
-impl LeftBehind {
-    /// How many changes it has.
-    pub(crate) fn change_count(&self) -> usize {
+impl UnsavedSession {
+    /// Describes the number of changes, the age and the last change.
+    pub(crate) fn describe(&self) -> String {
+        let age = self.modified.and_then(|at| SystemTime::now().duration_since(at).ok());
+        let when = match age.map_or(0, |age| age.as_secs()) {
+            0..60 => "just now".to_owned(),
+            seconds @ 60..3600 => format!("{} min ago", seconds / 60),
+            seconds @ 3600..86_400 => format!("{} h ago", seconds / 3600),
+            seconds => format!("{} days ago", seconds / 86_400),
+        };
+        let last = self.last_change().map(|line| format!(", the last: {line}")).unwrap_or_default();
+        format!("{}, {when}{last}", counted(self.change_count(), "change"))
+    }
+
+    /// The number of changes.
+    fn change_count(&self) -> usize {
         let records = read_records(&self.text).unwrap_or_default();
         records.iter().filter(|record| **record != Record::Saved).count()
     }
 
-    /// The last line that changed something, if it was a line.
-    pub(crate) fn last_change(&self) -> Option<&str> {
+    /// The last line that changed something, or the label of a whole scene.
+    fn last_change(&self) -> Option<&str> {
         match read_records(&self.text)?.into_iter().rfind(|record| *record != Record::Saved)? {
             Record::Line(line) => Some(line),
             Record::Scene { label, .. } => Some(label),
@@ -226,15 +247,16 @@ impl LeftBehind {
         }
     }
 
+    /// Removes the journal.
     pub(crate) fn remove(self) {
-        // One that cannot be removed is offered again, which is well.
+        // A file that cannot be removed is offered again.
         let _ = fs::remove_file(self.path);
     }
 }
 
-/// The journals in a folder with changes that were not saved, the newest first. Those of sessions that still run are left out, and those with
-/// nothing to lose are cleared away.
-pub(crate) fn left_behind(folder: &Path) -> Vec<LeftBehind> {
+/// The sessions with unsaved changes, newest first. Skips the journals of running sessions and removes
+/// the journals without unsaved changes.
+pub(crate) fn unsaved_sessions(folder: &Path) -> Vec<UnsavedSession> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut found = Vec::new();
     for path in entries.flatten().map(|entry| entry.path()) {
@@ -245,7 +267,7 @@ pub(crate) fn left_behind(folder: &Path) -> Vec<LeftBehind> {
         if lock.try_lock().is_err() {
             continue;
         }
-        // A crash may have cut a character in two.
+        // A crash can cut within a character.
         let Ok(bytes) = fs::read(&path) else { continue };
         let text = String::from_utf8_lossy(&bytes).into_owned();
         let Some(records) = read_records(&text) else { continue };
@@ -254,7 +276,7 @@ pub(crate) fn left_behind(folder: &Path) -> Vec<LeftBehind> {
             continue;
         }
         let modified = lock.metadata().and_then(|metadata| metadata.modified()).ok();
-        found.push(LeftBehind { path, _lock: lock, text, modified });
+        found.push(UnsavedSession { path, _lock: lock, text, modified });
     }
     found.sort_by(|a, b| (b.modified, &b.path).cmp(&(a.modified, &a.path)));
     found
@@ -288,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_left_is_found_and_what_runs_or_is_saved_is_not() {
+    fn unsaved_sessions_are_found_and_running_or_saved_ones_are_not() {
         let folder = tempfile::tempdir().unwrap();
         let journal = || Journal::new(Some(folder.path().to_owned()));
         let mut running = journal();
@@ -301,22 +323,22 @@ mod tests {
         left.append(Record::Line("prm left"));
         left.append(Record::Line("prm more"));
         left.keep();
-        let found = left_behind(folder.path());
+        let found = unsaved_sessions(folder.path());
         assert_eq!(found.len(), 1);
         assert_eq!(
             (found[0].text.as_str(), found[0].change_count()),
             ("# superegg journal 1\n> prm left\n> prm more\n", 2)
         );
-        assert!(left_behind(folder.path()).is_empty(), "it is held");
-        found.into_iter().for_each(LeftBehind::remove);
+        assert!(unsaved_sessions(folder.path()).is_empty(), "it is locked");
+        found.into_iter().for_each(UnsavedSession::remove);
         running.discard();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 
     #[test]
-    fn what_cannot_be_written_is_told_once_and_written_later() {
-        let place = tempfile::tempdir().unwrap();
-        let folder = place.path().join("journals");
+    fn a_failed_write_is_reported_once_and_repeated_later() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("journals");
         fs::write(&folder, "a file in the way").unwrap();
         let mut journal = Journal::new(Some(folder.clone()));
         assert!(journal.append(Record::Line("prm a")).unwrap().contains("cannot be written"));
@@ -324,6 +346,6 @@ mod tests {
         fs::remove_file(&folder).unwrap();
         assert!(journal.append(Record::Line("prm c")).unwrap().contains("works again"));
         journal.keep();
-        assert_eq!(left_behind(&folder)[0].change_count(), 3);
+        assert_eq!(unsaved_sessions(&folder)[0].change_count(), 3);
     }
 }

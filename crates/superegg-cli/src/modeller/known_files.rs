@@ -1,4 +1,5 @@
-//! The files that a session may overwrite: those that it loaded or saved, as long as they are as it left them, and those of our making.
+//! The files that a session may overwrite: files that it loaded or saved and that are unchanged since,
+//! and files that Superegg wrote.
 
 use std::collections::HashMap;
 use std::fs::Metadata;
@@ -7,10 +8,10 @@ use std::time::SystemTime;
 
 use crate::files;
 
-/// What every file that we write begins with.
-const OUR_MARK: &[u8] = b"# superegg ";
+/// The first bytes of every scene file that the program writes.
+const SIGNATURE: &[u8] = b"# superegg ";
 
-/// How a file looked when the session last read or wrote it.
+/// Length and modification time of a file when the session last read or wrote it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Stamp {
     bytes: u64,
@@ -23,18 +24,22 @@ impl Stamp {
     }
 }
 
+/// The stamp of each file, by canonical path.
 #[derive(Debug, Default)]
 pub(crate) struct KnownFiles(HashMap<PathBuf, Stamp>);
 
 impl KnownFiles {
-    /// Remembers a file that was just read or written whole.
+    /// Records the state of a file right after it was read or written.
     pub(crate) fn remember(&mut self, path: &Path) {
         if let (Ok(path), Ok(metadata)) = (path.canonicalize(), path.metadata()) {
             self.0.insert(path, Stamp::of(&metadata));
         }
     }
 
-    /// Why a file should not be overwritten, if so: it is not ours, not known, has changed since, or is not to be written.
+    /// Checks that a file may be overwritten.
+    ///
+    /// # Errors
+    /// The reason: the file is read-only, has changed, or neither Superegg nor this session wrote it.
     pub(crate) fn check_overwrite(&self, path: &Path) -> Result<(), String> {
         let Ok(metadata) = path.metadata() else { return Ok(()) };
         if !metadata.is_file() {
@@ -44,12 +49,12 @@ impl KnownFiles {
             return Err(format!("'{}' is read-only", path.display()));
         }
         let known = path.canonicalize().ok().and_then(|path| self.0.get(&path));
-        let why = match known {
+        let reason = match known {
             Some(stamp) if *stamp == Stamp::of(&metadata) => return Ok(()),
             Some(_) => "has changed since this session read or wrote it",
-            None if metadata.len() == 0 || files::begins_with(path, OUR_MARK) => return Ok(()),
+            None if metadata.len() == 0 || files::begins_with(path, SIGNATURE) => return Ok(()),
             None => "was neither made by Superegg nor loaded in this session",
         };
-        Err(format!("'{}' {why}", path.display()))
+        Err(format!("'{}' {reason}", path.display()))
     }
 }

@@ -1,87 +1,66 @@
-//! The session and its viewer: snapshots go there, lines come back.
+//! The link from a session to its viewer: snapshots of the scene go out.
 
-use superegg_lang::Fault;
-use superegg_viewer::{FromViewer, Shown, ViewerHandle};
+use superegg_lang::{Fault, Session};
+use superegg_viewer::{Shown, ViewerHandle};
 
-use crate::modeller::{Modeller, Said};
-
-/// The viewer of a session, where it has one.
+/// The viewer of a session, if there is one.
 #[derive(Default)]
 pub(super) struct ViewerLink {
     handle: Option<ViewerHandle>,
-    /// Why there is none.
-    why_not: Option<String>,
-    /// Lines that came from there and are still to be put into the editor's history.
+    /// Why there is no viewer.
+    unavailable: Option<String>,
+    /// Lines from the viewer that are not yet in the history of the prompt.
     lines: Vec<String>,
 }
 
-impl Modeller {
-    /// Shows the scene in this viewer from now on.
-    pub(crate) fn attach_viewer(&mut self, handle: ViewerHandle) {
-        self.viewer.handle = Some(handle);
+impl ViewerLink {
+    pub(super) fn attach(&mut self, handle: ViewerHandle) {
+        self.handle = Some(handle);
     }
 
-    /// Goes on without a viewer, and remembers why for whoever asks for it.
-    pub(crate) fn do_without_viewer(&mut self, why: String) {
-        self.viewer.handle = None;
-        self.viewer.why_not = Some(why);
+    /// Removes the viewer. Commands that need it report the reason.
+    pub(super) fn detach(&mut self, reason: String) {
+        self.handle = None;
+        self.unavailable = Some(reason);
     }
 
-    /// What a viewer is to show now.
-    pub(crate) fn shown(&self) -> Shown {
-        let session = self.session();
-        Shown {
-            scene: session.scene().clone(),
-            selected: session.selected().map(str::to_owned),
-            settings: session.settings.view,
+    pub(super) fn update(&self, session: &Session) {
+        if let Some(handle) = &self.handle {
+            handle.show(snapshot(session));
         }
     }
 
-    pub(super) fn show_in_viewer(&self) {
-        if let Some(handle) = &self.viewer.handle {
-            handle.show(self.shown());
+    /// Output a short message in the window.
+    pub(super) fn notice(&self, text: String) {
+        if let Some(handle) = &self.handle {
+            handle.notice(text);
         }
     }
 
-    /// The viewer, for a command that needs it.
-    pub(super) fn viewer(&self) -> Result<&ViewerHandle, Fault> {
-        self.viewer.handle.as_ref().ok_or_else(|| {
-            let why = self.viewer.why_not.as_deref().unwrap_or("a session without a terminal has no window");
-            let fault = Fault::new("no-viewer", format!("there is no viewer: {why}"));
+    /// The viewer, or the fault of a command that needs it.
+    pub(super) fn require(&self) -> Result<&ViewerHandle, Fault> {
+        self.handle.as_ref().ok_or_else(|| {
+            let reason = self.unavailable.as_deref().unwrap_or("a session without a terminal has no window");
+            let fault = Fault::new("no-viewer", format!("there is no viewer: {reason}"));
             fault.help("'preview' draws the scene in the terminal, 'render' writes a picture").warning()
         })
     }
 
-    /// Carries out what the viewer asks for.
-    pub(crate) fn take_from_viewer(&mut self, said: FromViewer) {
-        match said {
-            FromViewer::Command(line) => {
-                self.say(Said::Text(format!("> {line}")));
-                self.viewer.lines.push(line.clone());
-                self.typed.push(line.clone());
-                if let Err(fault) = self.try_enter(&line) {
-                    if let Some(handle) = &self.viewer.handle {
-                        let help = fault.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
-                        handle.notice(format!("{}{help}", fault.message));
-                    }
-                    self.tell_fault(&line, fault);
-                }
-                // The viewer knows nothing that would have to ask.
-                self.pending = None;
-                self.show_in_viewer();
-            }
-            FromViewer::Settings(view) => {
-                let mut settings = self.session().settings;
-                settings.view = view;
-                self.timeline.set_settings(settings);
-            }
-            FromViewer::Message(text) => self.print(&text),
-            FromViewer::KeyboardBack | FromViewer::Closed => {}
-        }
+    pub(super) fn push_line(&mut self, line: String) {
+        self.lines.push(line);
     }
 
-    /// The lines that came from the viewer since this was last asked.
-    pub(crate) fn drain_viewer_lines(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.viewer.lines)
+    /// The lines that came from the viewer since the last call.
+    pub(super) fn drain_lines(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.lines)
+    }
+}
+
+/// The scene and the settings that the viewer shows.
+pub(super) fn snapshot(session: &Session) -> Shown {
+    Shown {
+        scene: session.scene().clone(),
+        selected: session.selected().map(str::to_owned),
+        settings: session.settings.view,
     }
 }

@@ -1,4 +1,4 @@
-//! Completion, hints and colours of the line that is being typed, as the language tells them.
+//! Completion, hints and syntax highlighting of the line that is being edited.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -10,12 +10,12 @@ use rustyline::validate::Validator;
 use rustyline::{Context, Helper};
 use superegg_lang::{Paint, Session, complete, find_command, highlight, hint};
 
-use crate::folders::Folders;
+use crate::files::folders::Folders;
 
-/// Longer lines are not painted, and get no hints: it would take its time at every key.
-const LONGEST_PAINTED: usize = 500;
+/// The maximum length of a line with highlighting and hints, which run at every key.
+const LONGEST_HIGHLIGHTED: usize = 500;
 
-/// What the editor asks, with the session as it is now.
+/// The helper of the editor, with a snapshot of the session.
 pub(super) struct PromptHelper {
     pub(super) session: Session,
     folders: Folders,
@@ -26,23 +26,24 @@ impl PromptHelper {
         Self { session: Session::default(), folders: Folders::of_user() }
     }
 
-    /// Files that begin so and that the command may want, folders with a slash.
+    /// The files that begin with `partial` and suit the command. Folders end in a slash.
     fn files(&self, command: &str, partial: &str) -> Vec<Pair> {
-        let endings: &[&str] = match find_command(command).map(|spec| spec.name) {
+        let extensions: &[&str] = match find_command(command).map(|spec| spec.name) {
             Some("render") => &[".png", ".exr"],
             Some("cd" | "dir") => &[],
             _ => &[".scn"],
         };
-        let is_wanted =
-            |name: &str, is_folder: bool| is_folder || endings.iter().any(|ending| name.ends_with(ending));
+        let is_wanted = |name: &str, is_folder: bool| {
+            is_folder || extensions.iter().any(|extension| name.ends_with(extension))
+        };
         let (folder, start) =
             partial.rsplit_once('/').map_or(("", partial), |(folder, start)| (folder, start));
-        let place = match (folder, partial.starts_with('/')) {
+        let folder = match (folder, partial.starts_with('/')) {
             ("", true) => Path::new("/").to_owned(),
             ("", false) => Path::new(".").to_owned(),
             _ => self.folders.expand(folder),
         };
-        let Ok(entries) = std::fs::read_dir(place) else { return Vec::new() };
+        let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
         let prefix = &partial[..partial.len() - start.len()];
         let mut pairs: Vec<Pair> = entries
             .flatten()
@@ -53,12 +54,12 @@ impl PromptHelper {
             })
             .map(|(name, is_folder)| {
                 let display = if is_folder { name + "/" } else { name };
-                let whole = format!("{prefix}{display}");
-                let needs_quotes = whole.contains(|c: char| c.is_whitespace() || c == '#');
+                let completed = format!("{prefix}{display}");
+                let needs_quotes = completed.contains(|c: char| c.is_whitespace() || c == '#');
                 let replacement = match (needs_quotes, is_folder) {
-                    (true, true) => format!("\"{whole}"),
-                    (true, false) => format!("\"{whole}\""),
-                    (false, _) => whole,
+                    (true, true) => format!("\"{completed}"),
+                    (true, false) => format!("\"{completed}\""),
+                    (false, _) => completed,
                 };
                 Pair { display, replacement }
             })
@@ -71,21 +72,21 @@ impl PromptHelper {
 impl Completer for PromptHelper {
     type Candidate = Pair;
 
-    fn complete(&self, line: &str, at: usize, _: &Context<'_>) -> rustyline::Result<(usize, Vec<Pair>)> {
-        // Of pasted lines, the one with the cursor.
-        let begin = line[..at].rfind('\n').map_or(0, |end| end + 1);
-        let completion = complete(&self.session, &line[begin..at], at - begin);
+    fn complete(&self, line: &str, cursor: usize, _: &Context<'_>) -> rustyline::Result<(usize, Vec<Pair>)> {
+        // The line with the cursor, among pasted lines.
+        let begin = line[..cursor].rfind('\n').map_or(0, |end| end + 1);
+        let completion = complete(&self.session, &line[begin..cursor], cursor - begin);
         let mut pairs: Vec<Pair> = completion
             .candidates
             .into_iter()
             .map(|word| Pair { replacement: word.clone(), display: word })
             .collect();
         if let Some(partial) = &completion.file {
-            let command = line[begin..at].split_whitespace().next().unwrap_or_default();
+            let command = line[begin..cursor].split_whitespace().next().unwrap_or_default();
             pairs.extend(self.files(command, partial));
         }
         if let [only] = &mut pairs[..] {
-            // What is complete is followed by the next word.
+            // The next word follows a complete one.
             if !only.replacement.ends_with('/') {
                 only.replacement.push(' ');
             }
@@ -94,7 +95,8 @@ impl Completer for PromptHelper {
     }
 }
 
-/// The hint behind the cursor; only the rest of a command's name can be taken over.
+/// The hint after the cursor. Only its first `name_length` bytes, the rest of a command name, can be
+/// accepted.
 pub(super) struct LineHint {
     display: String,
     name_length: usize,
@@ -113,8 +115,8 @@ impl RustylineHint for LineHint {
 impl Hinter for PromptHelper {
     type Hint = LineHint;
 
-    fn hint(&self, line: &str, at: usize, _: &Context<'_>) -> Option<LineHint> {
-        if at < line.len() || line.len() > LONGEST_PAINTED || line.contains('\n') {
+    fn hint(&self, line: &str, cursor: usize, _: &Context<'_>) -> Option<LineHint> {
+        if cursor < line.len() || line.len() > LONGEST_HIGHLIGHTED || line.contains('\n') {
             return None;
         }
         let hint = hint(&self.session, line)?;
@@ -125,25 +127,25 @@ impl Hinter for PromptHelper {
 
 impl Highlighter for PromptHelper {
     fn highlight<'l>(&self, line: &'l str, _: usize) -> Cow<'l, str> {
-        if line.len() > LONGEST_PAINTED {
+        if line.len() > LONGEST_HIGHLIGHTED {
             return Cow::Borrowed(line);
         }
-        let mut painted = String::with_capacity(line.len() + 64);
+        let mut highlighted = String::with_capacity(line.len() + 64);
         for (i, line) in line.split('\n').enumerate() {
             if i > 0 {
-                painted.push('\n');
+                highlighted.push('\n');
             }
             let mut end = 0;
             for (range, paint) in highlight(&self.session, line) {
-                painted.push_str(&line[end..range.start]);
-                painted.push_str(color(paint));
-                painted.push_str(&line[range.clone()]);
-                painted.push_str("\x1b[0m");
+                highlighted.push_str(&line[end..range.start]);
+                highlighted.push_str(color(paint));
+                highlighted.push_str(&line[range.clone()]);
+                highlighted.push_str("\x1b[0m");
                 end = range.end;
             }
-            painted.push_str(&line[end..]);
+            highlighted.push_str(&line[end..]);
         }
-        Cow::Owned(painted)
+        Cow::Owned(highlighted)
     }
 
     fn highlight_prompt<'b, 's: 'b, 'p: 'b>(&'s self, prompt: &'p str, _: bool) -> Cow<'b, str> {
@@ -155,10 +157,11 @@ impl Highlighter for PromptHelper {
     }
 
     fn highlight_char(&self, line: &str, _: usize, kind: CmdKind) -> bool {
-        kind != CmdKind::MoveCursor && line.len() <= LONGEST_PAINTED
+        kind != CmdKind::MoveCursor && line.len() <= LONGEST_HIGHLIGHTED
     }
 }
 
+/// The escape sequence of a token class.
 fn color(paint: Paint) -> &'static str {
     match paint {
         Paint::Command => "\x1b[1;34m",

@@ -1,4 +1,4 @@
-//! The terminal between two lines, and at the end.
+//! The terminal mode between two lines, and its restoration at the end.
 
 use std::io::{Write, stdin};
 
@@ -6,19 +6,19 @@ use nix::sys::termios::{InputFlags, LocalFlags, SetArg, Termios, tcgetattr, tcse
 use signal_hook::consts::{SIGHUP, SIGTERM};
 use signal_hook::iterator::Signals;
 
-/// While it lives, keys that are typed or pasted while a line is carried out wait for the next one: the terminal neither shows them itself
-/// nor takes them for the end of its input. Ctrl-c still interrupts. When dropped it puts the terminal back as it was.
+/// Keeps keys that are typed while a command runs for the next line: the terminal neither echoes nor
+/// interprets them. Ctrl-c still interrupts. Dropping it restores the terminal.
 pub(super) struct KeepTypedAhead(Option<Termios>);
 
 impl KeepTypedAhead {
     pub(super) fn begin() -> Self {
         let Ok(before) = tcgetattr(stdin()) else { return Self(None) };
-        let mut between = before.clone();
-        between.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
-        between.input_flags.remove(InputFlags::ICRNL);
-        // A terminal that does not take it works as well, but for keys that come early.
-        let _ = tcsetattr(stdin(), SetArg::TCSADRAIN, &between);
-        put_back_when_ended(before.clone());
+        let mut raw = before.clone();
+        raw.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
+        raw.input_flags.remove(InputFlags::ICRNL);
+        // A terminal that rejects this mode still works, except for keys typed ahead.
+        let _ = tcsetattr(stdin(), SetArg::TCSADRAIN, &raw);
+        restore_on_signal(before.clone());
         Self(Some(before))
     }
 }
@@ -31,13 +31,14 @@ impl Drop for KeepTypedAhead {
     }
 }
 
-/// Puts the terminal back before a signal ends the process, in whatever state the editor had it. What the session changed is in its journal.
-fn put_back_when_ended(before: Termios) {
+/// Restores the terminal before a signal ends the process, in any state of the editor. The journal has
+/// the unsaved changes.
+fn restore_on_signal(before: Termios) {
     const STOP_BRACKETED_PASTE: &[u8] = b"\x1b[?2004l\n";
     let Ok(mut signals) = Signals::new([SIGTERM, SIGHUP]) else { return };
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
-            // Where the terminal is gone there is nothing to put back.
+            // A closed terminal needs no restoration.
             let _ = std::io::stdout().write_all(STOP_BRACKETED_PASTE);
             let _ = tcsetattr(stdin(), SetArg::TCSANOW, &before);
             std::process::exit(128 + signal);

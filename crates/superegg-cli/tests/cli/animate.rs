@@ -62,7 +62,7 @@ fn shares_of_the_frames_are_all_of_them_and_one_frame_is_a_picture() {
     place.run("animate hand.scn -o whole --quiet").fine();
     for (share, count) in [("2/3", 2), ("1/3", 2), ("3/3", 1)] {
         let said = place.run(&format!("animate hand.scn -o shared --tiles {share}")).fine();
-        let expected = format!("shared: share {share}, {count} frame");
+        let expected = format!("shared: shard {share}, {count} frame");
         assert!(said.starts_with(&expected) && said.contains(&format!("{count} rendered, ")), "{said}");
     }
     let said = place.run("animate hand.scn -o shared").fine();

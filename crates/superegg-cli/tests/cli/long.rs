@@ -75,7 +75,7 @@ fn shares_come_to_the_whole_picture_to_the_bit() {
             let threads = 1 + number % 3;
             let said =
                 place.run(&format!("{words} --tiles {number}/{count} -o {part} --threads {threads}")).fine();
-            assert!(said.contains(&format!("{part}: 200x40, share {number}/{count}")), "{said}");
+            assert!(said.contains(&format!("{part}: 200x40, shard {number}/{count}")), "{said}");
         }
         // In any order.
         parts.rotate_left(count / 2);
@@ -140,7 +140,7 @@ fn merge_says_what_is_missing_and_what_does_not_belong() {
     }
     let said = place.run("merge 1.part 4.part -o m.png").failed(2);
     assert!(
-        said.contains("11 of 21 tiles") && said.contains("of 4 shares") && said.contains("2-3"),
+        said.contains("11 of 21 tiles") && said.contains("of 4 shards") && said.contains("2-3"),
         "{said}"
     );
     assert!(said.contains("--partial") && !place.path("m.png").exists(), "{said}");
@@ -162,7 +162,7 @@ fn merge_says_what_is_missing_and_what_does_not_belong() {
     place.run("merge 1.part half.part 2.part 1.part 3.part 4.part -o m.png").fine();
     assert!(bytes(&place, "m.png") == whole);
     let said = place.run("merge half.part 2.part -o m.png").failed(2);
-    assert!(said.contains("16 of 21 tiles") && !said.contains("shares"), "{said}");
+    assert!(said.contains("16 of 21 tiles") && !said.contains("shards"), "{said}");
 
     for (options, told) in [
         ("--size 200x40 --samples 3", "samples is 2 in '1.part', 3 in 'other.part'"),
@@ -371,7 +371,7 @@ fn resume_takes_only_what_it_would_have_made() {
 
     place.write("s.part", &part);
     let said = place.run(&format!("{words} --tiles 1/2 -o s.part --resume")).failed(2);
-    assert!(said.contains("share 1/1, not 1/2"), "{said}");
+    assert!(said.contains("shard 1/1, not 1/2"), "{said}");
     place.write("x.png.part", "my own notes\n");
     let said = place.run(&format!("{words} -o x.png --resume")).failed(2);
     assert!(said.contains("not a partial file"), "{said}");

@@ -146,13 +146,13 @@ fn pictures_are_rendered_behind_the_prompt_and_can_be_stopped() {
         let screen = terminal.contents();
         let lines: Vec<&str> = screen.trim_end().lines().collect();
         let [.., above, last] = &lines[..] else { return false };
-        above.contains("big.png:") && above.contains("to go") && last.starts_with("ball> coeff 2 2")
+        above.contains("big.png:") && above.contains(" left") && last.starts_with("ball> coeff 2 2")
     });
-    let progress = |screen: &str| screen.lines().filter(|line| line.contains("to go")).count();
+    let progress = |screen: &str| screen.lines().filter(|line| line.contains(" left")).count();
     assert_eq!(progress(&terminal.contents()), 1);
     terminal.line(" 2", "ball> ");
     terminal.line("render second 4x3", "ball> ");
-    assert!(terminal.contents().contains("it begins when the picture before it is done"));
+    assert!(terminal.contents().contains("queued behind 1 picture"));
     terminal.press(CTRL_C);
     terminal.wait_for("big.png: stopped, nothing is written");
     terminal.wait_for("second.png: stopped, nothing is written");

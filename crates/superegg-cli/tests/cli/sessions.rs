@@ -198,7 +198,7 @@ fn intersect_tells_the_camera_ray_in_words() {
     place.write("ball.scn", "prm ball\n");
     let told = place.run("intersect ball.scn").fine();
     assert!(
-        told.contains("camera at 0 0 10 along 0 0 -1\nmeets ball\nat t = 9\nin the point 0 0 1\n"),
+        told.contains("camera at 0 0 10 along 0 0 -1\nmeets ball\nat t = 9\nat the point 0 0 1\n"),
         "{told}"
     );
     place.write("none.scn", "prm ball\ncamera 0 0 10 0 0 20\n");

@@ -1,4 +1,4 @@
-//! Pictures rendered behind the prompt: one after another, each of the scene as it was when it was asked for.
+//! Background renders: one after another, each of a snapshot of the scene.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,36 +10,43 @@ use superegg_render::{RenderOptions, RenderSettings, render};
 use superegg_scene::{Picture, Scene};
 use superegg_trace::CompiledScene;
 
-use crate::commands::{available_threads, counted};
 use crate::files;
-use crate::modeller::voice::{Said, Voice};
-use crate::picture_file::PictureFormat;
-use crate::pointless::concerns;
+use crate::files::picture::PictureFormat;
+use crate::inspect::picture_warnings::picture_warnings;
+use crate::modeller::reporter::{Message, Reporter};
+use crate::system::processor::available_threads;
+use crate::text::counted;
 
-/// A picture to be made.
-pub(crate) struct Job {
+/// A render to a file.
+pub(crate) struct RenderJob {
     pub(crate) scene: Scene,
     /// The primitive or object to draw.
     pub(crate) root: String,
-    /// The file as it was named, and where it is wherever the working folder goes.
+    /// The file name for messages.
     pub(crate) name: String,
+    /// The absolute path, independent of the working folder.
     pub(crate) path: PathBuf,
     /// Width and height in pixels.
     pub(crate) size: (u32, u32),
-    /// Threads to use; 0 for one a core.
+    /// The number of threads; 0 for one for each core.
     pub(crate) threads: usize,
 }
 
-/// The queue of pictures and the thread that makes them.
-pub(crate) struct Renders {
-    voice: Voice,
-    queue: Option<Sender<(Job, Arc<AtomicBool>)>>,
+/// A job with its cancel flag.
+type QueuedJob = (RenderJob, Arc<AtomicBool>);
+
+/// The queue of jobs and its worker thread.
+pub(crate) struct RenderQueue {
+    reporter: Reporter,
+    /// The input of the worker; the first job starts it.
+    queue: Option<Sender<QueuedJob>>,
     shared: Arc<Shared>,
 }
 
+/// The state that the queue and its worker share.
 #[derive(Default)]
 struct Shared {
-    /// What stops each job that is not done yet.
+    /// The cancel flags of unfinished jobs, in order.
     cancels: Mutex<Vec<Arc<AtomicBool>>>,
     is_changed: Condvar,
     has_failed: AtomicBool,
@@ -51,43 +58,43 @@ impl Shared {
     }
 }
 
-impl Renders {
-    pub(crate) fn new(voice: Voice) -> Self {
-        Self { voice, queue: None, shared: Arc::default() }
+impl RenderQueue {
+    pub(crate) fn new(reporter: Reporter) -> Self {
+        Self { reporter, queue: None, shared: Arc::default() }
     }
 
-    /// Puts a job at the end of the queue. Returns how many are before it.
-    pub(crate) fn push(&mut self, job: Job) -> usize {
+    /// Appends a job. Returns the number of unfinished jobs before it.
+    pub(crate) fn push(&mut self, job: RenderJob) -> usize {
         let cancel = Arc::new(AtomicBool::new(false));
         let mut cancels = self.shared.cancels();
         cancels.push(Arc::clone(&cancel));
-        let before = cancels.len() - 1;
+        let ahead = cancels.len() - 1;
         drop(cancels);
         let queue = self.queue.get_or_insert_with(|| {
-            let (queue, jobs) = channel::<(Job, Arc<AtomicBool>)>();
-            let (voice, shared) = (Arc::clone(&self.voice), Arc::clone(&self.shared));
+            let (queue, jobs) = channel::<QueuedJob>();
+            let (reporter, shared) = (Arc::clone(&self.reporter), Arc::clone(&self.shared));
             std::thread::spawn(move || {
                 for (job, cancel) in jobs {
-                    let said = make(&job, &cancel, &voice);
-                    // What is done cannot be stopped any more.
+                    let result = run_job(&job, &cancel, &reporter);
+                    // A finished job can no longer be cancelled.
                     cancel.store(true, Ordering::Relaxed);
-                    if matches!(said, Said::Failed(_)) {
+                    if matches!(result, Message::Failed(_)) {
                         shared.has_failed.store(true, Ordering::Relaxed);
                     }
-                    // A reader that went away is noticed at the next line of the session.
-                    let _ = voice(said);
+                    // The next line of the session detects a closed output.
+                    let _ = reporter(result);
                     shared.cancels().retain(|other| !Arc::ptr_eq(other, &cancel));
                     shared.is_changed.notify_all();
                 }
             });
             queue
         });
-        // The thread ends only when the queue is dropped.
+        // The worker ends only when the queue is dropped.
         let _ = queue.send((job, cancel));
-        before
+        ahead
     }
 
-    /// Stops every picture. Returns how many there were.
+    /// Cancels every job. Returns the number of jobs that this stops.
     pub(crate) fn stop(&self) -> usize {
         self.shared.cancels().iter().filter(|cancel| !cancel.swap(true, Ordering::Relaxed)).count()
     }
@@ -96,27 +103,28 @@ impl Renders {
         !self.shared.cancels().is_empty()
     }
 
-    /// Whether any picture could not be made.
+    /// Whether any job has failed.
     pub(crate) fn has_failed(&self) -> bool {
         self.shared.has_failed.load(Ordering::Relaxed)
     }
 
-    /// Waits until every picture is made, or until `interrupt` turns true, which stops them.
+    /// Waits for all jobs; cancels them when `interrupt` becomes true.
     pub(crate) fn wait(&self, interrupt: &AtomicBool) {
-        const LOOK_AGAIN: Duration = Duration::from_millis(50);
+        const POLL: Duration = Duration::from_millis(50);
         let mut cancels = self.shared.cancels();
         while !cancels.is_empty() {
             if interrupt.load(Ordering::Relaxed) {
                 cancels.iter().for_each(|cancel| cancel.store(true, Ordering::Relaxed));
             }
-            let waited = self.shared.is_changed.wait_timeout(cancels, LOOK_AGAIN);
+            let waited = self.shared.is_changed.wait_timeout(cancels, POLL);
             cancels = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 }
 
-fn make(job: &Job, cancel: &AtomicBool, voice: &Voice) -> Said {
-    let stopped = || Said::Done(format!("{}: stopped, nothing is written", job.name));
+/// Renders and writes a picture. Returns the final message.
+fn run_job(job: &RenderJob, cancel: &AtomicBool, reporter: &Reporter) -> Message {
+    let stopped = || Message::Done(format!("{}: stopped, nothing is written", job.name));
     if cancel.load(Ordering::Relaxed) {
         return stopped();
     }
@@ -126,17 +134,17 @@ fn make(job: &Job, cancel: &AtomicBool, voice: &Voice) -> Said {
     let settings = RenderSettings::of(&job.scene)
         .with_picture(Picture { width, height, ..job.scene.picture })
         .with_layers(PictureFormat::of(&job.path).is_ok_and(|format| format == PictureFormat::Exr));
-    for concern in concerns(&compiled, &settings) {
-        let _ = voice(Said::Done(format!("{}: warning: {concern}", job.name)));
+    for warning in picture_warnings(&compiled, &settings) {
+        let _ = reporter(Message::Done(format!("{}: warning: {warning}", job.name)));
     }
     let threads = if job.threads == 0 { available_threads() } else { job.threads };
-    let meter = Meter::new(job, voice);
-    let progress = |pixels| meter.show(pixels);
+    let meter = Meter::new(job, reporter);
+    let progress = |pixels| meter.update(pixels);
     let options = RenderOptions::default().with_threads(threads).with_cancel(cancel).with_progress(&progress);
     let rendered = match render(&compiled, &settings, &options) {
         Ok(rendered) => rendered,
         Err(error) => {
-            return Said::Failed(format!("{}: {error}", job.name));
+            return Message::Failed(format!("{}: {error}", job.name));
         }
     };
     if cancel.load(Ordering::Relaxed) {
@@ -147,49 +155,49 @@ fn make(job: &Job, cancel: &AtomicBool, voice: &Voice) -> Said {
         .and_then(|file| files::write(&job.path, &file));
     let seconds = start.elapsed().as_secs_f64();
     match written {
-        Ok(()) => Said::Done(format!(
+        Ok(()) => Message::Done(format!(
             "{}: {width}x{height}, {}, {seconds:.1} s",
             job.name,
             counted(compiled.instance_count(), "instance")
         )),
-        Err(error) => Said::Failed(format!("{}: {error:#}", job.name)),
+        Err(error) => Message::Failed(format!("{}: {error:#}", job.name)),
     }
 }
 
-/// Says now and then how far a picture is.
+/// Reports the progress of a job at intervals.
 struct Meter<'a> {
-    job: &'a Job,
-    voice: &'a Voice,
+    job: &'a RenderJob,
+    reporter: &'a Reporter,
     last: Mutex<Instant>,
     start: Instant,
 }
 
 impl<'a> Meter<'a> {
-    const PAUSE: Duration = Duration::from_millis(300);
+    const INTERVAL: Duration = Duration::from_millis(300);
 
-    fn new(job: &'a Job, voice: &'a Voice) -> Self {
+    fn new(job: &'a RenderJob, reporter: &'a Reporter) -> Self {
         let now = Instant::now();
-        Self { job, voice, last: Mutex::new(now), start: now }
+        Self { job, reporter, last: Mutex::new(now), start: now }
     }
 
-    fn show(&self, pixels: u64) {
-        // Another thread that is at it will do.
+    /// Takes the number of finished pixels; callable from every render thread.
+    fn update(&self, pixels: u64) {
+        // Another thread is reporting.
         let Ok(mut last) = self.last.try_lock() else { return };
-        if last.elapsed() < Self::PAUSE {
+        if last.elapsed() < Self::INTERVAL {
             return;
         }
         *last = Instant::now();
         let total = f64::from(self.job.size.0) * f64::from(self.job.size.1);
-        let share = pixels.max(1) as f64 / total;
-        let gone = self.start.elapsed().as_secs_f64();
-        let left = gone * (1.0 / share - 1.0);
-        let line = format!("{}: {:.1} %, {} to go", self.job.name, 100.0 * share, told_seconds(left));
-        let _ = (self.voice)(Said::Progress(line));
+        let fraction = pixels.max(1) as f64 / total;
+        let left = self.start.elapsed().as_secs_f64() * (1.0 / fraction - 1.0);
+        let line = format!("{}: {:.1} %, {} left", self.job.name, 100.0 * fraction, duration(left));
+        let _ = (self.reporter)(Message::Progress(line));
     }
 }
 
-/// "8 s", "3 min 20 s".
-fn told_seconds(seconds: f64) -> String {
+/// A duration in whole seconds: "8 s", "3 min 20 s".
+fn duration(seconds: f64) -> String {
     let whole = seconds.ceil() as u64;
     if whole < 60 { format!("{whole} s") } else { format!("{} min {} s", whole / 60, whole % 60) }
 }

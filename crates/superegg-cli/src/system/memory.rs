@@ -1,21 +1,17 @@
-//! How much memory the process has taken.
+//! The memory use of the process.
 
-/// The most memory that the process has had resident so far, in bytes; `None` where the system does not tell.
+/// The peak resident memory in bytes; `None` where the system does not report it.
 pub(crate) fn peak_rss_bytes() -> Option<u64> {
-    own_peak().or_else(peak_of_usage)
+    status_bytes("VmHWM:").or_else(peak_of_usage)
 }
 
-/// Starts counting the peak anew, where the system lets it, and returns the memory resident now, in bytes.
-pub(crate) fn restart_peak() -> Option<u64> {
+/// Resets the peak, where the system supports it, and returns the current resident memory in bytes.
+pub(crate) fn reset_peak() -> Option<u64> {
     std::fs::write("/proc/self/clear_refs", "5").ok()?;
     status_bytes("VmRSS:")
 }
 
-/// Linux counts a process from its start there; what `getrusage` says begins with the program that started it.
-fn own_peak() -> Option<u64> {
-    status_bytes("VmHWM:")
-}
-
+/// A field of Linux's process status, in bytes. Unlike `getrusage` it excludes the parent program.
 fn status_bytes(field: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(field))?;
@@ -27,7 +23,7 @@ fn status_bytes(field: &str) -> Option<u64> {
 fn peak_of_usage() -> Option<u64> {
     use nix::sys::resource::{UsageWho, getrusage};
     let max_rss = u64::try_from(getrusage(UsageWho::RUSAGE_SELF).ok()?.max_rss()).ok()?;
-    // Apple's systems count in bytes, the others in kibibytes.
+    // Apple's systems report bytes, the others kibibytes.
     Some(if cfg!(target_vendor = "apple") { max_rss } else { max_rss * 1024 })
 }
 

@@ -1,27 +1,31 @@
-//! Rows of numbers from CSV.
+//! Reads rows of numbers from CSV, and writes rows.
 
+use std::io::{self, Write};
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use superegg_lang::{format_number, parse_number};
 
-use crate::files;
+use crate::files::access;
 
-/// What is wrong in a row, and at which of its numbers (from 0).
+/// The index (from 0) of a wrong number in a row, and the error message.
 pub(crate) type RowFault = (usize, String);
 
-/// Rows of `N` numbers under the header that `names` spell, each made into what is wanted of it, or every complaint about them with
-/// file, line and column. Lines of blanks are nothing.
+/// Reads rows of `N` numbers under the header `names` and converts each with `make`. Blank lines are
+/// skipped. The inner error lists every wrong row with file, line and column.
+///
+/// # Errors
+/// The file cannot be read.
 pub(crate) fn read_rows<T, const N: usize>(
     path: &Path,
     names: [&str; N],
     make: impl Fn([f64; N]) -> Result<T, RowFault>,
 ) -> Result<Result<Vec<T>, Vec<String>>> {
-    let bytes = files::read(path)?;
+    let bytes = access::read(path)?;
     Ok(parse_rows(&path.display().to_string(), &String::from_utf8_lossy(&bytes), names, make))
 }
 
-/// A value between commas, and the column (from 1) where it begins.
+/// A value between commas, and the column (from 1) of its first character.
 struct Field<'a> {
     text: &'a str,
     column: usize,
@@ -63,18 +67,18 @@ fn parse_rows<T, const N: usize>(
         )]);
     }
     let mut rows = Vec::new();
-    let mut complaints = Vec::new();
+    let mut errors = Vec::new();
     for (i, line) in lines {
         let fields = split_fields(line);
         match parse_fields(&fields, names).and_then(&make) {
             Ok(row) => rows.push(row),
-            Err((field, complaint)) => {
+            Err((field, message)) => {
                 let column = fields.get(field).map_or(line.chars().count() + 1, |field| field.column);
-                complaints.push(format!("{file}:{}:{column}: error: {complaint}", i + 1));
+                errors.push(format!("{file}:{}:{column}: error: {message}", i + 1));
             }
         }
     }
-    if complaints.is_empty() { Ok(rows) } else { Err(complaints) }
+    if errors.is_empty() { Ok(rows) } else { Err(errors) }
 }
 
 fn parse_fields<const N: usize>(fields: &[Field<'_>], names: [&str; N]) -> Result<[f64; N], RowFault> {
@@ -90,7 +94,35 @@ fn parse_fields<const N: usize>(fields: &[Field<'_>], names: [&str; N]) -> Resul
     Ok(row)
 }
 
-/// Numbers as fields of an output row.
+/// Writes rows of CSV: to a file completely or not at all, or to standard output as they come.
+///
+/// # Errors
+/// The output cannot be written.
+pub(crate) fn write_rows(
+    output: Option<&Path>,
+    rows: impl FnOnce(&mut csv::Writer<&mut dyn Write>) -> csv::Result<()>,
+) -> Result<()> {
+    const CANNOT_WRITE: &str = "cannot write the answers";
+    let file = output.filter(|path| !access::is_standard_stream(path));
+    let mut buffer = Vec::new();
+    let mut stdout = io::stdout().lock();
+    let sink: &mut dyn Write = if file.is_some() { &mut buffer } else { &mut stdout };
+    let mut writer = csv::Writer::from_writer(sink);
+    rows(&mut writer).map_err(io_error).context(CANNOT_WRITE)?;
+    writer.flush().context(CANNOT_WRITE)?;
+    drop(writer);
+    file.map_or(Ok(()), |path| access::write(path, &buffer))
+}
+
+/// The I/O error of a CSV error. It keeps its kind, so that a closed pipe is recognised.
+fn io_error(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    }
+}
+
+/// Formats numbers as fields of an output row.
 pub(crate) fn fields(numbers: &[f64]) -> impl Iterator<Item = String> {
     numbers.iter().map(|&x| format_number(x))
 }
@@ -113,10 +145,10 @@ mod tests {
     }
 
     #[test]
-    fn complains_of_every_bad_row_with_its_place() {
-        let complaints = rows("x,y,z\r\n1,2\r\n\r\n1, two,3\n1,2,3,4\n1,2,inf\n").unwrap_err();
-        let places: Vec<_> = complaints.iter().map(|c| c.split(": ").next().unwrap()).collect();
-        assert_eq!(places, ["p.csv:2:4", "p.csv:4:4", "p.csv:5:7", "p.csv:6:5"]);
+    fn every_bad_row_is_reported_with_its_position() {
+        let errors = rows("x,y,z\r\n1,2\r\n\r\n1, two,3\n1,2,3,4\n1,2,inf\n").unwrap_err();
+        let positions: Vec<_> = errors.iter().map(|c| c.split(": ").next().unwrap()).collect();
+        assert_eq!(positions, ["p.csv:2:4", "p.csv:4:4", "p.csv:5:7", "p.csv:6:5"]);
         assert!(rows("").is_err() && rows("1,2,3\n").is_err() && rows("x,z,y\n").is_err());
     }
 }

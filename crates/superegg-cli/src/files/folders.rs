@@ -1,20 +1,21 @@
-//! Where a user's files of the program go: by the rules of the system, and of XDG where those hold.
+//! The folders for a user's files, by the rules of the operating system (XDG on Linux).
 
 use std::path::{Path, PathBuf};
 
 use directories::{BaseDirs, ProjectDirs};
 
-/// The folders of one user; `None` where the system does not tell of a home.
+/// The folders of one user; `None` where the system has no home folder.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Folders {
     pub(crate) home: Option<PathBuf>,
-    /// For what the program remembers: history and journals.
+    /// For the state of the program: history and journals.
     pub(crate) state: Option<PathBuf>,
-    /// For what the user keeps: the quicksave.
+    /// For the data of the user: the quicksave.
     pub(crate) data: Option<PathBuf>,
 }
 
 impl Folders {
+    /// The folders of the current user.
     pub(crate) fn of_user() -> Self {
         let project = ProjectDirs::from("", "", "superegg");
         let state = |dirs: &ProjectDirs| dirs.state_dir().unwrap_or(dirs.data_local_dir()).to_owned();
@@ -25,18 +26,18 @@ impl Folders {
         }
     }
 
-    /// Where the journals of sessions are.
+    /// The folder of the session journals.
     pub(crate) fn journals(&self) -> Option<PathBuf> {
         self.state.as_ref().map(|state| state.join("journals"))
     }
 
-    /// Where `save` goes without a file.
+    /// The file that `save` writes by default.
     pub(crate) fn quicksave(&self) -> Option<PathBuf> {
         self.data.as_ref().map(|data| data.join("quicksave.scn"))
     }
 
-    /// What `load` takes without a file: the quicksave, or that of the course program in the working folder where it is newer or the only
-    /// one.
+    /// The file that `load` reads by default: the quicksave, or the quicksave of the course program in
+    /// the working folder if that is newer or the only one.
     pub(crate) fn quicksave_to_load(&self) -> PathBuf {
         let old = Path::new("data").join("quicksave.scn");
         let modified = |path: &Path| path.metadata().and_then(|metadata| metadata.modified()).ok();
@@ -46,7 +47,7 @@ impl Folders {
         }
     }
 
-    /// A file as typed, with `~` at its beginning as the home folder.
+    /// Expands `~` at the beginning of a typed path to the home folder.
     pub(crate) fn expand(&self, typed: &str) -> PathBuf {
         match (typed.strip_prefix('~'), &self.home) {
             (Some(""), Some(home)) => home.clone(),

@@ -1,31 +1,31 @@
-//! Pictures as files: the name says the format.
+//! Picture files. The extension of the name determines the format.
 
 use std::path::Path;
 
 use anyhow::{Result, bail};
 use superegg_render::{Film, RenderSettings, exr_file};
 
-/// A format of pictures.
+/// A picture format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PictureFormat {
-    /// What is seen on a screen.
+    /// For screens, after tone mapping and encoding.
     Png,
-    /// OpenEXR: linear light, depth, normals and more.
+    /// OpenEXR: linear light, depth, normals and other AOVs.
     Exr,
 }
 
 impl PictureFormat {
-    /// The endings of names that there are, as a person reads them.
+    /// The known extensions, for messages.
     pub(crate) const ENDINGS: &str =
         ".png for a picture to look at, .exr for linear light with depth and normals (OpenEXR)";
 
-    /// The format of a file by its name's ending. What has no ending, like `-` and devices, is a PNG.
+    /// The format of a path. Without an extension, as for `-` and devices, it is PNG.
     ///
     /// # Errors
-    /// No format has this ending.
+    /// The extension is unknown.
     pub(crate) fn of(path: &Path) -> Result<Self> {
-        let Some(ending) = path.extension() else { return Ok(Self::Png) };
-        let is = |known: &str| ending.eq_ignore_ascii_case(known);
+        let Some(extension) = path.extension() else { return Ok(Self::Png) };
+        let is = |known: &str| extension.eq_ignore_ascii_case(known);
         if is("png") {
             Ok(Self::Png)
         } else if is("exr") {
@@ -34,24 +34,25 @@ impl PictureFormat {
             bail!(
                 "'{}': there is no picture format '.{}'; there are {}",
                 path.display(),
-                ending.display(),
+                extension.display(),
                 Self::ENDINGS
             )
         }
     }
 
-    /// The first bytes of such files.
-    pub(crate) fn mark(self) -> &'static [u8] {
+    /// The first bytes of every file of the format.
+    pub(crate) fn signature(self) -> &'static [u8] {
         match self {
             Self::Png => b"\x89PNG",
             Self::Exr => &[0x76, 0x2f, 0x31, 0x01],
         }
     }
 
-    /// The bytes of the file of a film that was made with these settings. An OpenEXR file is not developed: it has the light as it was traced.
+    /// Encodes a film that was rendered with these settings. OpenEXR keeps linear light without tone
+    /// mapping.
     ///
     /// # Errors
-    /// The encoder refuses it.
+    /// The encoder fails.
     pub(crate) fn encode(self, film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
         Ok(match self {
             Self::Png => settings.development().png(&settings.output.colored(film))?,
@@ -65,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ending_says_the_format() {
+    fn the_extension_determines_the_format() {
         let of = |name: &str| PictureFormat::of(Path::new(name)).map_err(|error| error.to_string());
         for name in ["a.png", "A.PNG", "-", "/dev/null", "picture", "folder.x/picture"] {
             assert_eq!(of(name), Ok(PictureFormat::Png), "{name}");

@@ -15,7 +15,7 @@ use superegg_trace::CompiledScene;
 const LONGEST_ASKED: Duration = Duration::from_millis(500);
 
 /// Sentences about a picture that is likely not what was meant. Nothing of an empty scene, which is told apart.
-pub(crate) fn concerns(compiled: &CompiledScene, settings: &RenderSettings) -> Vec<String> {
+pub(crate) fn picture_warnings(compiled: &CompiledScene, settings: &RenderSettings) -> Vec<String> {
     let Some(bounds) = compiled.bounds() else { return Vec::new() };
     let environment = &settings.environment;
     let has_floor = environment.floor.is_some();
@@ -134,7 +134,7 @@ mod tests {
         assert!(diagnostics.is_empty(), "{diagnostics:?}");
         let scene = session.scene();
         let compiled = CompiledScene::compile(scene, session.selected(), scene.depth);
-        concerns(&compiled, &RenderSettings::of(scene))
+        picture_warnings(&compiled, &RenderSettings::of(scene))
     }
 
     fn one(text: &str, part: &str) {

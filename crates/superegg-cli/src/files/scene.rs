@@ -1,4 +1,4 @@
-//! Scene files, and the files that they source.
+//! Reads scene files and the files that they source.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,31 +8,31 @@ use superegg_lang::{
     Diagnostic, Effect, Fault, Flow, Request, Session, Settings, Severity, nearest, run_script,
 };
 
-use crate::files;
-use crate::folders::Folders;
-use crate::say;
+use crate::console;
+use crate::files::access;
+use crate::files::folders::Folders;
 
-/// Files may source files so deep.
+/// The maximum nesting of sourced files.
 const MOST_NESTED: usize = 16;
-/// One file may have so many files sourced in all.
+/// The maximum number of sourced files in all.
 const MOST_SOURCED: usize = 1000;
 
-/// A scene as read, with what was found wrong.
+/// A scene file as read, with its diagnostics.
 pub(crate) struct Loaded {
     pub(crate) session: Session,
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// The lines that made the scene, those of sourced files in their places.
+    /// The lines that define the scene, with those of sourced files inserted.
     pub(crate) lines: String,
-    /// What the lines of the file asked to be shown.
+    /// The output of the lines.
     pub(crate) prints: Vec<String>,
-    /// Whether it was broken off.
+    /// Whether the user interrupted the load.
     pub(crate) is_interrupted: bool,
 }
 
 impl Loaded {
-    /// Prints what was found, to standard error.
+    /// Prints the diagnostics on standard error.
     pub(crate) fn print_diagnostics(&self) {
-        self.diagnostics.iter().for_each(say::complain);
+        self.diagnostics.iter().for_each(console::warn);
     }
 
     pub(crate) fn error_count(&self) -> usize {
@@ -43,9 +43,12 @@ impl Loaded {
         self.error_count() > 0
     }
 
-    /// The name that a command works on: the one asked for, or the one selected at the end, if any.
-    fn root(&self, asked: Option<&str>) -> Result<Option<String>> {
-        let Some(name) = asked else { return Ok(self.session.selected().map(str::to_owned)) };
+    /// The root of a command: `name`, or by default the final selection of the scene.
+    ///
+    /// # Errors
+    /// The scene has no primitive or object called `name`.
+    fn root(&self, name: Option<&str>) -> Result<Option<String>> {
+        let Some(name) = name else { return Ok(self.session.selected().map(str::to_owned)) };
         if self.session.scene().get(name).is_some() {
             return Ok(Some(name.to_owned()));
         }
@@ -55,26 +58,32 @@ impl Loaded {
         }
     }
 
-    /// The root for a command that needs one to say anything of use; a warning where there is none.
-    pub(crate) fn root_or_warn(&self, asked: Option<&str>) -> Result<Option<String>> {
-        let root = self.root(asked)?;
+    /// The root of a command; prints a warning if there is none.
+    ///
+    /// # Errors
+    /// The scene has no primitive or object called `name`.
+    pub(crate) fn root_or_warn(&self, name: Option<&str>) -> Result<Option<String>> {
+        let root = self.root(name)?;
         if root.is_none() {
-            say::complain(
-                "superegg: warning: nothing is selected at the end of the scene, so it is empty; --object NAME takes an object",
+            console::warn(
+                "superegg: warning: nothing is selected at the end of the scene, so it is empty; --object NAME selects an object",
             );
         }
         Ok(root)
     }
 }
 
-/// Reads a scene file. Errors in it are in the answer; a file that cannot be read is an error.
+/// Reads a scene file. Errors in its lines are diagnostics of the result.
+///
+/// # Errors
+/// The file cannot be read.
 pub(crate) fn load(path: &Path) -> Result<Loaded> {
     load_into(path, Settings::default(), &AtomicBool::new(false))
 }
 
-/// The same into a session with these settings, broken off when `interrupt` turns true.
+/// Like [`load`], into a session with these settings. Stops when `interrupt` becomes true.
 pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool) -> Result<Loaded> {
-    let bytes = files::read(path)?;
+    let bytes = access::read(path)?;
     if bytes.contains(&0) {
         let line = 1 + bytes.iter().take_while(|&&byte| byte != 0).filter(|&&byte| byte == b'\n').count();
         bail!("'{}' is not a scene: line {line} has a zero byte, which no text has", path.display());
@@ -95,15 +104,16 @@ pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool)
     Ok(Loaded { session, diagnostics, lines, prints, is_interrupted })
 }
 
-/// The same for every way of writing a file's name.
+/// The canonical path, equal for all names of a file.
 fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
+/// The state of a load.
 struct Loader<'a> {
-    /// The files that are being read, outermost first.
+    /// The files being read, outermost first.
     open: Vec<PathBuf>,
-    /// How many files have been sourced.
+    /// The number of sourced files so far.
     sourced: usize,
     lines: String,
     prints: Vec<String>,
@@ -112,6 +122,7 @@ struct Loader<'a> {
 }
 
 impl Loader<'_> {
+    /// Runs the lines of a file.
     fn run(
         &mut self,
         session: &mut Session,
@@ -130,6 +141,7 @@ impl Loader<'_> {
         })
     }
 
+    /// Applies the effect of a line. Commands with side effects are not run.
     fn perform(
         &mut self,
         session: &mut Session,
@@ -157,12 +169,13 @@ impl Loader<'_> {
                 let command = line.split_whitespace().next().unwrap_or_default();
                 let message = format!("{command} is not carried out when a scene is only read");
                 let fault = Fault::new("not-here", message);
-                Err(fault.help("'superegg run FILE' runs a file with all that it says").warning())
+                Err(fault.help("'superegg run FILE' runs all commands of a file").warning())
             }
         }
     }
 
-    /// Clears the session and runs a file, looked for in the working folder and then beside the file that names it.
+    /// Clears the session and runs another file. Searches the working folder, then the folder of the
+    /// current file.
     fn source(
         &mut self,
         session: &mut Session,
@@ -172,7 +185,7 @@ impl Loader<'_> {
     ) -> Result<Flow, Fault> {
         let folders = Folders::of_user();
         let typed = file.map_or_else(|| folders.quicksave_to_load(), |file| folders.expand(file));
-        // Not the bare name: '-' is a file here, not standard input.
+        // The prefix makes '-' a file, not standard input.
         let candidates = [Path::new(".").join(&typed), folder.join(&typed)];
         let path = candidates.iter().find(|path| path.exists()).unwrap_or(&candidates[0]);
         self.sourced += 1;
@@ -188,9 +201,9 @@ impl Loader<'_> {
             );
             return Err(fault.help(help));
         }
-        let bytes = files::read(path).map_err(|error| {
+        let bytes = access::read(path).map_err(|error| {
             Fault::new("unreadable", format!("{error:#}"))
-                .help("the name is looked for in the working folder, then beside this file")
+                .help("the file is searched in the working folder, then beside this file")
         })?;
         session.clear();
         self.lines.clear();

@@ -1,4 +1,5 @@
-//! The partial file on disk: finished tiles are appended as they come, so that a render that is stopped or killed can go on.
+//! Partial files (`.part`): finished tiles are appended as they come, so that a stopped or killed render
+//! can be resumed.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -6,31 +7,31 @@ use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result, bail, ensure};
-use superegg_render::{Difference, Film, PartError, PartHeader};
+use superegg_render::{Difference, Film, PartError, PartFile, PartHeader};
 
 use crate::files;
 
-/// The partial file of a picture: its name with `.part`.
-pub(crate) fn beside(picture: &Path) -> PathBuf {
+/// The path of a picture's partial file: the name of the picture with `.part`.
+pub(crate) fn checkpoint_path(picture: &Path) -> PathBuf {
     let mut name = picture.as_os_str().to_owned();
     name.push(".part");
     PathBuf::from(name)
 }
 
-/// Tiles by their index.
+/// Tile indices and the pixels of the tiles.
 pub(crate) type Tiles = Vec<(usize, Film)>;
 
-/// A partial file as read.
-pub(crate) struct ReadPart {
+/// The content of a partial file.
+pub(crate) struct CheckpointData {
     pub(crate) header: PartHeader,
     pub(crate) tiles: Tiles,
-    /// The length up to the last good record.
+    /// The length up to the last valid record.
     end: u64,
-    /// How many bytes before that are none.
-    pub(crate) damaged: usize,
+    /// The number of damaged bytes before `end`.
+    pub(crate) damaged_bytes: usize,
 }
 
-/// Why a partial file cannot be used.
+/// The reason why a partial file is not usable.
 enum ReadError {
     Io(io::Error),
     Part(PartError),
@@ -48,9 +49,12 @@ impl From<PartError> for ReadError {
     }
 }
 
-/// Reads a partial file whole; one that is longer than any of its picture is refused.
-pub(crate) fn read(path: &Path) -> Result<ReadPart> {
-    files::check_plain(path)?;
+/// Reads a partial file.
+///
+/// # Errors
+/// The file is unreadable, not a partial file, or longer than its picture allows.
+pub(crate) fn read(path: &Path) -> Result<CheckpointData> {
+    files::check_plain_file(path)?;
     let read = File::open(path).map_err(ReadError::from).and_then(|file| read_from(&file));
     read.map_err(|error| match error {
         ReadError::Io(error) => anyhow::Error::from(error),
@@ -59,16 +63,16 @@ pub(crate) fn read(path: &Path) -> Result<ReadPart> {
     .with_context(|| format!("cannot read '{}'", path.display()))
 }
 
-/// Whether there is a partial file of a picture, and its pixels have more than their light.
+/// Whether a partial file exists and stores the AOV layers of each pixel.
 pub(crate) fn has_layers(path: &Path) -> bool {
     let mut bytes = Vec::new();
-    let read = files::check_plain(path).is_ok()
+    let read = files::check_plain_file(path).is_ok()
         && File::open(path)
             .is_ok_and(|file| file.take(PartHeader::MOST_BYTES).read_to_end(&mut bytes).is_ok());
     read && PartHeader::read(&bytes).is_ok_and(|(header, _)| header.has_layers())
 }
 
-fn read_from(mut file: &File) -> Result<ReadPart, ReadError> {
+fn read_from(mut file: &File) -> Result<CheckpointData, ReadError> {
     let mut bytes = Vec::new();
     file.take(PartHeader::MOST_BYTES).read_to_end(&mut bytes)?;
     let most = PartHeader::read(&bytes)?.0.most_bytes();
@@ -78,13 +82,13 @@ fn read_from(mut file: &File) -> Result<ReadPart, ReadError> {
             io::Error::new(io::ErrorKind::FileTooLarge, "it is longer than its picture can be").into()
         );
     }
-    let part = superegg_render::PartFile::read(&bytes)?;
+    let part = PartFile::read(&bytes)?;
     let tiles = part.tiles().collect();
-    Ok(ReadPart { tiles, end: part.end as u64, damaged: part.damaged, header: part.header })
+    Ok(CheckpointData { tiles, end: part.end as u64, damaged_bytes: part.damaged, header: part.header })
 }
 
-/// What a difference between two pictures means to a person.
-pub(crate) fn told(Difference { name, values }: &Difference, one: &str, two: &str) -> String {
+/// Describes a difference between two pictures; `one` and `two` say which value belongs to which.
+pub(crate) fn describe_difference(Difference { name, values }: &Difference, one: &str, two: &str) -> String {
     match values {
         Some((ours, theirs)) => {
             format!("{} is {ours} {one}, {theirs} {two}", name.replace('_', " "))
@@ -94,60 +98,69 @@ pub(crate) fn told(Difference { name, values }: &Difference, one: &str, two: &st
     }
 }
 
-/// Where finished tiles are kept while a picture is made.
-pub(crate) struct PartFile<'a> {
+/// The partial file of a render in progress.
+pub(crate) struct Checkpoint<'a> {
     path: PathBuf,
-    /// Whether the picture is what matters, and this file only spares work.
-    is_spare: bool,
-    /// Whether an earlier render left a partial file of this name.
+    /// Whether the file is temporary: the picture is the result. False for a shard, whose result is this
+    /// file.
+    is_temporary: bool,
+    /// Whether a partial file of an earlier render exists.
     has_older: bool,
-    /// Made when it is needed: of a large scene that takes a while.
+    /// Computed on first use, which takes a while for a large scene.
     header: LazyLock<PartHeader, Box<dyn FnOnce() -> PartHeader + Send + 'a>>,
     state: Mutex<State>,
 }
 
+/// The file of a checkpoint.
 enum State {
-    /// There is no file yet. The tiles that were added.
+    /// Not created yet; the indices of the tiles so far.
     Waiting(Vec<usize>),
-    /// The file, locked, at its end.
+    /// The file, locked and positioned at its end.
     Open(File),
-    /// It could not be written.
+    /// A write failed.
     Failed,
 }
 
-impl<'a> PartFile<'a> {
-    /// One that is begun when a render turns out to be long.
-    pub(crate) fn later(
+impl<'a> Checkpoint<'a> {
+    /// A checkpoint whose file is created later, when the render turns out to be long.
+    pub(crate) fn deferred(
         path: PathBuf,
-        is_spare: bool,
+        is_temporary: bool,
         header: impl FnOnce() -> PartHeader + Send + 'a,
     ) -> Self {
         let state = State::Waiting(Vec::new());
         let has_older = files::begins_with(&path, PartHeader::FAMILY);
-        Self { path, is_spare, has_older, header: LazyLock::new(Box::new(header)), state: Mutex::new(state) }
+        Self {
+            path,
+            is_temporary,
+            has_older,
+            header: LazyLock::new(Box::new(header)),
+            state: Mutex::new(state),
+        }
     }
 
-    /// Begins it now.
+    /// Creates the file.
     ///
     /// # Errors
-    /// It cannot be written.
-    pub(crate) fn begin_now(&self) -> Result<()> {
-        *self.state() = State::Open(self.begin(&[], &|_| Film::without_layers(0, 0))?);
+    /// The file cannot be written.
+    pub(crate) fn create_now(&self) -> Result<()> {
+        *self.state() = State::Open(self.create(&[], &|_| Film::without_layers(0, 0))?);
         Ok(())
     }
 
-    /// Goes on with the file that another render left. Returns what it has; `None` where there is no file, or not even a whole header.
+    /// Continues the file of an earlier render and returns its content; `None` without a file or without
+    /// a complete header.
     ///
     /// # Errors
-    /// It cannot be read, or is of another picture or share.
-    pub(crate) fn resume(&self) -> Result<Option<ReadPart>> {
-        self.try_resume().with_context(|| format!("cannot go on from '{}'", self.path.display()))
+    /// The file is unreadable, or belongs to another picture or shard.
+    pub(crate) fn resume(&self) -> Result<Option<CheckpointData>> {
+        self.try_resume().with_context(|| format!("cannot resume from '{}'", self.path.display()))
     }
 
-    fn try_resume(&self) -> Result<Option<ReadPart>> {
-        const ANEW: &str = "without --resume the picture is begun anew";
+    fn try_resume(&self) -> Result<Option<CheckpointData>> {
+        const HINT: &str = "without --resume the render starts again";
         if self.path.exists() {
-            files::check_plain(&self.path)?;
+            files::check_plain_file(&self.path)?;
         }
         let file = match File::options().read(true).write(true).open(&self.path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -157,22 +170,22 @@ impl<'a> PartFile<'a> {
         let part = match read_from(&file) {
             Ok(part) => part,
             Err(ReadError::Part(PartError::BrokenOff)) => return Ok(None),
-            Err(ReadError::Part(error)) => bail!("{error}; {ANEW}"),
+            Err(ReadError::Part(error)) => bail!("{error}; {HINT}"),
             Err(ReadError::Io(error)) => return Err(error.into()),
         };
         if let Some(difference) = part.header.difference(&self.header) {
-            bail!("it is of another picture: {}; {ANEW}", told(&difference, "there", "here"));
+            bail!("it is of another picture: {}; {HINT}", describe_difference(&difference, "there", "here"));
         }
         let (theirs, ours) = (part.header.shard, self.header.shard);
-        ensure!(theirs == ours, "it is share {theirs}, not {ours}; {ANEW}");
-        // What comes next has to follow a good record.
+        ensure!(theirs == ours, "it is shard {theirs}, not {ours}; {HINT}");
+        // The next record must follow a valid one.
         file.set_len(part.end)?;
         (&file).seek(SeekFrom::End(0))?;
         *self.state() = State::Open(file);
         Ok(Some(part))
     }
 
-    /// Whether an earlier render left a partial file of this name.
+    /// Whether a partial file of an earlier render exists.
     pub(crate) fn has_older(&self) -> bool {
         self.has_older
     }
@@ -185,17 +198,17 @@ impl<'a> PartFile<'a> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes the file with these tiles. One that the user did not name takes the place of a partial file only.
-    fn begin(&self, tiles: &[usize], pixels_of: &dyn Fn(usize) -> Film) -> Result<File> {
-        let begin = || {
-            files::check_no_pipe(&self.path)?;
+    /// Creates the file with these tiles. A temporary file replaces nothing but another partial file.
+    fn create(&self, tiles: &[usize], pixels_of: &dyn Fn(usize) -> Film) -> Result<File> {
+        let create = || {
+            files::check_not_pipe(&self.path)?;
             let mut file =
                 File::options().read(true).write(true).create(true).truncate(false).open(&self.path)?;
             lock(&file)?;
             let mut first = Vec::new();
             (&file).take(PartHeader::MOST_BYTES).read_to_end(&mut first)?;
             ensure!(
-                !self.is_spare || PartHeader::read(&first).err() != Some(PartError::NotAPart),
+                !self.is_temporary || PartHeader::read(&first).err() != Some(PartError::NotAPart),
                 "there is another file of that name"
             );
             file.set_len(0)?;
@@ -205,13 +218,13 @@ impl<'a> PartFile<'a> {
             tiles.iter().try_for_each(|tile| file.write_all(&record(tile)))?;
             Ok(file)
         };
-        begin().with_context(|| format!("cannot write '{}'", self.path.display()))
+        create().with_context(|| format!("cannot write '{}'", self.path.display()))
     }
 
-    /// Keeps a finished tile.
+    /// Adds a finished tile.
     ///
     /// # Errors
-    /// It cannot be written. That is said once; after it no tile is kept.
+    /// The file cannot be written. Later calls succeed and do nothing.
     pub(crate) fn add(&self, tile: usize, pixels: &Film) -> Result<()> {
         let mut state = self.state();
         match &mut *state {
@@ -223,8 +236,8 @@ impl<'a> PartFile<'a> {
                 let written = file.write_all(&self.header.record(tile, pixels));
                 written.with_context(|| format!("cannot write '{}'", self.path.display())).inspect_err(|_| {
                     *state = State::Failed;
-                    if self.is_spare {
-                        // The picture may need its room.
+                    if self.is_temporary {
+                        // The picture may need the space.
                         let _ = std::fs::remove_file(&self.path);
                     }
                 })
@@ -233,17 +246,17 @@ impl<'a> PartFile<'a> {
         }
     }
 
-    /// Begins it with the tiles that there are, unless it is begun; `pixels_of` knows those that were added.
+    /// Creates the file with the tiles so far, if it does not exist yet. `pixels_of` returns the pixels
+    /// of an added tile.
     ///
     /// # Errors
-    /// It cannot be written; then no tile is kept.
-    pub(crate) fn begin_late(&self, pixels_of: &dyn Fn(usize) -> Film) -> Result<()> {
-        // Before the lock: those who have tiles would wait for it.
+    /// The file cannot be written. Later calls succeed and do nothing.
+    pub(crate) fn create_if_missing(&self, pixels_of: &dyn Fn(usize) -> Film) -> Result<()> {
+        // Compute it before the lock, on which threads with finished tiles would wait.
         LazyLock::force(&self.header);
         let mut state = self.state();
         let State::Waiting(tiles) = &*state else { return Ok(()) };
-        let begun = self.begin(tiles, pixels_of);
-        let (next, result) = match begun {
+        let (next, result) = match self.create(tiles, pixels_of) {
             Ok(file) => (State::Open(file), Ok(())),
             Err(error) => (State::Failed, Err(error)),
         };
@@ -251,47 +264,48 @@ impl<'a> PartFile<'a> {
         result
     }
 
-    /// Makes sure that there is a file, for the work will not go on. An earlier one is not given up for so few tiles that none was begun.
+    /// Creates the file of a render that stops, if it does not exist yet. It does not replace the file of
+    /// an earlier render, which has more tiles.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub(crate) fn keep(&self, pixels_of: &dyn Fn(usize) -> Film) -> Result<()> {
-        if self.has_older { Ok(()) } else { self.begin_late(pixels_of) }
+        if self.has_older { Ok(()) } else { self.create_if_missing(pixels_of) }
     }
 
-    /// Whether it is on disk with all tiles that were added.
-    pub(crate) fn is_kept(&self) -> bool {
+    /// Whether the file exists and has all added tiles.
+    pub(crate) fn is_complete(&self) -> bool {
         matches!(&*self.state(), State::Open(_))
     }
 
-    /// Brings the file to the disk.
+    /// Syncs the file to the disk.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub(crate) fn sync(&self) -> Result<()> {
         let State::Open(file) = &*self.state() else { return Ok(()) };
         file.sync_all().with_context(|| format!("cannot write '{}'", self.path.display()))
     }
 
-    /// Takes the file away: the picture is written.
+    /// Removes the file after the picture is written.
     ///
     /// # Errors
-    /// It cannot be removed.
+    /// The file cannot be removed.
     pub(crate) fn remove(self) -> Result<()> {
         let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         let State::Open(file) = state else { return Ok(()) };
-        // Not every system removes a file that is open.
+        // Some systems cannot remove an open file.
         drop(file);
         std::fs::remove_file(&self.path).with_context(|| format!("cannot remove '{}'", self.path.display()))
     }
 }
 
-/// Keeps others from writing into the same file.
+/// Locks the file against other processes.
 fn lock(file: &File) -> Result<()> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => bail!("another superegg is writing it"),
         // Not every file system has locks.
-        _ => Ok(()),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }
 
@@ -314,32 +328,32 @@ mod tests {
     }
 
     #[test]
-    fn a_part_is_begun_when_it_is_needed_and_goes_with_its_picture() {
+    fn a_file_is_created_when_it_is_needed_and_removed_with_its_picture() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.part");
-        let part = PartFile::later(path.clone(), true, || header(1));
+        let part = Checkpoint::deferred(path.clone(), true, || header(1));
         part.add(1, &pixels()).unwrap();
-        assert!(!path.exists() && !part.is_kept());
+        assert!(!path.exists() && !part.is_complete());
         part.keep(&|_| pixels()).unwrap();
         part.add(1, &pixels()).unwrap();
-        assert!(part.is_kept());
+        assert!(part.is_complete());
         let found = read(&path).unwrap();
-        assert_eq!((found.tiles, found.damaged), (vec![(1, pixels())], 0));
-        let other = PartFile::later(path.clone(), true, || header(1));
+        assert_eq!((found.tiles, found.damaged_bytes), (vec![(1, pixels())], 0));
+        let other = Checkpoint::deferred(path.clone(), true, || header(1));
         assert!(other.try_resume().is_err_and(|error| error.to_string().contains("another superegg")));
         part.remove().unwrap();
         assert!(!path.exists() && other.try_resume().unwrap().is_none());
     }
 
     #[test]
-    fn an_older_part_is_not_given_up_for_a_moment_of_work() {
+    fn an_older_file_is_not_replaced_for_a_moment_of_work() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.part");
         std::fs::write(&path, header(2).to_bytes()).unwrap();
-        let part = PartFile::later(path.clone(), true, || header(1));
+        let part = Checkpoint::deferred(path.clone(), true, || header(1));
         part.add(1, &pixels()).unwrap();
         part.keep(&|_| pixels()).unwrap();
-        assert!(part.has_older() && !part.is_kept());
+        assert!(part.has_older() && !part.is_complete());
         part.remove().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), header(2).to_bytes());
     }
@@ -349,18 +363,18 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.part");
         std::fs::write(&path, "notes").unwrap();
-        let part = PartFile::later(path.clone(), true, || header(1));
-        assert!(part.begin_now().is_err() && part.resume().is_err());
+        let part = Checkpoint::deferred(path.clone(), true, || header(1));
+        assert!(part.create_now().is_err() && part.resume().is_err());
         part.add(1, &pixels()).unwrap();
         assert!(format!("{:#}", part.keep(&|_| pixels()).unwrap_err()).contains("another file of that name"));
         assert_eq!(std::fs::read(&path).unwrap(), b"notes");
-        // What the user named is written, as any output is.
-        PartFile::later(path.clone(), false, || header(1)).begin_now().unwrap();
+        // A file that the user named is replaced, like any output.
+        Checkpoint::deferred(path.clone(), false, || header(1)).create_now().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), header(1).to_bytes());
     }
 
     #[test]
-    fn endless_files_are_not_read_on() {
+    fn endless_files_are_rejected() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.part");
         let mut bytes = header(1).to_bytes();

@@ -12,7 +12,7 @@ pub(crate) const ROOT: &str = "all";
 
 /// A scene by its name.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Made {
+pub(crate) enum GeneratedScene {
     /// `cloud:N`: N superquadrics with e, n in [0.1, 2], turned at random, in a cube.
     Cloud(u32),
     /// `glyphs:N`: N glyphs of 64 shapes on a grid.
@@ -79,7 +79,7 @@ const COLORS: [[f64; 3]; 8] = [
     [0.8, 0.8, 0.8],
 ];
 
-impl Made {
+impl GeneratedScene {
     /// The scene of a name; `None` for a name of another kind.
     pub(crate) fn parse(name: &str) -> Result<Option<Self>> {
         let Some((kind, numbers)) = name.split_once(':') else { return Ok(None) };
@@ -122,7 +122,7 @@ impl Made {
     pub(crate) fn text(self, seed: u64) -> String {
         let mut text = String::new();
         let Camera { position: p, target: t, up, fov_deg, .. } = self.camera();
-        let _ = writeln!(text, "# Made by rule: {self:?}, seed {seed}.\n");
+        let _ = writeln!(text, "# GeneratedScene by rule: {self:?}, seed {seed}.\n");
         let _ = writeln!(text, "camera {} {} {} {} {} {} {fov_deg}", p.x, p.y, p.z, t.x, t.y, t.z);
         let _ = writeln!(
             text,
@@ -307,7 +307,7 @@ mod tests {
     #[test]
     fn text_and_scene_are_the_same() {
         for name in ["cloud:50", "glyphs:30", "fractal:7,5"] {
-            let made = Made::parse(name).unwrap().unwrap();
+            let made = GeneratedScene::parse(name).unwrap().unwrap();
             let scene = made.scene(3).unwrap();
             let (session, diagnostics) = load_text(name, &made.text(3));
             assert!(diagnostics.is_empty(), "{diagnostics:?}");
@@ -336,9 +336,9 @@ mod tests {
             "fractal:0,1",
             "fractal:2,65",
         ] {
-            assert!(Made::parse(bad).is_err(), "{bad}");
+            assert!(GeneratedScene::parse(bad).is_err(), "{bad}");
         }
-        assert_eq!(Made::parse("scene.scn").unwrap(), None);
-        assert_eq!(Made::parse("C:stuff.scn").unwrap(), None);
+        assert_eq!(GeneratedScene::parse("scene.scn").unwrap(), None);
+        assert_eq!(GeneratedScene::parse("C:stuff.scn").unwrap(), None);
     }
 }

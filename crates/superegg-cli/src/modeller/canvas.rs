@@ -1,4 +1,4 @@
-//! A picture drawn in the terminal itself, so that it can be seen over ssh.
+//! Draws a picture in the terminal, which also works over ssh.
 
 use std::io::IsTerminal;
 
@@ -7,12 +7,12 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use superegg_lang::PreviewStyle;
 use superegg_render::{Development, Film};
 
-/// How the picture is drawn, once it is known what the terminal can do.
+/// A way to draw pictures that the terminal supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Canvas {
-    /// Two pixels a character, in true colour.
+    /// Two pixels per character, in true colour.
     Blocks,
-    /// Two rows of pixels a character, by brightness, without escape sequences.
+    /// Two rows of pixels per character, by brightness, without escape sequences.
     Plain,
     /// The kitty picture protocol.
     Kitty,
@@ -21,7 +21,7 @@ pub(crate) enum Canvas {
 }
 
 impl Canvas {
-    /// The style asked for, or what the environment says of the terminal.
+    /// The canvas of a style; `Auto` chooses by the environment variables of the terminal.
     pub(crate) fn choose(style: PreviewStyle) -> Self {
         let is = |name: &str, values: &[&str]| {
             std::env::var(name).is_ok_and(|value| values.iter().any(|known| value.contains(known)))
@@ -32,7 +32,7 @@ impl Canvas {
             PreviewStyle::Sixel => Self::Sixel,
             PreviewStyle::Plain => Self::Plain,
             PreviewStyle::Auto if !std::io::stdout().is_terminal() || is("TERM", &["dumb"]) => Self::Plain,
-            // A multiplexer does not pass pictures on.
+            // Multiplexers do not forward pictures.
             PreviewStyle::Auto if is("TERM", &["screen", "tmux"]) => Self::Blocks,
             PreviewStyle::Auto
                 if is("TERM", &["kitty", "ghostty"]) || is("TERM_PROGRAM", &["WezTerm", "ghostty"]) =>
@@ -44,9 +44,9 @@ impl Canvas {
         }
     }
 
-    /// The size in pixels of a picture of this shape on a terminal of so many columns and rows.
+    /// The size in pixels of a picture of this aspect on a terminal of `columns` by `rows`.
     pub(crate) fn size_px(self, (width, height): (u32, u32), columns: u32, rows: u32) -> (u32, u32) {
-        // A character is twice as high as wide; pictures of pixels take it as 8 by 16.
+        // A character is twice as high as wide; 8 by 16 pixels for pixel graphics.
         let (across, down) = match self {
             Self::Blocks | Self::Plain => (columns, 2 * rows),
             Self::Kitty | Self::Sixel => (8 * columns.min(100), 16 * rows.min(40)),
@@ -57,7 +57,8 @@ impl Canvas {
         (side(width, across), side(height, down))
     }
 
-    /// The text that draws the picture, without a line break at its end. The development is to be one for screens.
+    /// The text that draws the film, without a final line break. `development` must be for screens:
+    /// 8 bits, sRGB.
     pub(crate) fn draw(self, film: &Film, development: &Development) -> anyhow::Result<String> {
         Ok(match self {
             Self::Blocks => blocks(film, &development.rgb8(film)),
@@ -73,13 +74,13 @@ impl Canvas {
     }
 }
 
-/// The colour of each pixel, as rows; a row that is missing below the last is `None`.
+/// The colour of a pixel of the RGB `bytes`; `None` below the last row.
 fn pixel(film: &Film, bytes: &[u8], x: u32, y: u32) -> Option<[u8; 3]> {
-    let at = 3 * (y as usize * film.width() as usize + x as usize);
-    (y < film.height()).then(|| [bytes[at], bytes[at + 1], bytes[at + 2]])
+    let i = 3 * (y as usize * film.width() as usize + x as usize);
+    (y < film.height()).then(|| [bytes[i], bytes[i + 1], bytes[i + 2]])
 }
 
-/// The upper half block: its foreground is the upper pixel, its background the lower one.
+/// Draws with upper half blocks: the foreground is the upper pixel, the background the lower one.
 fn blocks(film: &Film, bytes: &[u8]) -> String {
     let mut text = String::new();
     for y in (0..film.height()).step_by(2) {
@@ -105,6 +106,7 @@ fn blocks(film: &Film, bytes: &[u8]) -> String {
     text
 }
 
+/// Draws with characters of increasing brightness.
 fn plain(film: &Film, bytes: &[u8]) -> String {
     const DARK_TO_BRIGHT: &[u8] = b" .:-=+*#%@";
     let mut lines = Vec::new();
@@ -122,21 +124,21 @@ fn plain(film: &Film, bytes: &[u8]) -> String {
     lines.join("\n")
 }
 
-/// 0 for black to 1 for white, by the weights of Rec. 709.
+/// Luminance from 0 to 1, with the weights of Rec. 709.
 fn brightness([r, g, b]: [u8; 3]) -> f64 {
     (0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)) / 255.0
 }
 
-/// A PNG by the kitty protocol, in the pieces of 4096 characters that it asks for.
+/// A PNG in the kitty graphics protocol, in the required chunks of 4096 characters.
 fn kitty(png: &[u8]) -> String {
     let data = BASE64.encode(png);
-    let pieces: Vec<&str> =
+    let chunks: Vec<&str> =
         (0..data.len()).step_by(4096).map(|i| &data[i..data.len().min(i + 4096)]).collect();
     let mut text = String::new();
-    for (i, piece) in pieces.iter().enumerate() {
+    for (i, chunk) in chunks.iter().enumerate() {
         let head = if i == 0 { "f=100,a=T,q=2," } else { "" };
-        let more = u8::from(i + 1 < pieces.len());
-        text.push_str(&format!("\x1b_G{head}m={more};{piece}\x1b\\"));
+        let more = u8::from(i + 1 < chunks.len());
+        text.push_str(&format!("\x1b_G{head}m={more};{chunk}\x1b\\"));
     }
     text
 }
@@ -171,12 +173,12 @@ mod tests {
         assert_eq!(plain(&film, &bytes), "\n");
         assert!(
             blocks(&film, &bytes).contains("\x1b[49m"),
-            "below the last row is the terminal's own ground"
+            "below the last row is the background of the terminal"
         );
     }
 
     #[test]
-    fn kitty_gets_pieces_and_knows_the_last() {
+    fn kitty_chunks_mark_the_last() {
         let text = kitty(&[7; 10_000]);
         assert_eq!((text.matches("m=1;").count(), text.matches("m=0;").count()), (3, 1));
         assert!(text.starts_with("\x1b_Gf=100,a=T,q=2,m=1;") && text.ends_with("\x1b\\"));

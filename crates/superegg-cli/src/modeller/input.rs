@@ -1,0 +1,149 @@
+//! Runs input lines and ends the session.
+
+use std::sync::atomic::Ordering;
+
+use anyhow::Result;
+use superegg_lang::{Diagnostic, Effect, Fault, Request};
+use superegg_viewer::FromViewer;
+
+use crate::modeller::faults::at_argument;
+use crate::modeller::journal::Record;
+use crate::modeller::reporter::Message;
+use crate::modeller::requests::run_request;
+use crate::modeller::state::{Modeller, Pending, Reply};
+
+/// The maximum length of a line in bytes.
+pub(crate) const LONGEST_LINE: usize = 1 << 20;
+
+impl Modeller {
+    /// Opens a scene file, as the command `load` does.
+    pub(crate) fn open(&mut self, file: &str) -> Reply {
+        let request = Request::Source { file: Some(file.to_owned()), is_forced: false };
+        if let Err(fault) = run_request(self, &request, &format!("load {file}")) {
+            self.report_diagnostic(&Diagnostic::of_line("", 1, "", fault));
+        }
+        self.reply()
+    }
+
+    /// Runs one line and reports its result or its fault.
+    pub(crate) fn enter(&mut self, line: &str) -> Reply {
+        if line.len() > LONGEST_LINE {
+            let fault = Fault::new("too-long", format!("a line has {LONGEST_LINE} bytes at most"));
+            self.reject("", fault.help("is it a text at all?").at(0..1));
+            return self.reply();
+        }
+        self.lines.push(line.to_owned());
+        self.interrupt.store(false, Ordering::Relaxed);
+        if let Err(fault) = self.run_line(line) {
+            self.report_fault(line, fault);
+        }
+        self.reply()
+    }
+
+    /// Rejects a line that cannot be run, such as one that is not valid UTF-8.
+    pub(crate) fn reject(&mut self, line: &str, fault: Fault) {
+        self.lines.push(line.to_owned());
+        self.report_fault(line, fault);
+    }
+
+    /// Runs or drops the pending action.
+    pub(crate) fn answer(&mut self, yes: bool) -> Reply {
+        match self.pending.take() {
+            Some(pending) if yes => self.finish(pending),
+            Some(_) => self.print("nothing has changed"),
+            None => {}
+        }
+        self.reply()
+    }
+
+    fn reply(&mut self) -> Reply {
+        self.update_viewer();
+        match &self.pending {
+            _ if self.output_error.is_some() => Reply::Leave,
+            Some(Pending::Leave) => Reply::Leave,
+            Some(Pending::Load { .. } | Pending::Recover(_)) => {
+                Reply::Ask("the scene has changes that are not saved; replace it even so?".to_owned())
+            }
+            None => Reply::Continue,
+        }
+    }
+
+    fn run_line(&mut self, line: &str) -> Result<(), Fault> {
+        match self.timeline.run_line(line)? {
+            Effect::Done => {}
+            Effect::Changed(text) => {
+                self.record(Record::Line(line));
+                if let Some(text) = text {
+                    self.print(&text);
+                }
+            }
+            Effect::Print(text) => self.print(&text),
+            Effect::Ask(Request::Stop) => self.pending = Some(Pending::Leave),
+            Effect::Ask(request) => {
+                run_request(self, &request, line).map_err(|fault| at_argument(fault, line, 1))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Handles an event of the viewer.
+    pub(crate) fn handle_viewer_event(&mut self, event: FromViewer) {
+        match event {
+            FromViewer::Command(line) => {
+                self.report(Message::Text(format!("> {line}")));
+                self.viewer.push_line(line.clone());
+                self.lines.push(line.clone());
+                if let Err(fault) = self.run_line(&line) {
+                    let help = fault.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
+                    self.viewer.notice(format!("{}{help}", fault.message));
+                    self.report_fault(&line, fault);
+                }
+                // No command of the viewer needs a confirmation.
+                self.pending = None;
+                self.update_viewer();
+            }
+            FromViewer::Settings(view) => {
+                let mut settings = self.session().settings;
+                settings.view = view;
+                self.timeline.set_settings(settings);
+            }
+            FromViewer::Message(text) => self.print(&text),
+            FromViewer::KeyboardBack | FromViewer::Closed => {}
+        }
+    }
+
+    /// Offers a person the sessions that ended without a save.
+    pub(crate) fn offer_recovery(&mut self) {
+        let unsaved = self.unsaved_sessions();
+        if let Some(last) = unsaved.first() {
+            self.print(&format!("A session was not saved: {}.", last.describe()));
+            self.print(&match unsaved.len() {
+                1 => "'recover' brings it back, 'recover discard' forgets it.".to_owned(),
+                count => format!("'recover' brings it back, 'recover list' lists all {count}."),
+            });
+        }
+    }
+
+    /// Ends the session: waits for the renders, and keeps the journal if a person has unsaved changes.
+    /// Returns whether there were errors.
+    ///
+    /// # Errors
+    /// Standard output could not be written.
+    pub(crate) fn leave(&mut self) -> Result<bool> {
+        self.interrupt.store(false, Ordering::Relaxed);
+        if self.renders.is_busy() && self.is_interactive() {
+            self.print("waiting for the picture (ctrl-c stops it)");
+        }
+        self.renders.wait(&self.interrupt);
+        if self.is_interactive() && self.timeline.has_unsaved_changes() {
+            self.print("The scene was not saved; the next start offers it again.");
+            self.journal.keep();
+        } else {
+            self.journal.discard();
+        }
+        match self.output_error.take() {
+            Some(error) => Err(error),
+            None => Ok(self.has_errors || self.renders.has_failed()),
+        }
+    }
+}

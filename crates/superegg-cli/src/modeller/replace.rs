@@ -1,0 +1,96 @@
+//! Replaces the scene of a session by a loaded file or by an unsaved session.
+
+use superegg_lang::{Timeline, load_text};
+
+use crate::files::scene::Loaded;
+use crate::modeller::journal::{Record, UnsavedSession, read_records};
+use crate::modeller::reporter::Message;
+use crate::modeller::state::{Modeller, Pending};
+use crate::text::counted;
+
+impl Modeller {
+    /// Runs an action that replaces the scene, or leaves it pending if a person has unsaved changes.
+    pub(super) fn finish_or_confirm(&mut self, pending: Pending, is_forced: bool) {
+        if self.is_interactive() && !is_forced && self.timeline.has_unsaved_changes() {
+            self.pending = Some(pending);
+        } else {
+            self.finish(pending);
+        }
+    }
+
+    /// Runs a confirmed action.
+    pub(super) fn finish(&mut self, pending: Pending) {
+        match pending {
+            Pending::Leave => {}
+            Pending::Load { loaded, path, label } => {
+                let Loaded { session, lines, prints, .. } = *loaded;
+                prints.iter().for_each(|text| self.print(text));
+                self.timeline.replace(session, &label, &lines);
+                self.timeline.mark_saved();
+                self.record(Record::Scene { label: &label, lines: &lines });
+                self.record(Record::Saved);
+                self.known_files.remember(&path);
+                if self.is_interactive() {
+                    let scene = self.session().scene();
+                    let text = format!(
+                        "{}: {}, {}",
+                        path.display(),
+                        counted(scene.primitives().count(), "primitive"),
+                        counted(scene.objects().count(), "object")
+                    );
+                    self.print(&text);
+                }
+                self.scene_file = Some(path);
+            }
+            Pending::Recover(unsaved) => self.restore(unsaved),
+        }
+    }
+
+    fn restore(&mut self, unsaved: UnsavedSession) {
+        let recovered = replay(&unsaved.text);
+        if self.timeline.undo_count() == 0 && self.journal.is_empty() {
+            let settings = self.session().settings;
+            self.timeline = recovered;
+            self.timeline.set_settings(settings);
+            if let Some(trouble) = self.journal.take_over(whole_records(&unsaved.text)) {
+                self.report(Message::Diagnostic(format!("superegg: {trouble}")));
+            }
+        } else {
+            let lines = recovered.typed_lines();
+            let mut session = recovered.session().clone();
+            session.settings = self.session().settings;
+            self.timeline.replace(session, "recover", &lines);
+            self.record(Record::Scene { label: "recover", lines: &lines });
+        }
+        let text = unsaved.describe();
+        // Keep the old file until this journal contains all of it.
+        if self.journal.is_written() {
+            unsaved.remove();
+        }
+        self.print(&format!("recovered: {text}"));
+    }
+}
+
+/// The session that results from the records of a journal.
+fn replay(text: &str) -> Timeline {
+    let mut timeline = Timeline::default();
+    for record in read_records(text).unwrap_or_default() {
+        match record {
+            Record::Line(line) => {
+                // The line succeeded when it was recorded.
+                let _ = timeline.run_line(line);
+            }
+            Record::Scene { label, lines } => {
+                let (session, _) = load_text(label, lines);
+                timeline.replace(session, label, lines);
+            }
+            Record::Saved => timeline.mark_saved(),
+        }
+    }
+    timeline
+}
+
+/// A journal without the incomplete line at its end.
+fn whole_records(text: &str) -> &str {
+    text.rfind('\n').map_or("", |end| &text[..=end])
+}

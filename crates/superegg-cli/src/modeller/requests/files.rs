@@ -1,0 +1,187 @@
+//! Loads and saves scenes, and changes and lists folders.
+
+use std::path::{Path, PathBuf};
+
+use superegg_lang::{Fault, write_session};
+
+use crate::files;
+use crate::files::scene::load_into;
+use crate::modeller::faults::{not_loadable, unreadable, unwritable};
+use crate::modeller::journal::Record;
+use crate::modeller::reporter::Message;
+use crate::modeller::state::{Modeller, Pending};
+use crate::text::counted;
+
+/// The maximum number of errors of one file that are reported one by one.
+const MOST_REPORTED: usize = 1000;
+
+impl Modeller {
+    /// Reads a file and replaces the scene by it. Without `is_forced` a file with errors changes
+    /// nothing, and unsaved changes of a person need a confirmation.
+    pub(super) fn load(&mut self, file: Option<&str>, is_forced: bool, line: &str) -> Result<(), Fault> {
+        let typed = file.map_or_else(|| self.folders.quicksave_to_load(), |file| self.folders.expand(file));
+        let path = with_scene_extension_if_found(typed);
+        files::check_plain_file(&path).map_err(|error| not_loadable(&error, file))?;
+        let loaded = load_into(&path, self.session().settings, &self.interrupt)
+            .map_err(|error| not_loadable(&error, file))?;
+        for diagnostic in loaded.diagnostics.iter().take(MOST_REPORTED) {
+            self.report_diagnostic(diagnostic);
+        }
+        let more = loaded.diagnostics.len().saturating_sub(MOST_REPORTED);
+        if more > 0 {
+            let text = format!("... and {more} more; 'superegg check' reports them all");
+            self.report(Message::Diagnostic(text));
+        }
+        if loaded.is_interrupted {
+            return Err(Fault::new("interrupted", "the load was interrupted; the scene is as it was")
+                .help("load it again, and let it end"));
+        }
+        let errors = counted(loaded.error_count(), "error");
+        if loaded.has_errors() && !is_forced {
+            let message = format!("'{}' has {errors}; the scene is as it was", path.display());
+            let name = file.map_or_else(String::new, |file| format!(" {}", quoted(file)));
+            return Err(
+                Fault::new("not-loaded", message).help(format!("'load!{name}' takes what is good in it"))
+            );
+        }
+        if loaded.has_errors() {
+            self.print(&format!(
+                "{}: loaded except for {errors}; 'undo' restores the scene before",
+                path.display()
+            ));
+        }
+        let pending = Pending::Load { loaded: Box::new(loaded), path, label: line.trim().to_owned() };
+        self.finish_or_confirm(pending, is_forced);
+        Ok(())
+    }
+
+    /// Writes the scene, or with `as_history` the typed lines, to a file or to the quicksave.
+    pub(super) fn save(
+        &mut self,
+        file: Option<&str>,
+        is_forced: bool,
+        as_history: bool,
+    ) -> Result<(), Fault> {
+        let path = match file {
+            Some(file) => with_scene_extension(self.folders.expand(file)),
+            None => self.prepare_quicksave()?,
+        };
+        let is_stream = files::is_standard_stream(&path);
+        if !is_stream {
+            files::check_not_pipe(&path).map_err(|error| unwritable(&error))?;
+            if !is_forced {
+                let option = if as_history { "--history " } else { "" };
+                self.known_files.check_overwrite(&path).map_err(|reason| {
+                    let name = quoted(&path.display().to_string());
+                    Fault::new("not-ours", reason).help(format!("'save! {option}{name}' overwrites it"))
+                })?;
+            }
+        }
+        let text = if as_history { self.timeline.typed_lines() } else { write_session(self.session()) };
+        files::write(&path, text.as_bytes()).map_err(|error| unwritable(&error))?;
+        if is_stream || !path.is_file() {
+            return Ok(());
+        }
+        self.known_files.remember(&path);
+        self.timeline.mark_saved();
+        self.record(Record::Saved);
+        if self.is_interactive() {
+            self.print(&format!("saved as {}", path.display()));
+        }
+        self.scene_file = Some(path);
+        Ok(())
+    }
+
+    /// The path of the quicksave; creates its folder.
+    fn prepare_quicksave(&self) -> Result<PathBuf, Fault> {
+        let path = self.folders.quicksave().ok_or_else(|| {
+            Fault::new("unwritable", "the system has no folder for the quicksave")
+                .help("name a file: save NAME.scn")
+        })?;
+        let folder = path.parent().unwrap_or(Path::new("."));
+        std::fs::create_dir_all(folder).map_err(|error| {
+            unwritable(&anyhow::Error::from(error).context(format!("cannot make '{}'", folder.display())))
+        })?;
+        Ok(path)
+    }
+
+    /// Prints the last `count` lines, or all, with their numbers.
+    pub(super) fn print_history(&mut self, count: Option<u32>) {
+        let skipped = self.lines.len().saturating_sub(count.map_or(usize::MAX, |count| count as usize));
+        let lines = self.lines.iter().enumerate().skip(skipped);
+        let text = lines.map(|(i, line)| format!("{:>5}  {line}", i + 1)).collect::<Vec<_>>().join("\n");
+        self.print(&text);
+    }
+
+    /// Clears the terminal; without a terminal it does nothing.
+    pub(super) fn clear_screen(&mut self) {
+        if self.is_interactive() {
+            self.print_raw("\x1b[H\x1b[2J\x1b[3J");
+        }
+    }
+
+    /// Prints the working folder.
+    pub(super) fn print_folder(&mut self) -> Result<(), Fault> {
+        let folder = std::env::current_dir().map_err(|error| unreadable(&error.into()))?;
+        self.print(&folder.display().to_string());
+        Ok(())
+    }
+
+    /// Changes the working folder, by default to the home folder.
+    pub(super) fn change_folder(&mut self, folder: Option<&str>) -> Result<(), Fault> {
+        let path = match (folder, &self.folders.home) {
+            (Some(folder), _) => self.folders.expand(folder),
+            (None, Some(home)) => home.clone(),
+            (None, None) => {
+                return Err(Fault::new("unreadable", "the system has no home folder").help("name a folder"));
+            }
+        };
+        std::env::set_current_dir(&path).map_err(|error| {
+            unreadable(&anyhow::Error::from(error).context(format!("cannot go to '{}'", path.display())))
+        })?;
+        // A relative name would refer to another file now.
+        self.scene_file = self.scene_file.take().and_then(|file| file.file_name().map(PathBuf::from));
+        Ok(())
+    }
+
+    /// Lists a folder, by default the working folder: folders first, without hidden entries.
+    pub(super) fn list_folder(&mut self, folder: Option<&str>) -> Result<(), Fault> {
+        let path = folder.map_or_else(|| PathBuf::from("."), |folder| self.folders.expand(folder));
+        let entries = std::fs::read_dir(&path).map_err(|error| {
+            unreadable(&anyhow::Error::from(error).context(format!("cannot list '{}'", path.display())))
+        })?;
+        let mut names: Vec<(bool, String)> = entries
+            .flatten()
+            .map(|entry| (entry.path().is_dir(), entry.file_name().to_string_lossy().into_owned()))
+            .filter(|(_, name)| !name.starts_with('.'))
+            .collect();
+        names.sort_by(|a, b| (!a.0, &a.1).cmp(&(!b.0, &b.1)));
+        let lines: Vec<String> =
+            names.into_iter().map(|(is_folder, name)| if is_folder { name + "/" } else { name }).collect();
+        self.print(&if lines.is_empty() { "the folder is empty".to_owned() } else { lines.join("\n") });
+        Ok(())
+    }
+}
+
+/// A file name in quotes if a line needs them.
+fn quoted(file: &str) -> String {
+    if file.contains(|c: char| c.is_whitespace() || c == '#') {
+        format!("\"{file}\"")
+    } else {
+        file.to_owned()
+    }
+}
+
+/// Adds `.scn` to a name without an extension, except for an existing entry that is not a plain file.
+fn with_scene_extension(path: PathBuf) -> PathBuf {
+    let is_special = files::is_standard_stream(&path) || (path.exists() && !path.is_file());
+    if path.extension().is_some() || is_special { path } else { path.with_extension("scn") }
+}
+
+/// Adds `.scn` to a name if only the file with that extension exists.
+fn with_scene_extension_if_found(path: PathBuf) -> PathBuf {
+    let mut longer = path.clone().into_os_string();
+    longer.push(".scn");
+    let longer = PathBuf::from(longer);
+    if !path.exists() && longer.is_file() { longer } else { path }
+}

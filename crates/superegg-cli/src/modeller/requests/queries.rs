@@ -1,0 +1,109 @@
+//! Answers questions about the scene: trees of objects, inside-outside tests and ray hits.
+
+use superegg_geom::Ray;
+use superegg_geom::glam::DVec3;
+use superegg_lang::{Fault, format_number};
+use superegg_trace::CompiledScene;
+
+use crate::inspect::grid::Grid;
+use crate::inspect::ray::{describe_camera_ray, describe_hit};
+use crate::inspect::tree::describe_tree;
+use crate::modeller::faults::{at_argument, interrupted_test};
+use crate::modeller::state::Modeller;
+use crate::text::counted;
+
+impl Modeller {
+    fn compile_selected(&self) -> Result<CompiledScene, Fault> {
+        let scene = self.session().scene();
+        Ok(CompiledScene::compile(scene, Some(self.selected_root()?), scene.depth))
+    }
+
+    /// Prints the details and the tree of each name, by default of the selection.
+    pub(super) fn show(&mut self, names: &[String], line: &str) -> Result<(), Fault> {
+        let selected;
+        let names = if names.is_empty() {
+            selected = [self.selected_root()?.to_owned()];
+            &selected[..]
+        } else {
+            names
+        };
+        let mut texts = Vec::new();
+        for (i, name) in names.iter().enumerate() {
+            let session = self.session();
+            let details = session
+                .describe(std::slice::from_ref(name))
+                .map_err(|fault| at_argument(fault, line, i + 1))?;
+            let entities: Vec<&str> = match (session.scene().get(name), name.to_ascii_lowercase().as_str()) {
+                (Some(_), _) => vec![name],
+                (None, "all") => session.scene().entities().map(|(name, _)| name).collect(),
+                (None, _) => session.selected().into_iter().collect(),
+            };
+            texts.push(details);
+            texts.extend(entities.iter().map(|name| describe_tree(session, name)));
+        }
+        self.print(&texts.join("\n"));
+        Ok(())
+    }
+
+    /// Prints the inside-outside value at a point, or the counts for the grid of the settings.
+    pub(super) fn inside_outside(&mut self, point: Option<DVec3>) -> Result<(), Fault> {
+        let compiled = self.compile_selected()?;
+        let Some(point) = point else { return self.count_grid(&compiled) };
+        let answer = compiled.query_point_unless(point, &self.interrupt).ok_or_else(interrupted_test)?;
+        let verdict = match answer.least {
+            _ if answer.inside => "inside",
+            Some((0.0, _)) => "on the surface",
+            Some(_) | None => "outside",
+        };
+        let text = match answer.least {
+            None => format!("{verdict}: the point is in no shape's box"),
+            Some((value, path)) => {
+                let (value, name) = (format_number(value), compiled.path_name(&path));
+                format!("{verdict}: the function is {value} for {name}")
+            }
+        };
+        self.print(&text);
+        Ok(())
+    }
+
+    fn count_grid(&mut self, compiled: &CompiledScene) -> Result<(), Fault> {
+        let view = self.session().settings.view;
+        let grid = Grid::new(view.io_step, view.io_half).map_err(|error| {
+            Fault::new("out-of-range", error.to_string()).help("for example: set ioStep 0.5")
+        })?;
+        let (mut inside, mut count) = (0u64, 0u64);
+        for point in grid.points() {
+            let is_inside =
+                compiled.contains_point_unless(point, &self.interrupt).ok_or_else(interrupted_test)?;
+            inside += u64::from(is_inside);
+            count += 1;
+        }
+        self.print(&format!(
+            "{} from {half} to {} in steps of {}: {inside} inside, {} outside",
+            counted(count, "point"),
+            format_number(view.io_half),
+            format_number(view.io_step),
+            count - inside,
+            half = format_number(-view.io_half),
+        ));
+        Ok(())
+    }
+
+    /// Prints the first hit of a ray (origin, direction), by default of the central camera ray.
+    pub(super) fn intersect(&mut self, ray: Option<(DVec3, DVec3)>) -> Result<(), Fault> {
+        let compiled = self.compile_selected()?;
+        let text = match ray {
+            None => describe_camera_ray(&compiled, &self.session().scene().camera, false),
+            Some((_, direction)) if direction == DVec3::ZERO => {
+                let fault = Fault::new("no-direction", "the direction 0 0 0 leads nowhere");
+                return Err(fault.help("the last three numbers are the direction, such as 0 0 -1"));
+            }
+            Some((origin, direction)) => {
+                let hit = compiled.intersect(&Ray::new(origin, direction), None);
+                format!("the ray {}", describe_hit(&compiled, hit.as_ref()))
+            }
+        };
+        self.print(&text);
+        Ok(())
+    }
+}

@@ -1,0 +1,197 @@
+//! The state of a modelling session, and the output and journal operations that every request uses.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use superegg_lang::{Diagnostic, Fault, Session, Severity, Timeline};
+use superegg_viewer::{Shown, ViewerHandle};
+
+use crate::files::folders::Folders;
+use crate::files::scene::Loaded;
+use crate::modeller::journal::{Journal, Record, UnsavedSession, unsaved_sessions};
+use crate::modeller::known_files::KnownFiles;
+use crate::modeller::render_queue::RenderQueue;
+use crate::modeller::reporter::{Message, Reporter, visible};
+use crate::modeller::viewer_link::{ViewerLink, snapshot};
+
+/// The source of the input lines.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Input {
+    /// A person at a terminal, who sees the input and can answer questions.
+    Person,
+    /// A pipe or file with this name. It cannot answer questions.
+    Lines(String),
+}
+
+/// The next step after a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Reply {
+    /// Read the next line.
+    Continue,
+    /// Ask this yes-or-no question.
+    Ask(String),
+    /// End the session.
+    Leave,
+}
+
+/// An action that waits for confirmation.
+pub(super) enum Pending {
+    /// End the session.
+    Leave,
+    /// Replace the scene by a file that has been read.
+    Load { loaded: Box<Loaded>, path: PathBuf, label: String },
+    /// Replace the scene by an unsaved session.
+    Recover(UnsavedSession),
+}
+
+/// A session with its undo history, files, render queue, journal and window.
+pub(crate) struct Modeller {
+    pub(super) timeline: Timeline,
+    pub(super) input: Input,
+    pub(super) folders: Folders,
+    /// All input lines, including those that failed.
+    pub(super) lines: Vec<String>,
+    /// The scene file last loaded or saved.
+    pub(super) scene_file: Option<PathBuf>,
+    pub(super) known_files: KnownFiles,
+    pub(super) journal: Journal,
+    pub(super) renders: RenderQueue,
+    pub(super) reporter: Reporter,
+    /// Becomes true when the user interrupts the running command.
+    pub(super) interrupt: Arc<AtomicBool>,
+    /// The action that waits for an answer.
+    pub(super) pending: Option<Pending>,
+    pub(super) has_errors: bool,
+    /// The first error of standard output; no output is possible after it.
+    pub(super) output_error: Option<anyhow::Error>,
+    pub(super) viewer: ViewerLink,
+}
+
+impl Modeller {
+    /// Starts with an empty scene. `is_journaled` enables the autosave journal.
+    pub(crate) fn new(
+        input: Input,
+        is_journaled: bool,
+        reporter: Reporter,
+        interrupt: Arc<AtomicBool>,
+    ) -> Self {
+        let folders = Folders::of_user();
+        let journals = folders.journals().filter(|_| is_journaled);
+        Self {
+            timeline: Timeline::default(),
+            input,
+            lines: Vec::new(),
+            scene_file: None,
+            known_files: KnownFiles::default(),
+            journal: Journal::new(journals),
+            renders: RenderQueue::new(Arc::clone(&reporter)),
+            reporter,
+            folders,
+            interrupt,
+            pending: None,
+            has_errors: false,
+            output_error: None,
+            viewer: ViewerLink::default(),
+        }
+    }
+
+    /// Starts from a loaded session with `root` selected.
+    pub(crate) fn with_scene(mut self, session: Session, root: Option<&str>) -> Self {
+        self.timeline = Timeline::beginning_with(session, root);
+        self
+    }
+
+    pub(crate) fn session(&self) -> &Session {
+        self.timeline.session()
+    }
+
+    pub(crate) fn folders(&self) -> &Folders {
+        &self.folders
+    }
+
+    /// Whether a person at a terminal enters the lines.
+    pub(crate) fn is_interactive(&self) -> bool {
+        self.input == Input::Person
+    }
+
+    /// The selected primitive or object, for a command that needs one.
+    pub(super) fn selected_root(&self) -> Result<&str, Fault> {
+        self.session().selected().ok_or_else(|| {
+            Fault::new("selection", "nothing is selected")
+                .help("'primitive NAME' or 'object NAME' selects what is to be in the picture")
+        })
+    }
+
+    /// Cancels all background renders. Returns whether there were any.
+    pub(crate) fn stop_renders(&self) -> bool {
+        self.renders.stop() > 0
+    }
+
+    /// Output the scene in this viewer from now on.
+    pub(crate) fn attach_viewer(&mut self, handle: ViewerHandle) {
+        self.viewer.attach(handle);
+    }
+
+    /// Continues without a viewer. Commands that need one report the reason.
+    pub(crate) fn detach_viewer(&mut self, reason: String) {
+        self.viewer.detach(reason);
+    }
+
+    /// The scene and the settings that a viewer shows now.
+    pub(crate) fn snapshot(&self) -> Shown {
+        snapshot(self.session())
+    }
+
+    /// Sends the scene to the viewer.
+    pub(super) fn update_viewer(&self) {
+        self.viewer.update(self.session());
+    }
+
+    /// The lines that came from the viewer since the last call.
+    pub(crate) fn drain_viewer_lines(&mut self) -> Vec<String> {
+        self.viewer.drain_lines()
+    }
+
+    /// The sessions that ended without a save, newest first.
+    pub(super) fn unsaved_sessions(&self) -> Vec<UnsavedSession> {
+        self.folders.journals().map_or_else(Vec::new, |journals| unsaved_sessions(&journals))
+    }
+
+    /// Appends a record to the journal and reports a failure.
+    pub(super) fn record(&mut self, record: Record<'_>) {
+        if let Some(trouble) = self.journal.append(record) {
+            self.report(Message::Diagnostic(format!("superegg: {trouble}")));
+        }
+    }
+
+    pub(super) fn report(&mut self, message: Message) {
+        if let Err(error) = (self.reporter)(message) {
+            self.output_error.get_or_insert(error);
+        }
+    }
+
+    /// Prints text with control characters escaped.
+    pub(super) fn print(&mut self, text: &str) {
+        self.print_raw(&visible(text));
+    }
+
+    /// Prints text with its control characters.
+    pub(super) fn print_raw(&mut self, text: &str) {
+        self.report(Message::Text(text.to_owned()));
+    }
+
+    /// Reports a fault of the last line.
+    pub(super) fn report_fault(&mut self, line: &str, fault: Fault) {
+        let file = match &self.input {
+            Input::Person => "",
+            Input::Lines(name) => name,
+        };
+        self.report_diagnostic(&Diagnostic::of_line(file, self.lines.len(), line, fault));
+    }
+
+    pub(super) fn report_diagnostic(&mut self, diagnostic: &Diagnostic) {
+        self.has_errors |= diagnostic.severity == Severity::Error;
+        self.report(Message::Diagnostic(visible(&diagnostic.to_string())));
+    }
+}

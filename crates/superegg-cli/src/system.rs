@@ -1,0 +1,5 @@
+//! The process and its machine: signals, memory and processor time.
+
+pub(crate) mod interrupt;
+pub(crate) mod memory;
+pub(crate) mod processor;
