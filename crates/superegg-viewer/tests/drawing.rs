@@ -1,7 +1,7 @@
-//! The drawing module without a window, on whatever Vulkan or GL there is: software serves. Where
-//! there is none the tests say so and pass.
+//! The drawing module without a window, on any Vulkan or OpenGL driver; software suffices. Without
+//! a driver the tests print so and pass.
 
-// A test that is skipped says so.
+// A skipped test prints its reason.
 #![allow(clippy::print_stderr, clippy::print_stdout)]
 
 use image::{Rgba, RgbaImage};
@@ -23,7 +23,7 @@ fn shaders_are_valid() {
     validator.validate(&module).unwrap_or_else(|error| panic!("{}", error.emit_to_string(SHADERS)));
 }
 
-/// A drawing module, or a word on why there is none.
+/// A drawing module. Without a driver it prints the reason and returns `None`.
 fn drawing() -> Option<Drawing> {
     match Gpu::headless() {
         Ok(gpu) => Some(Drawing::for_images(&gpu)),
@@ -71,13 +71,13 @@ fn draw(drawing: &mut Drawing, lines: &str, style: Style) -> RgbaImage {
     drawing.draw_to_image(&picture(session.scene(), &preview, &lights, style), SIZE).unwrap().0
 }
 
-/// The share of pixels that differ by more than 8 in some channel.
+/// The fraction of pixels that differ by more than 8 in some channel.
 fn difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
     let far = |(a, b): (&Rgba<u8>, &Rgba<u8>)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 8);
     a.pixels().zip(b.pixels()).filter(|pair| far(*pair)).count() as f64 / f64::from(a.width() * a.height())
 }
 
-/// What covers the picture, by the preview: all in ambient white before black.
+/// The silhouette by the preview: everything in ambient white before black.
 fn silhouette(
     drawing: &mut Drawing,
     session: &Session,
@@ -99,7 +99,7 @@ fn silhouette(
     image.pixels().map(|pixel| pixel.0[0] > 127).collect()
 }
 
-/// The same by the ray through the middle of each pixel.
+/// The silhouette by a ray through the centre of each pixel.
 fn traced_silhouette(session: &Session, camera: superegg_scene::Camera, size: (u32, u32)) -> Vec<bool> {
     let scene = session.scene();
     let compiled = CompiledScene::compile(scene, session.selected(), scene.depth);
@@ -113,8 +113,8 @@ fn traced_silhouette(session: &Session, camera: superegg_scene::Camera, size: (u
         .collect()
 }
 
-/// Pixels that differ, and the places where they do in a whole block of two by two: the difference
-/// is wider than a pixel there.
+/// The number of pixels that differ, and of blocks of two by two pixels that differ as a whole:
+/// there the difference is wider than a pixel.
 fn disagreement(a: &[bool], b: &[bool], (width, height): (u32, u32)) -> (usize, usize) {
     let differs = |x: u32, y: u32| a[(y * width + x) as usize] != b[(y * width + x) as usize];
     let is_wide = |x, y| differs(x, y) && differs(x + 1, y) && differs(x, y + 1) && differs(x + 1, y + 1);
@@ -144,15 +144,15 @@ const SCENES: &[(&str, &str)] = &[
 ];
 
 #[test]
-fn silhouettes_are_those_of_the_ray_tracer() {
+fn silhouettes_equal_those_of_the_ray_tracer() {
     let Some(mut drawing) = drawing() else { return };
     let size = (300, 260);
     for (name, lines) in SCENES {
         let session = session(lines);
         let mut eye = Eye::new(&session.scene().camera);
-        for place in [DVec2::ZERO, DVec2::new(0.3, 0.2), DVec2::new(-0.5, 0.1)] {
+        for point in [DVec2::ZERO, DVec2::new(0.3, 0.2), DVec2::new(-0.5, 0.1)] {
             eye.press(DVec2::ZERO);
-            eye.drag(place);
+            eye.drag(point);
             eye.release();
             let camera = eye.camera();
             let drawn = silhouette(&mut drawing, &session, camera, size);
@@ -162,10 +162,13 @@ fn silhouettes_are_those_of_the_ray_tracer() {
             let (differing, wide) = disagreement(&drawn, &traced, size);
             let share = differing as f64 / drawn.len() as f64;
             println!(
-                "{name}: {:.3} % of the pixels differ, wider than a pixel at {wide} places",
+                "{name}: {:.3} % of the pixels differ, wider than a pixel at {wide} positions",
                 100.0 * share
             );
-            assert!(wide == 0 && share < 0.004, "{name}: {share} differ, {wide} places wider than a pixel");
+            assert!(
+                wide == 0 && share < 0.004,
+                "{name}: {share} differ, {wide} positions wider than a pixel"
+            );
         }
     }
 }
@@ -177,10 +180,10 @@ fn shading_is_per_pixel_or_per_vertex() {
     let (phong, gouraud) =
         (draw(&mut drawing, coarse, SOLID), draw(&mut drawing, coarse, Style::Solid(Shading::Gouraud)));
     assert!(difference(&phong, &gouraud) > 0.1, "{}", difference(&phong, &gouraud));
-    // A highlight between the vertices is there per pixel alone.
+    // Only shading per pixel shows a highlight between the vertices.
     let brightest = |image: &RgbaImage| image.pixels().map(|pixel| pixel.0[0]).max().unwrap();
     assert!(brightest(&phong) > brightest(&gouraud));
-    // With patches as fine as pixels it makes no difference.
+    // With patches of the size of pixels there is no difference.
     let fine = "prm a; coeff 4 4 4; patch 300 300; gloss .4; specular .5";
     let (phong, gouraud) =
         (draw(&mut drawing, fine, SOLID), draw(&mut drawing, fine, Style::Solid(Shading::Gouraud)));
@@ -188,7 +191,7 @@ fn shading_is_per_pixel_or_per_vertex() {
 }
 
 #[test]
-fn light_is_that_of_the_ray_tracer_where_nothing_casts_a_shadow() {
+fn light_equals_that_of_the_ray_tracer_without_shadows() {
     let Some(mut drawing) = drawing() else { return };
     for light in [
         "set threads 0",
@@ -204,7 +207,7 @@ fn light_is_that_of_the_ray_tracer_where_nothing_casts_a_shadow() {
     }
 }
 
-/// The picture of a scene by the ray tracer, one ray a pixel.
+/// The picture of a scene by the ray tracer, one ray per pixel.
 fn traced(session: &Session) -> RgbaImage {
     let compiled = CompiledScene::compile(session.scene(), session.selected(), 1);
     let picture =
@@ -221,7 +224,7 @@ fn traced(session: &Session) -> RgbaImage {
 }
 
 #[test]
-fn wireframe_shows_edges_and_normals_are_more() {
+fn wireframe_shows_edges_and_normals_are_extra() {
     let Some(mut drawing) = drawing() else { return };
     let lines = "prm a; coeff 3 3 3; patch 8 6; color 1 1 1";
     let lit = |image: &RgbaImage| image.pixels().filter(|pixel| pixel.0[0] > 200).count();
@@ -231,11 +234,11 @@ fn wireframe_shows_edges_and_normals_are_more() {
     let covered = solid.pixels().filter(|pixel| pixel.0[0] > 8).count();
     let dim = |image: &RgbaImage| image.pixels().filter(|pixel| (30..200).contains(&pixel.0[0])).count();
     assert!(lit(&wires) > 500 && lit(&wires) < covered / 4, "{} of {covered}", lit(&wires));
-    // Those behind are there, and dim.
+    // Hidden edges are drawn dim.
     assert!(dim(&wires) > 300, "{}", dim(&wires));
     let yellow = |image: &RgbaImage| image.pixels().filter(|p| p.0[0] > 200 && p.0[2] < 150).count();
     assert!(yellow(&normals) > 100 && yellow(&wires) == 0);
-    // Twice as many patches, more edges.
+    // Twice as many patches have more edges.
     let finer = draw(
         &mut drawing,
         "prm a; coeff 3 3 3; patch 16 12; color 1 1 1",
@@ -245,7 +248,7 @@ fn wireframe_shows_edges_and_normals_are_more() {
 }
 
 #[test]
-fn edges_over_a_surface_are_whole() {
+fn edges_on_a_surface_are_complete() {
     let Some(mut drawing) = drawing() else { return };
     let session = session("prm a; coeff 3 3 3; patch 8 6");
     let (preview, lights) = (open(&session), session.scene().lights());
@@ -260,7 +263,7 @@ fn edges_over_a_surface_are_whole() {
 }
 
 #[test]
-fn lines_and_marks_are_hidden_by_what_is_before_them() {
+fn lines_and_marks_are_hidden_by_surfaces_before_them() {
     let Some(mut drawing) = drawing() else { return };
     let session = session("prm a; coeff 2 2 2; color 0 0 1");
     let (preview, lights) = (open(&session), session.scene().lights());
@@ -280,7 +283,7 @@ fn lines_and_marks_are_hidden_by_what_is_before_them() {
 }
 
 #[test]
-fn a_mesh_is_on_the_gpu_once_however_often_it_is_used() {
+fn a_mesh_is_stored_once_however_often_it_is_used() {
     let Some(mut drawing) = drawing() else { return };
     let mut lines = "prm a; obj o".to_owned();
     for i in 0..100 {
@@ -290,7 +293,7 @@ fn a_mesh_is_on_the_gpu_once_however_often_it_is_used() {
     assert_eq!(drawing.mesh_count(), 1);
     draw(&mut drawing, &lines.replace("prm a;", "prm a; coeff 2 1 1; color 1 0 0;"), SOLID);
     assert_eq!(drawing.mesh_count(), 1);
-    // Small ones of any exponents are a few meshes.
+    // Small instances with any exponents share a few meshes.
     let mut lines = String::new();
     for i in 0..300 {
         lines += &format!("prm a{i}; exp {} 1; ", 0.5 + 0.0001 * f64::from(i));

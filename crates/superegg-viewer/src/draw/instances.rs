@@ -56,8 +56,8 @@ pub(super) struct SortedInstances {
     pub(super) selected: Option<Batch>,
 }
 
-/// An instance with its place in the sort order.
-struct Placed {
+/// An instance with its bucket in the sort order.
+struct Sortable {
     /// `3 * mesh + sides`.
     bucket: usize,
     data: InstanceData,
@@ -88,7 +88,7 @@ impl SortedInstances {
 
         let mut mesh_of: HashMap<(u32, u8), usize> = HashMap::new();
         let mut counts: Vec<u32> = Vec::new();
-        let place = |(instance, size_px): &(&PreviewInstance, f64)| {
+        let sortable = |(instance, size_px): &(&PreviewInstance, f64)| {
             let shape = &preview.shapes[instance.shape as usize];
             let level = detail.level(shape.patches, *size_px);
             let mesh = *mesh_of
@@ -100,9 +100,9 @@ impl SortedInstances {
                 counts.resize(bucket + 1, 0);
             }
             counts[bucket] += 1;
-            Placed { bucket, data, shape: instance.shape }
+            Sortable { bucket, data, shape: instance.shape }
         };
-        let placed: Vec<Placed> = visible.iter().map(place).collect();
+        let unsorted: Vec<Sortable> = visible.iter().map(sortable).collect();
 
         let batches = batches(&counts);
         for batch in &batches {
@@ -110,22 +110,22 @@ impl SortedInstances {
             let cost = if is_wireframe { size.edge_count } else { size.triangle_count };
             stats.triangles += cost as usize * batch.count as usize;
         }
-        let mut sorted = Self { data: sorted_data(&placed, &counts), batches, selected: None };
+        let mut sorted = Self { data: sorted_data(&unsorted, &counts), batches, selected: None };
         if let Some(shape) = picture.selected {
             // One mesh for all of them: the finest.
             let mesh = || meshes.ensure(MeshKey::new(&preview.shapes[shape as usize], 0));
-            sorted.append_selected(placed.iter().filter(|placed| placed.shape == shape), mesh);
+            sorted.append_selected(unsorted.iter().filter(|instance| instance.shape == shape), mesh);
         }
         sorted
     }
 
     fn append_selected<'a>(
         &mut self,
-        selected: impl Iterator<Item = &'a Placed>,
+        selected: impl Iterator<Item = &'a Sortable>,
         mesh: impl FnOnce() -> usize,
     ) {
         let first = self.data.len();
-        self.data.extend(selected.map(|placed| placed.data));
+        self.data.extend(selected.map(|instance| instance.data));
         let count = self.data.len() - first;
         self.selected = (count > 0).then(|| Batch {
             mesh: mesh(),
@@ -149,15 +149,15 @@ fn batches(counts: &[u32]) -> Vec<Batch> {
 }
 
 /// A counting sort by bucket.
-fn sorted_data(placed: &[Placed], counts: &[u32]) -> Vec<InstanceData> {
+fn sorted_data(unsorted: &[Sortable], counts: &[u32]) -> Vec<InstanceData> {
     let mut next: Vec<u32> = Vec::with_capacity(counts.len());
     let mut first = 0;
     for count in counts {
         next.push(first);
         first += count;
     }
-    let mut sorted = vec![InstanceData::default(); placed.len()];
-    for Placed { bucket, data, .. } in placed {
+    let mut sorted = vec![InstanceData::default(); unsorted.len()];
+    for Sortable { bucket, data, .. } in unsorted {
         sorted[next[*bucket] as usize] = *data;
         next[*bucket] += 1;
     }

@@ -1,6 +1,6 @@
 //! Key bindings: one table for the window, the help on screen and the documents.
 
-/// What a key or a button of the panel does.
+/// The action of a key or of a button of the panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
     /// Return the keyboard to the command line.

@@ -100,7 +100,7 @@ impl Panel {
                 ("Redo", Action::Redo, "Ctrl+Y"),
                 ("Frame", Action::FrameAll, "f"),
                 ("Home", Action::Home, "Home"),
-                ("Picture", Action::Screenshot, "F12: a numbered PNG of what is seen"),
+                ("Picture", Action::Screenshot, "F12: save the view as a numbered PNG"),
                 ("Keys", Action::ToggleHelp, "h"),
             ] {
                 if ui.button(text).on_hover_text(help).clicked() {

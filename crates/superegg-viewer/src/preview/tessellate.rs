@@ -133,7 +133,7 @@ mod tests {
             }
         }
 
-        /// A closed surface: each directed edge of a triangle meets its opposite once.
+        /// A closed surface: each directed edge of a triangle has its opposite once.
         #[test]
         fn triangles_close(u in 3..20u32, v in 2..20u32) {
             let mesh = tessellate(Exponents::ROUND, Patches { u, v });

@@ -31,9 +31,9 @@ use crate::overlay::cast::cast;
 use crate::panel::{Panel, PanelEvent, PanelModel};
 use crate::protocol::{FromViewer, Shown};
 
-/// A mouse wheel without notches scrolls by this many pixels in place of one.
+/// Pixels of smooth scrolling that count as one notch of the wheel.
 const NOTCH_PX: f64 = 50.0;
-/// egui asks for a frame after an hour or more where it needs none.
+/// egui returns a longer delay if it needs no further frame.
 const NEVER: Duration = Duration::from_secs(3600);
 
 /// The viewer in the event loop.
@@ -245,7 +245,7 @@ impl App {
             device: &device_name,
         };
         let (ui, events) = run_panel(open, &mut self.panel, &mut self.view, &model);
-        // egui places a text by its size in the frame before.
+        // egui positions a text by its size in the previous frame.
         let has_grown = status.len() != open.status_lines;
         open.status_lines = status.len();
         let is_due = has_grown || !events.is_empty();

@@ -37,7 +37,7 @@ mod tests {
         let start = Instant::now();
         let mut click = |ms, x| pointer.click(start + Duration::from_millis(ms), DVec2::new(x, 0.0));
         assert_eq!([click(0, 0.0), click(100, 3.0)], [false, true]);
-        // The third click begins anew.
+        // The third click starts over.
         assert_eq!([click(200, 3.0), click(700, 3.0), click(800, 30.0)], [false, false, false]);
     }
 }

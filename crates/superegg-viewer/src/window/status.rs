@@ -1,4 +1,5 @@
-//! The lines at the bottom of the scene: what is shown, and what the budgets leave out.
+//! The lines at the bottom of the scene: its name, renderer, and the parts that the budgets leave
+//! out.
 
 use super::background::Background;
 use super::content::Content;
