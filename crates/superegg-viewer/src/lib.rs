@@ -3,7 +3,7 @@
 //! [`Viewer`] runs the window on the main thread. [`ViewerHandle`] sends it snapshots ([`Shown`])
 //! from any thread, and its messages ([`FromViewer`]) return over a channel. The window reads
 //! snapshots of a scene and never writes one: each change leaves as a line of the modelling
-//! language. [`bench`] measures frame times without a window.
+//! language. [`bench()`] measures frame times without a window.
 //!
 //! Pure state knows no window and no GPU: `Arcball`, `Eye`, `ViewState` and the key bindings in
 //! `keys`.
