@@ -16,7 +16,7 @@ use winit::window::WindowId;
 
 use super::background::Background;
 use super::content::Content;
-use super::frame::{Composed, paint, run_panel};
+use super::frame::{Composed, intersection_test, paint, run_panel};
 use super::notice::Notice;
 use super::outbox::Outbox;
 use super::pointer::PointerTracker;
@@ -233,13 +233,13 @@ impl App {
         self.notice.expire();
         let Some(open) = &mut self.window else { return };
         let status = status::lines(&self.content, &self.background, &self.view, &open.stats);
-        let hit = Composed::new(&self.content, &self.background, &self.view).hit;
+        let test = intersection_test(&self.content, &self.background, &self.view);
         let device_name = open.device_name.clone();
         let model = PanelModel {
             scene: self.content.scene(),
             selected: self.content.selected(),
             root: self.content.root(),
-            hit: hit.as_ref(),
+            hit: test.as_ref().and_then(|(_, hit)| hit.as_ref()),
             status: &status,
             notice: self.notice.text(),
             device: &device_name,

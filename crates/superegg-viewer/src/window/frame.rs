@@ -1,5 +1,6 @@
 //! One frame: annotations of the scene, panel, painting.
 
+use superegg_geom::Ray;
 use superegg_geom::glam::DVec2;
 use superegg_scene::{Camera, Light, Scene};
 
@@ -24,8 +25,17 @@ pub(super) struct Composed<'a> {
     highlight: Option<u32>,
     lines: Vec<Line>,
     marks: Vec<Mark>,
-    /// The hit of the intersection test.
-    pub(super) hit: Option<CastHit>,
+}
+
+/// The intersection test, if it is on: its ray, and the first hit.
+pub(super) fn intersection_test(
+    content: &Content,
+    background: &Background,
+    view: &ViewState,
+) -> Option<(Ray, Option<CastHit>)> {
+    let compiled = background.compiled().filter(|_| view.settings.intersect_test)?;
+    let ray = view.test_ray();
+    Some((ray, cast(content.scene(), compiled, &ray)))
 }
 
 impl<'a> Composed<'a> {
@@ -49,7 +59,6 @@ impl<'a> Composed<'a> {
             highlight: background.selected_shape().filter(|_| content.root() != content.selected()),
             lines: Vec::new(),
             marks: Vec::new(),
-            hit: None,
         };
         if settings.axes {
             composed.lines.extend(axes(preview.bounds.as_ref()));
@@ -58,12 +67,9 @@ impl<'a> Composed<'a> {
         if let Some(grid) = background.grid().filter(|_| settings.io_test) {
             composed.marks.extend(grid.marks(settings.io_radius));
         }
-        if let Some(compiled) = background.compiled().filter(|_| settings.intersect_test) {
-            let ray = view.test_ray();
-            composed.hit = cast(scene, compiled, &ray);
+        if let Some((ray, hit)) = intersection_test(content, background, view) {
             let distance = (camera.target - camera.position).length();
-            let (lines, marks) =
-                lines_and_marks(&ray, composed.hit.as_ref(), 100.0 * distance, 0.008 * distance);
+            let (lines, marks) = lines_and_marks(&ray, hit.as_ref(), 100.0 * distance, 0.008 * distance);
             composed.lines.extend(lines);
             composed.marks.extend(marks);
         }
