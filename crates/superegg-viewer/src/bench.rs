@@ -13,7 +13,7 @@ use superegg_trace::CompiledScene;
 use crate::draw::{Drawing, Gpu, GpuError, Picture, Style};
 use crate::frame_stats::{DrawStats, FrameTimes, PreviewBench, TraceBench, ViewerBench};
 use crate::input::Eye;
-use crate::live::tracer::{Pace, TraceJob, available_threads, trace_pass};
+use crate::live::tracer::{ALL_THREADS, Pace, TraceJob, trace_pass};
 use crate::preview::{PreviewBudget, SceneIndex};
 
 /// A frame at 20 frames per second, less a fifth for everything else.
@@ -98,7 +98,6 @@ fn bench_preview(
 
 /// Traces a sequence of frames as a window does.
 fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usize) -> TraceBench {
-    let threads = available_threads();
     let begin = Instant::now();
     let compiled = Arc::new(CompiledScene::compile(scene, root, scene.depth));
     let compile_ms = ms_since(begin);
@@ -122,7 +121,7 @@ fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usiz
     for frame in 0..frames {
         let begin = Instant::now();
         let affordable = pace.coarseness(size, LIVE_SECONDS);
-        if let Some(pass) = trace_pass(&job(frame), affordable, 1, threads, &never) {
+        if let Some(pass) = trace_pass(&job(frame), affordable, 1, ALL_THREADS, &never) {
             coarseness = pass.coarseness;
             pace.measure(f64::from(pass.film.width()) * f64::from(pass.film.height()), pass.seconds);
         }
@@ -130,8 +129,14 @@ fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usiz
     }
     let full = (0..frames.div_ceil(10)).map(|frame| {
         let begin = Instant::now();
-        trace_pass(&job(10 * frame), 1, 1, threads, &never);
+        trace_pass(&job(10 * frame), 1, 1, ALL_THREADS, &never);
         ms_since(begin)
     });
-    TraceBench { threads, compile_ms, full: times(full.collect()), live: times(live), coarseness }
+    TraceBench {
+        threads: rayon::current_num_threads(),
+        compile_ms,
+        full: times(full.collect()),
+        live: times(live),
+        coarseness,
+    }
 }

@@ -43,6 +43,8 @@ const FIRST_PASS_SECONDS: f64 = 0.04;
 /// Samples per second that are assumed before any measurement.
 const FIRST_GUESS: f64 = 200_000.0;
 const COARSEST: u32 = 32;
+/// The renderer uses all threads.
+pub(crate) const ALL_THREADS: usize = 0;
 
 /// Measured tracing speed on the current scene.
 #[derive(Clone, Copy, Debug)]
@@ -103,11 +105,6 @@ pub(crate) fn trace_pass(
     })
 }
 
-/// The number of hardware threads.
-pub(crate) fn available_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
 /// The tracing thread. Dropping it cancels the work.
 #[derive(Debug)]
 pub(crate) struct Tracer {
@@ -140,7 +137,6 @@ impl Tracer {
 /// Traces the passes of a job: first as coarse as the time limit demands, then at half the
 /// coarseness each, at last with all samples.
 fn trace(job: &TraceJob, pace: &mut Pace, cancel: &AtomicBool, done: &impl Fn(Pass)) {
-    let threads = available_threads();
     let never = AtomicBool::new(false);
     let size = (job.settings.picture.width, job.settings.picture.height);
     let mut coarseness = pace.coarseness(size, FIRST_PASS_SECONDS);
@@ -148,7 +144,7 @@ fn trace(job: &TraceJob, pace: &mut Pace, cancel: &AtomicBool, done: &impl Fn(Pa
     let mut is_first = true;
     loop {
         let cancel_pass = if is_first { &never } else { cancel };
-        let Some(pass) = trace_pass(job, coarseness, samples, threads, cancel_pass) else { return };
+        let Some(pass) = trace_pass(job, coarseness, samples, ALL_THREADS, cancel_pass) else { return };
         let traced = f64::from(pass.film.width()) * f64::from(pass.film.height()) * f64::from(samples);
         pace.measure(traced, pass.seconds);
         let is_last = pass.is_last;
