@@ -9,7 +9,7 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rays::{camera_rays, random_rays};
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::{LaneHits, LaneRays};
+use superegg_geom::kernels::newton::{LaneHits, LaneRays};
 use superegg_geom::{Exponents, RayStart, Superquadric, textbook};
 
 const COUNT: usize = 10_000;

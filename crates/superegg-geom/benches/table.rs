@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use rays::{camera_rays, random_rays};
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::{LaneHits, LanePowers, LaneRays, lanes_at_a_time};
+use superegg_geom::kernels::newton::{LaneHits, LanePowers, LaneRays, lanes_at_a_time};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, textbook};
 
 const ROUNDS: usize = 5;

@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::{LaneHits, LaneRays};
+use superegg_geom::kernels::newton::{LaneHits, LaneRays};
 use superegg_geom::{Exponents, RayStart, Superquadric, textbook};
 
 #[path = "../benches/rays/mod.rs"]

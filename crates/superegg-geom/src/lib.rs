@@ -17,7 +17,8 @@
 
 mod batch;
 #[cfg(feature = "simd")]
-pub mod lanes;
+#[doc(hidden)]
+pub mod kernels;
 mod math;
 mod measure;
 mod norm;

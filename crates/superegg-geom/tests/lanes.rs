@@ -2,7 +2,7 @@
 
 use rays::Random;
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::{LaneHit, LaneHits, LanePowers, LaneRays};
+use superegg_geom::kernels::newton::{LaneHit, LaneHits, LanePowers, LaneRays};
 use superegg_geom::{Exponents, Ray, RayStart, ShapeHit, Superquadric};
 
 #[path = "../benches/rays/mod.rs"]

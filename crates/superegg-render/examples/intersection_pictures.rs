@@ -4,7 +4,7 @@
 
 use image::{Rgb, RgbImage};
 use superegg_geom::glam::DVec2;
-use superegg_geom::lanes::{LaneHits, LaneRays};
+use superegg_geom::kernels::newton::{LaneHits, LaneRays};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, textbook};
 use superegg_render::View;
 use superegg_scene::Camera;

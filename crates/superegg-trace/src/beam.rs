@@ -8,13 +8,12 @@
 use std::sync::Arc;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
-use superegg_geom::lanes::beam::{
-    ALL_LANES, BeamBoxes, BeamShape, Bundles, DirectionBoxes, Directions, Kernels, MOST_PACKETS,
-    NumberOfPackets, PACKET, PacketHits, PacketOf, PacketSurfaces, PacketVectors, PacketVectors64, RANGE,
-    Widening,
+use superegg_geom::kernels::packet::{
+    ALL_LANES, ConeWidth, DirectionBoxes, DirectionRange, LaneCompactor, MAX_PACKETS, NodeBoxes, PACKET,
+    PacketBatch, PacketColumn, PacketHits, PacketIntervals, PacketKernels, PacketShape, PacketSurfaces,
+    PacketVectors, PacketVectors64, PerPacket, RANGE,
 };
-use superegg_geom::lanes::crowd::Crowd;
-use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
+use superegg_geom::kernels::refine::{RefineBatch, RefineRay, refine_powers};
 use superegg_geom::{Ray, RayStart, Superquadric, inverse_of, scale_to_unit, unit_vector};
 
 use crate::bvh::Slot;
@@ -28,7 +27,7 @@ use crate::traverse::{Departure, Hit};
 /// Rays of a packet.
 pub const LANES: usize = PACKET;
 /// Rays of a beam at most: as many packets as a mask has bits.
-pub const MOST_RAYS: usize = MOST_PACKETS * PACKET;
+pub const MOST_RAYS: usize = MAX_PACKETS * PACKET;
 /// The rounding of a direction and a map in f32, as a part of the way, with room.
 const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 /// The least tolerance of N in f32.
@@ -52,7 +51,7 @@ pub struct Candidate {
     /// How its crossings are settled together; `None` where each goes by itself.
     lens: Option<Lens>,
     /// What the lanes know of it; `None` of what they only know a shape around.
-    seen: Option<BeamShape>,
+    seen: Option<PacketShape>,
 }
 
 /// A convex shape as f64 sees it from the beam's origin.
@@ -126,19 +125,19 @@ struct Frame {
     longest: f64,
     /// A direction in the middle, in the tree's space.
     middle: DVec3,
-    bundles: Bundles,
+    intervals: PacketIntervals,
     /// Where the reciprocals of the directions in the tree's space begin.
     first_inverse: usize,
 }
 
 /// The largest coordinates of a beam's directions, whatever their signs.
-fn largest(directions: &Directions) -> DVec3 {
+fn largest(directions: &DirectionRange) -> DVec3 {
     directions.least.abs().max(directions.most.abs())
 }
 
 /// No direction of a beam has a lesser part along `row`, whatever its sign.
-fn least_along(directions: &Directions, row: DVec3) -> f64 {
-    let Directions { least, most, .. } = *directions;
+fn least_along(directions: &DirectionRange, row: DVec3) -> f64 {
+    let DirectionRange { least, most, .. } = *directions;
     (row.dot(0.5 * (least + most)).abs() - row.abs().dot(0.5 * (most - least))).max(0.0)
 }
 
@@ -213,7 +212,7 @@ impl Sight {
 
     /// Has the lanes tell of a crossing that f64 found; `map` has the columns of the map from gradients to normals. `false` where they would be off by more
     /// than `width`, or cannot hold it.
-    fn tell(&mut self, ray: u32, hit: &BeamHit, map: [[f32; 3]; 3], width: Widening) -> bool {
+    fn tell(&mut self, ray: u32, hit: &BeamHit, map: [[f32; 3]; 3], width: ConeWidth) -> bool {
         let (surfaces, lane) = (&mut self.surfaces[ray as usize / PACKET], ray as usize % PACKET);
         let t = (hit.t / self.t_scale) as f32;
         let error = f32::EPSILON * t;
@@ -236,7 +235,7 @@ impl Sight {
 /// The state of a tile.
 pub struct Beam<'s> {
     scene: &'s CompiledScene,
-    kernels: Kernels,
+    kernels: PacketKernels,
     pub candidates: Vec<Candidate>,
     paths: Vec<PathNode>,
     /// The rays' directions, scaled, and the boxes around those of each packet.
@@ -244,11 +243,11 @@ pub struct Beam<'s> {
     direction_boxes: DirectionBoxes,
     hits: Vec<PacketHits>,
     /// By packets the largest t of the beam that still counts for some ray; negative where none asks.
-    ends: NumberOfPackets,
+    ends: PerPacket,
     /// Lanes, by packet, whose ray has to go the exact way.
     exact: Vec<u32>,
-    crowd: Crowd,
-    batch: SettleBatch,
+    compactor: LaneCompactor,
+    batch: RefineBatch,
     unsettled: Vec<Unsettled>,
     met: Vec<Met>,
     /// Of each packet of shadow rays the candidate from which all of them come outwards ([`NO_CANDIDATE`] where there is none such).
@@ -261,7 +260,7 @@ pub struct Beam<'s> {
     open_inverses: usize,
     /// The beam's origin, in the world.
     origin: DVec3,
-    box_of_directions: Directions,
+    box_of_directions: DirectionRange,
     middle: DVec3,
     footprint: Footprint,
 }
@@ -297,16 +296,16 @@ impl<'s> Beam<'s> {
     pub fn new(scene: &'s CompiledScene) -> Self {
         Self {
             scene,
-            kernels: Kernels::default(),
+            kernels: PacketKernels::default(),
             candidates: Vec::new(),
             paths: Vec::new(),
             directions: Vec::new(),
             direction_boxes: DirectionBoxes::NONE,
             hits: Vec::new(),
-            ends: NumberOfPackets::splat(-1.0),
+            ends: PerPacket::splat(-1.0),
             exact: Vec::new(),
-            crowd: Crowd::default(),
-            batch: SettleBatch::default(),
+            compactor: LaneCompactor::default(),
+            batch: RefineBatch::default(),
             unsettled: Vec::new(),
             met: Vec::new(),
             packet_own: Vec::new(),
@@ -314,7 +313,7 @@ impl<'s> Beam<'s> {
             inverses: Vec::new(),
             open_inverses: 0,
             origin: DVec3::ZERO,
-            box_of_directions: Directions { scale: 1.0, least: DVec3::ZERO, most: DVec3::ZERO },
+            box_of_directions: DirectionRange { scale: 1.0, least: DVec3::ZERO, most: DVec3::ZERO },
             middle: DVec3::ZERO,
             footprint: Footprint::NONE,
         }
@@ -370,7 +369,7 @@ impl<'s> Beam<'s> {
         (sight.t_scale, sight.reach) = (scale, largest(&self.box_of_directions).length());
         let near = NEAR / sight.reach;
         let width =
-            Widening { width: (near * pixel.width) as f32, spread: (near * pixel.spread * scale) as f32 };
+            ConeWidth { width: (near * pixel.width) as f32, spread: (near * pixel.spread * scale) as f32 };
         let mut batch = std::mem::take(&mut self.batch);
         let mut unsettled = std::mem::take(&mut self.unsettled);
         batch.clear();
@@ -380,7 +379,7 @@ impl<'s> Beam<'s> {
         for packet in 0..self.hits.len() {
             let exact = self.exact[packet] & rays.asked(packet);
             let found = self.kernels.candidates(&self.hits[packet], rays.asked(packet) & !exact, width);
-            for lane in lanes(found.doubtful | exact) {
+            for lane in lanes(found.unresolved | exact) {
                 self.push_exact_hit(rays, packet * PACKET + lane, footprint, sight);
             }
             let with_lanes = found.ids.iter().zip(&found.lanes).take(found.count);
@@ -417,7 +416,7 @@ impl<'s> Beam<'s> {
                     let (t, error) =
                         (f64::from(hits.t.0[lane]) * scale, f64::from(hits.error.0[lane]) * scale);
                     let direction = unit_from_world.matrix3 * rays.direction(ray);
-                    batch.push(&SettleRay { origin, direction, t, powers });
+                    batch.push(&RefineRay { origin, direction, t, powers });
                     unsettled.push(Unsettled { ray: ray as u32, candidate, t, error });
                 }
             }
@@ -509,12 +508,12 @@ impl<'s> Beam<'s> {
     /// Takes directions, all scaled by one power of two, and returns what brings a t for them back; `None` where f32 cannot hold them. Nothing beyond
     /// `end` counts.
     fn take_directions(&mut self, directions: &[PacketVectors64], end: f64) -> Option<f64> {
-        self.box_of_directions = self.kernels.directions(directions, &mut self.directions)?;
+        self.box_of_directions = self.kernels.scale_directions(directions, &mut self.directions)?;
         let t_max = (end / self.box_of_directions.scale) as f32;
         let packets = directions.len();
         self.hits.resize(packets, PacketHits::up_to(t_max));
         self.direction_boxes =
-            self.kernels.start(&mut self.directions, &mut self.hits, &mut self.ends, t_max);
+            self.kernels.reset(&mut self.directions, &mut self.hits, &mut self.ends, t_max);
         self.exact.clear();
         self.exact.resize(packets, 0);
         let mut middle = DVec3::ZERO;
@@ -554,13 +553,13 @@ impl<'s> Beam<'s> {
         let first_inverse = self.open_inverses;
         let end = first_inverse + self.directions.len();
         if self.inverses.len() < end {
-            self.inverses.resize(end, [PacketOf::splat(0.0); 3]);
+            self.inverses.resize(end, [PacketColumn::splat(0.0); 3]);
         }
         let inverses = &mut self.inverses[first_inverse..];
         let boxes = &self.direction_boxes;
-        let bundles = self.kernels.bundles(&columns, &self.directions, boxes, mask, inverses);
+        let intervals = self.kernels.intervals(&columns, &self.directions, boxes, mask, inverses);
         self.open_inverses = end;
-        let [shortest, longest] = bundles.squares;
+        let [shortest, longest] = intervals.squares;
         let distance = tree_origin.length() + 2.0;
         let passed = distance / f64::from(shortest.sqrt()) * map_scale;
         let largest = largest(&self.box_of_directions);
@@ -580,7 +579,7 @@ impl<'s> Beam<'s> {
             passed,
             longest: f64::from(longest.sqrt()) / map_scale,
             middle: tree_from_world.matrix3 * self.middle,
-            bundles,
+            intervals,
             first_inverse,
             path,
             group_from_world,
@@ -622,8 +621,8 @@ impl<'s> Beam<'s> {
                     let is_rough = |slot: &Slot| is_ordered && matches!(slot, Slot::Leaf(_));
                     let roughly = node.slots().enumerate().filter(|(_, slot)| is_rough(slot));
                     let roughly = roughly.fold(0, |roughly, (place, _)| roughly | 1 << place);
-                    let boxes = BeamBoxes {
-                        roughly,
+                    let boxes = NodeBoxes {
+                        intervals_only: roughly,
                         bounds: &node.bounds,
                         count: node.count as usize,
                         origin: tree_origin,
@@ -631,7 +630,7 @@ impl<'s> Beam<'s> {
                         t_scale: frame.t_scale,
                         inverses: &self.inverses[frame.first_inverse..],
                     };
-                    let met = self.kernels.boxes(&boxes, &frame.bundles, &self.ends, mask);
+                    let met = self.kernels.intersect_boxes(&boxes, &frame.intervals, &self.ends, mask);
                     let first = self.pending.len();
                     for (place, slot) in node.slots().enumerate().filter(|(place, _)| met[*place] != 0) {
                         // The nearest corner along the middle of the beam.
@@ -810,7 +809,7 @@ impl<'s> Beam<'s> {
 
     /// A shape as the lanes see it; of one that is not convex a convex one around it. `None` where the origin is within the shape's box, or f32 cannot
     /// tell.
-    fn beam_shape(&self, frame: &Frame, target: &LeafTarget) -> Option<BeamShape> {
+    fn beam_shape(&self, frame: &Frame, target: &LeafTarget) -> Option<PacketShape> {
         let linear = &target.unit_from_world.matrix3;
         let rows = linear.transpose();
         let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
@@ -826,33 +825,30 @@ impl<'s> Beam<'s> {
             return None;
         }
         let (columns, map_scale) = f32_columns(linear)?;
-        let around = Superquadric::unit(target.shape.exponents().convexified());
+        let around = Superquadric::unit(target.shape.exponents().convexified()).as_convex()?;
         let origin = target.origin.as_vec3().to_array();
-        Some(BeamShape::new(&around, columns, origin, tolerance as f32, map_scale as f32))
+        Some(PacketShape::new(&around, columns, origin, tolerance as f32, map_scale as f32))
     }
 
-    fn push_candidate(&mut self, frame: &Frame, target: &LeafTarget, seen: Option<BeamShape>) {
+    fn push_candidate(&mut self, frame: &Frame, target: &LeafTarget, seen: Option<PacketShape>) {
         let path = self.push_path(frame.path, target.place);
         let LeafTarget { unit_from_world, shape, kind, .. } = *target;
         let origin = unit_from_world.transform_point3(self.origin);
         let distance = origin.abs().max_element();
         let is_settled_with_others = shape.is_convex() && distance > 1.0 && distance <= MOST_DISTANCE;
-        let lens = is_settled_with_others.then(|| Lens { origin, powers: settle_powers(&shape) });
+        let lens = is_settled_with_others.then(|| Lens { origin, powers: refine_powers(&shape) });
         self.candidates.push(Candidate { unit_from_world, path, kind, lens, seen });
     }
 
-    fn meet(&mut self, frame: &Frame, target: &LeafTarget, shape: &BeamShape, mask: u32) {
+    fn meet(&mut self, frame: &Frame, target: &LeafTarget, shape: &PacketShape, mask: u32) {
         let id = self.candidates.len() as u32;
-        if self.kernels.meet(
-            shape,
-            &self.directions,
-            &mut self.hits,
-            &mut self.ends,
-            &mut self.crowd,
-            mask,
-            id,
-        ) != 0
-        {
+        let batch = PacketBatch {
+            directions: &self.directions,
+            hits: &mut self.hits,
+            ends: &mut self.ends,
+            compactor: &mut self.compactor,
+        };
+        if self.kernels.intersect(shape, batch, mask, id) != 0 {
             self.push_candidate(frame, target, Some(*shape));
         }
     }
@@ -862,7 +858,7 @@ impl<'s> Beam<'s> {
         &mut self,
         frame: &Frame,
         target: &LeafTarget,
-        around: Option<&BeamShape>,
+        around: Option<&PacketShape>,
         rays: &Pencil,
         scale: f64,
         mask: u32,
@@ -872,22 +868,26 @@ impl<'s> Beam<'s> {
         for packet in packets(mask) {
             let mut near = self.hits[packet];
             if let Some(shape) = around {
-                let (directions, near) = (&self.directions[packet..=packet], std::slice::from_mut(&mut near));
-                let mut end = NumberOfPackets::splat(0.0);
-                self.kernels.meet(shape, directions, near, &mut end, &mut self.crowd, 1, id);
+                let batch = PacketBatch {
+                    directions: &self.directions[packet..=packet],
+                    hits: std::slice::from_mut(&mut near),
+                    ends: &mut PerPacket::splat(0.0),
+                    compactor: &mut self.compactor,
+                };
+                self.kernels.intersect(shape, batch, 1, id);
             }
             for lane in 0..PACKET {
                 if rays.asked(packet) >> lane & 1 == 0 {
                     continue;
                 }
-                let may_meet = around.is_none() || near.id.0[lane] == id || near.doubt.0[lane] > 0.0;
+                let may_meet = around.is_none() || near.id.0[lane] == id || near.unresolved >> lane & 1 == 1;
                 if !may_meet || self.hits[packet].t.0[lane] <= 0.0 {
                     continue;
                 }
                 let local = rays.ray(packet * PACKET + lane).through(&target.unit_from_world);
                 if let Some(hit) = target.shape.intersect(&local, RayStart::Free) {
                     let t = (hit.t / scale) as f32;
-                    self.hits[packet].take(lane, t, 1e-6 * t, id, 0.0);
+                    self.hits[packet].insert(lane, t, 1e-6 * t, id, false);
                     is_best |= self.hits[packet].id.0[lane] == id;
                 }
             }
@@ -902,7 +902,7 @@ impl<'s> Beam<'s> {
         &mut self,
         frame: &Frame,
         target: &LeafTarget,
-        shape: Option<&BeamShape>,
+        shape: Option<&PacketShape>,
         shadow: ShadowRays<'_>,
         occluded: &mut [u32],
         mask: u32,
@@ -918,13 +918,15 @@ impl<'s> Beam<'s> {
         } else {
             mask
         };
-        let Self { kernels, directions, hits, crowd, .. } = self;
-        let answer = shape.map(|shape| kernels.occlude(shape, directions, hits, crowd, mask));
+        let Self { kernels, directions, hits, compactor, .. } = self;
+        let answer = shape.map(|shape| kernels.occluded(shape, directions, hits, compactor, mask));
         for packet in packets(answer.map_or(mask, |answer| answer.packets)) {
             let (hit, ask) = match &answer {
                 // Of one that is not convex the lanes know only the convex shape around it.
-                Some(answer) if !target.shape.is_convex() => (0, answer.hit[packet] | answer.doubt[packet]),
-                Some(answer) => (answer.hit[packet], answer.doubt[packet]),
+                Some(answer) if !target.shape.is_convex() => {
+                    (0, answer.hit[packet] | answer.unresolved[packet])
+                }
+                Some(answer) => (answer.hit[packet], answer.unresolved[packet]),
                 None => (0, ALL_LANES),
             };
             let before = occluded[packet];

@@ -7,7 +7,6 @@ use foldhash::fast::RandomState;
 use num_bigint::BigUint;
 use rayon::prelude::*;
 use superegg_geom::glam::{DAffine3, DVec3};
-use superegg_geom::lanes::NO_LANE_POWERS;
 use superegg_geom::{Aabb, Superquadric, Transform, inverse_of};
 use superegg_scene::{Child, Entity, MAX_DEPTH, Material, Object, Pattern, Scene};
 
@@ -645,8 +644,7 @@ fn in_order(order: &[u32], make: impl Fn(u32) -> Leaf + Sync) -> Vec<Leaf> {
     }
     let mut place_of = vec![0u32; order.len()];
     (0..).zip(order).for_each(|(place, &item)| place_of[item as usize] = place);
-    let nobody =
-        Leaf { unit_from_group: NOWHERE, primitive: 0, name: NameRef::ROOT, lane_powers: NO_LANE_POWERS };
+    let nobody = Leaf { unit_from_group: NOWHERE, primitive: 0, name: NameRef::ROOT, lane_powers: None };
     let mut leaves: Vec<Leaf> = order.par_iter().map(|_| nobody).collect();
     let part = order.len().div_ceil(rayon::current_num_threads());
     leaves.par_chunks_mut(part).enumerate().for_each(|(number, leaves)| {

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use num_bigint::BigUint;
 use superegg_geom::glam::{DAffine3, DVec3};
-use superegg_geom::lanes::lane_powers;
+use superegg_geom::kernels::LanePowers;
 use superegg_geom::{Aabb, Exponents, Ray, Superquadric, Transform};
 use superegg_scene::Material;
 
@@ -24,7 +24,7 @@ pub(crate) struct Leaf {
     pub(crate) primitive: u32,
     pub(crate) name: NameRef,
     /// The primitive's, which need not be looked up then.
-    pub(crate) lane_powers: [f32; 2],
+    pub(crate) lane_powers: Option<LanePowers>,
 }
 
 impl Leaf {
@@ -35,7 +35,8 @@ impl Leaf {
         name: NameRef,
         primitives: &[CompiledPrimitive],
     ) -> Self {
-        let lane_powers = lane_powers(&primitives[primitive as usize].unit_shape());
+        let shape = primitives[primitive as usize].unit_shape();
+        let lane_powers = shape.as_convex().map(|shape| LanePowers::of(&shape));
         Self { unit_from_group, primitive, name, lane_powers }
     }
 }

@@ -4,9 +4,9 @@
 //! way. As in [`crate::beam`] that makes candidates, the closest one is settled in f64, and where the lanes cannot tell the ray goes the
 //! exact way.
 
-use pulp::{Arch, Simd, WithSimd};
-use superegg_geom::lanes::settle::{SettleBatch, SettleRay, settle_powers};
+use superegg_geom::kernels::refine::{RefineBatch, RefineRay, refine_powers};
 use superegg_geom::{Ray, ShapeHit, scale_to_unit};
+use superegg_simd::{Arch, Simd, WithSimd};
 
 use crate::compiled::{CompiledScene, Group, Leaf};
 use crate::footprint::Footprint;
@@ -120,7 +120,7 @@ const SETTLED_TOGETHER: usize = 128;
 /// Crossings that lanes have found, settled in f64.
 #[derive(Default)]
 struct Settling {
-    batch: SettleBatch,
+    batch: RefineBatch,
     /// Of each of the batch.
     primitives: Vec<u32>,
 }
@@ -184,13 +184,13 @@ impl Settling {
     #[inline(always)]
     fn push(&mut self, scene: &CompiledScene, leaf: &Leaf, ray: &Ray, t: f64, leaving: bool) {
         let Ray { origin, direction, .. } = *ray;
-        let powers = settle_powers(&scene.primitives[leaf.primitive as usize].unit_shape());
+        let powers = refine_powers(&scene.primitives[leaf.primitive as usize].unit_shape());
         self.primitives.push(leaf.primitive);
         self.batch.push(&if leaving {
             // Backwards it is the first crossing.
-            SettleRay { origin: origin + 2.0 * t * direction, direction: -direction, t, powers }
+            RefineRay { origin: origin + 2.0 * t * direction, direction: -direction, t, powers }
         } else {
-            SettleRay { origin, direction, t, powers }
+            RefineRay { origin, direction, t, powers }
         });
     }
 }

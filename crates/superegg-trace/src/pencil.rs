@@ -1,9 +1,9 @@
 //! Rays from one place: those of a camera, and shadow rays seen from their light.
 
-use pulp::{Simd, WithSimd};
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::beam::{ALL_LANES, PACKET, PacketOf, PacketVectors64};
+use superegg_geom::kernels::packet::{ALL_LANES, PACKET, PacketColumn, PacketVectors64};
+use superegg_simd::{Simd, WithSimd};
 
 use crate::beam::lanes as bits;
 
@@ -38,7 +38,7 @@ impl Pencil {
     pub fn push(&mut self, direction: DVec3) {
         let lane = self.count % PACKET;
         if lane == 0 {
-            self.directions.push([PacketOf::splat(f64::NAN); 3]);
+            self.directions.push([PacketColumn::splat(f64::NAN); 3]);
         }
         if let Some(packet) = self.directions.last_mut() {
             for axis in 0..3 {
@@ -84,12 +84,12 @@ impl Pencil {
     }
 }
 
-/// Directions, from a place, to points on the rays of a packet.
+/// DirectionRange, from a place, to points on the rays of a packet.
 pub struct DirectionsFrom<'a> {
     /// The rays.
     pub rays: &'a PacketVectors64,
     /// The points, by their t times `t_scale`.
-    pub t: &'a PacketOf<f32>,
+    pub t: &'a PacketColumn<f32>,
     pub t_scale: f64,
     /// From the place to the rays' origin.
     pub way: DVec3,
@@ -113,12 +113,14 @@ impl WithSimd for DirectionsFrom<'_> {
 
 #[cfg(test)]
 mod tests {
+    use superegg_simd::Column;
+
     use super::*;
 
     #[test]
     fn rays_that_come_by_packets_are_those_that_come_one_by_one() {
         let packet: PacketVectors64 =
-            [0.0, 0.25, 0.5].map(|part| PacketOf(std::array::from_fn(|lane| lane as f64 + part)));
+            [0.0, 0.25, 0.5].map(|part| Column(std::array::from_fn(|lane| lane as f64 + part)));
         let (mut one_by_one, mut by_packets) = (Pencil::default(), Pencil::default());
         for lanes in [0xffff, 0, 0x8001, 0xffff, 0x7ffe, 1, 0xfff, 0xffff, 0xaaaa] {
             by_packets.extend(&packet, lanes);
@@ -132,10 +134,11 @@ mod tests {
     #[test]
     fn directions_from_another_place_lead_to_the_same_points() {
         let rays: PacketVectors64 =
-            [1.0, -0.5, 0.25].map(|part| PacketOf(std::array::from_fn(|lane| part + lane as f64)));
-        let t = PacketOf(std::array::from_fn(|lane| 0.5 * lane as f32));
+            [1.0, -0.5, 0.25].map(|part| Column(std::array::from_fn(|lane| part + lane as f64)));
+        let t = Column(std::array::from_fn(|lane| 0.5 * lane as f32));
         let way = DVec3::new(3.0, 5.0, -7.0);
-        let found = pulp::Arch::new().dispatch(DirectionsFrom { rays: &rays, t: &t, t_scale: 2.0, way });
+        let found =
+            superegg_simd::Arch::new().dispatch(DirectionsFrom { rays: &rays, t: &t, t_scale: 2.0, way });
         for lane in 0..PACKET {
             assert_eq!(direction(&found, lane), way + lane as f64 * direction(&rays, lane));
         }

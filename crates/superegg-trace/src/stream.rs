@@ -2,19 +2,19 @@
 //!
 //! A node asks all rays that come to it for its boxes, eight boxes at once; each box that any of them meets has its own list, and lists are followed depth first,
 //! those of the nearest boxes first. The rays of a list go the same way along each axis, so that one order of boxes is good for all of them.
-//! Where a list comes to a shape its rays wait: first for [`Approaches`] to be full, then, those that meet the shape's own box, for
-//! [`FlightLanes`].
+//! Where a list comes to a shape its rays wait: first for [`ShapeEntries`] to be full, then, those that meet the shape's own box, for
+//! [`StreamLanes`].
 
 use std::sync::{Mutex, PoisonError};
 
-use pulp::Simd;
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::NO_LANE_POWERS;
-use superegg_geom::lanes::flight::{
-    APPROACH, Approach, Approaches, BoxEntries, BoxRay, END, FLIGHT, FlightAnswers, FlightLanes, Listed,
-    Verdict, meet_boxes,
+use superegg_geom::kernels::LanePowers;
+use superegg_geom::kernels::stream::{
+    BoxRay, END, ENTRY_LANES, EntryKind, ListedRay, NodeEntries, STREAM_LANES, ShapeEntries, ShapeEntry,
+    StreamHits, StreamLanes, intersect_boxes,
 };
 use superegg_geom::{Ray, RayStart, ShapeHit, Superquadric, scale_to_unit};
+use superegg_simd::Simd;
 
 use crate::beam::lanes;
 use crate::bvh::{Node, PackedSlot, Slot, WIDTH};
@@ -161,7 +161,7 @@ struct Waiting<'s> {
 
 /// Rays that wait in lanes.
 struct Flying<'s> {
-    lanes: FlightLanes,
+    lanes: StreamLanes,
     waiting: Vec<Waiting<'s>>,
 }
 
@@ -186,27 +186,24 @@ pub(crate) struct StreamMemory {
     trails: Vec<Trail>,
     tasks: Vec<Task>,
     /// Lists and entries, one after the other as they are needed, and by boxes a bit for each ray of a block that meets it.
-    lists: Vec<Listed>,
+    lists: Vec<ListedRay>,
     near: Vec<[f32; WIDTH]>,
     met: Vec<[u64; WIDTH]>,
     /// By rays of a list a bit for each box.
     boxes_met: Vec<u8>,
     /// Rays that come to a group, with their octants.
-    arrivals: Vec<(u8, Listed)>,
+    arrivals: Vec<(u8, ListedRay)>,
     exact: Vec<Hit>,
 }
 
 impl StreamMemory {
     /// The rays of a flight wait no longer: a bit for each of which there is something to tell.
     #[inline(always)]
-    fn end_waiting(&mut self, flying: &[Waiting<'_>], answers: &FlightAnswers) -> u32 {
-        let mut told = 0;
-        for (lane, waiting) in flying.iter().enumerate() {
+    fn end_waiting(&mut self, flying: &[Waiting<'_>], answers: &StreamHits) -> u32 {
+        for waiting in flying {
             self.patience[waiting.meeting.course as usize].waiting -= 1;
-            let tells = (answers.way.0[lane] < f32::INFINITY) | (answers.doubt.0[lane] > 0.0);
-            told |= u32::from(tells) << lane;
         }
-        told
+        answers.found | answers.unresolved
     }
 }
 
@@ -220,12 +217,12 @@ pub(crate) struct Stream<'s> {
     memory: StreamMemory,
     frames: Vec<Frame<'s>>,
     path: InstancePath,
-    approaches: Approaches,
+    approaches: ShapeEntries,
     approaching: Vec<(Meeting<'s>, RayStart)>,
     /// From outside of their boxes, and from within.
     outside: Flying<'s>,
     within: Flying<'s>,
-    answers: FlightAnswers,
+    answers: StreamHits,
     /// Set where a ray waits no longer.
     is_impatient: bool,
     most_rays: usize,
@@ -276,7 +273,7 @@ impl Clone for Spare {
 impl<'s> Stream<'s> {
     /// For rays that are asked for their first crossings, or whether anything stops them before a t.
     pub(crate) fn new(scene: &'s CompiledScene, root: &'s Group, any_before: Option<f64>) -> Self {
-        let flying = || Flying { lanes: FlightLanes::default(), waiting: Vec::with_capacity(FLIGHT) };
+        let flying = || Flying { lanes: StreamLanes::default(), waiting: Vec::with_capacity(STREAM_LANES) };
         Self {
             scene,
             root,
@@ -285,11 +282,11 @@ impl<'s> Stream<'s> {
             memory: scene.spare.take(),
             frames: Vec::new(),
             path: InstancePath::default(),
-            approaches: Approaches::default(),
-            approaching: Vec::with_capacity(APPROACH),
+            approaches: ShapeEntries::default(),
+            approaching: Vec::with_capacity(ENTRY_LANES),
             outside: flying(),
             within: flying(),
-            answers: FlightAnswers::default(),
+            answers: StreamHits::default(),
             is_impatient: false,
             most_rays: MANY_RAYS,
             most_trails: MANY_TRAILS,
@@ -391,7 +388,7 @@ impl<'s> Stream<'s> {
     /// Meets what waits where there is enough of it, or all where rays have waited long enough.
     #[inline(always)]
     fn meet<S: Simd>(&mut self, simd: S) {
-        if !(self.is_impatient || self.approaching.len() == APPROACH) {
+        if !(self.is_impatient || self.approaching.len() == ENTRY_LANES) {
             return;
         }
         self.come_to_boxes();
@@ -506,7 +503,7 @@ impl<'s> Stream<'s> {
                 // The place of a ray in the root's space is that of all else.
                 memory.lines[course] = [ray.origin, ray.direction];
                 let octant = octant_of(ray.direction) as u8;
-                memory.arrivals.push((octant, Listed::new(course as u32, course as u32)));
+                memory.arrivals.push((octant, ListedRay::new(course as u32, course as u32)));
                 if has_groups {
                     memory.footprints[course] = footprint;
                 }
@@ -545,7 +542,7 @@ impl<'s> Stream<'s> {
     #[inline(always)]
     fn reserve(&mut self, lists: usize, near: usize, met: usize) {
         if self.memory.lists.len() < lists {
-            self.memory.lists.resize(2 * lists, Listed::default());
+            self.memory.lists.resize(2 * lists, ListedRay::default());
         }
         if self.memory.near.len() < near {
             self.memory.near.resize(2 * near, [0.0; WIDTH]);
@@ -599,8 +596,8 @@ impl<'s> Stream<'s> {
         if let Some(last) = boxes_met.last_chunk_mut::<WIDTH>() {
             *last = [0; WIDTH];
         }
-        let entries = BoxEntries { near, met: boxes_met };
-        let met = meet_boxes(simd, &node.bounds, octant, boxes, listed, ends, entries);
+        let entries = NodeEntries { near, hit: boxes_met };
+        let met = intersect_boxes(simd, &node.bounds, octant, boxes, listed, ends, entries);
         let mut met = met & ((1u32 << node.count) - 1) as u8;
         if met & !node.leaves() == 0 {
             if met != 0 {
@@ -687,7 +684,7 @@ impl<'s> Stream<'s> {
 
     /// A ray waits for a shape. Returns whether there is no room for another one.
     #[inline(always)]
-    fn approach(&mut self, place: u32, listed: Listed) -> bool {
+    fn approach(&mut self, place: u32, listed: ListedRay) -> bool {
         let (group, _, trail) = self.frame();
         let leaf = &group.leaves[place as usize];
         let course = listed.end();
@@ -696,7 +693,7 @@ impl<'s> Stream<'s> {
         } else {
             RayStart::Free
         };
-        if start == RayStart::SurfaceOutward && leaf.lane_powers != NO_LANE_POWERS {
+        if start == RayStart::SurfaceOutward && leaf.lane_powers.is_some() {
             return false;
         }
         let lane = self.approaching.len();
@@ -706,7 +703,7 @@ impl<'s> Stream<'s> {
         let waiting = &mut self.memory.patience[course].waiting;
         *waiting += 1;
         self.is_impatient |= *waiting > PATIENCE;
-        self.is_impatient || lane + 1 == APPROACH
+        self.is_impatient || lane + 1 == ENTRY_LANES
     }
 
     /// What is known of a ray's start for the shape, or the group, at a place of the group that it is in.
@@ -726,26 +723,28 @@ impl<'s> Stream<'s> {
         for (lane, (meeting, _)) in self.approaching.iter().enumerate() {
             let course = meeting.course as usize;
             let arrives =
-                (self.approaches.verdict(lane) != Verdict::Misses) & (self.memory.ends[course] != DONE);
+                (self.approaches.kind(lane) != EntryKind::Misses) & (self.memory.ends[course] != DONE);
             self.memory.patience[course].waiting -= u32::from(!arrives);
             arrived |= u32::from(arrives) << lane;
         }
         for lane in lanes(arrived) {
             let (meeting, start) = self.approaching[lane];
-            let verdict = self.approaches.verdict(lane);
+            let verdict = self.approaches.kind(lane);
             let course = meeting.course as usize;
-            let powers = meeting.leaf.lane_powers;
-            let is_within = verdict == Verdict::Within;
+            let is_within = verdict == EntryKind::Inside;
             // Its one crossing is the way out.
             let is_inward = start == RayStart::SurfaceInward && is_within && self.any_before.is_none();
             let is_known = start == RayStart::Free || is_inward;
-            if verdict == Verdict::Doubtful || !is_known || powers == NO_LANE_POWERS {
-                self.memory.patience[course].waiting -= 1;
-                self.meet_exactly(&meeting, start);
-                continue;
-            }
+            let powers = match meeting.leaf.lane_powers {
+                Some(powers) if verdict != EntryKind::Unresolved && is_known => powers,
+                Some(_) | None => {
+                    self.memory.patience[course].waiting -= 1;
+                    self.meet_exactly(&meeting, start);
+                    continue;
+                }
+            };
             let approach = self.approaches.get(lane);
-            let Approach { entry, t_per_way, length, .. } = approach;
+            let ShapeEntry { t_entry: entry, t_per_s: t_per_way, length, .. } = approach;
             let leaves = is_within.then_some(entry + f64::from(length) * t_per_way);
             let waiting = Waiting { meeting, start, entry, t_per_way, leaves };
             // For occlusion it is the same whether a ray starts in the box.
@@ -761,11 +760,11 @@ impl<'s> Stream<'s> {
     #[inline(always)]
     fn meet_outside<S: Simd>(&mut self, simd: S) {
         let count = self.outside.waiting.len();
-        self.outside.lanes.unset_from(count);
+        self.outside.lanes.clear_from(count);
         if self.any_before.is_some() {
-            self.outside.lanes.occlude(simd, count, &mut self.answers);
+            self.outside.lanes.occluded(simd, count, &mut self.answers);
         } else {
-            self.outside.lanes.meet(simd, count, &mut self.answers);
+            self.outside.lanes.intersect(simd, count, &mut self.answers);
         }
         for lane in lanes(self.memory.end_waiting(&self.outside.waiting, &self.answers)) {
             let waiting = self.outside.waiting[lane];
@@ -783,22 +782,22 @@ impl<'s> Stream<'s> {
         if count == 0 {
             return;
         }
-        self.within.lanes.unset_from(count);
-        self.within.lanes.meet_within(simd, count, &mut self.answers);
+        self.within.lanes.clear_from(count);
+        self.within.lanes.intersect_from_inside(simd, count, &mut self.answers);
         for lane in lanes(self.memory.end_waiting(&self.within.waiting, &self.answers)) {
             let waiting = self.within.waiting[lane];
-            self.take_crossing(lane, &waiting, self.answers.leaving.0[lane] > 0.0);
+            self.take_crossing(lane, &waiting, self.answers.leaving >> lane & 1 == 1);
         }
         self.within.waiting.clear();
     }
 
     #[inline(always)]
     fn take_crossing(&mut self, lane: usize, waiting: &Waiting<'s>, leaving: bool) {
-        let way = self.answers.way.0[lane];
-        let is_doubtful = self.answers.doubt.0[lane] > 0.0;
+        let way = self.answers.s[lane];
+        let is_doubtful = self.answers.unresolved >> lane & 1 == 1;
         let course = waiting.meeting.course as usize;
         let t = waiting.entry + f64::from(way) * waiting.t_per_way;
-        let error = f64::from(self.answers.error.0[lane]) * waiting.t_per_way;
+        let error = f64::from(self.answers.error[lane]) * waiting.t_per_way;
         let error = (error as f32).next_up();
         if is_doubtful {
             // A grazing ray, which may be behind the best, or one that starts on the surface.
@@ -819,12 +818,12 @@ impl<'s> Stream<'s> {
         if self.memory.ends[course] == DONE {
             return;
         }
-        let way = self.answers.way.0[lane];
+        let way = self.answers.s[lane];
         // What is inside somewhere is met before that, but for a ray that starts inside: that one is when it leaves.
         let t = waiting.leaves.unwrap_or(waiting.entry + f64::from(way) * waiting.t_per_way);
         if way < f32::INFINITY && t < t_max * (1.0 - END) && t > 0.0 {
             self.end(course, Told::Occluded);
-        } else if way < f32::INFINITY || self.answers.doubt.0[lane] > 0.0 {
+        } else if way < f32::INFINITY || self.answers.unresolved >> lane & 1 == 1 {
             self.meet_exactly(&waiting.meeting, waiting.start);
         }
     }
@@ -914,7 +913,7 @@ impl<'s> Stream<'s> {
         // Where many rays are in many levels the memory for them has an end: some go first.
         let inner_rays = self.memory.lines.len() - self.asked.len();
         let room = self.most_rays.saturating_sub(inner_rays) / 2;
-        let count = list.count.min(room.max(FLIGHT) as u32);
+        let count = list.count.min(room.max(STREAM_LANES) as u32);
         if count < list.count {
             let others = list.count - count;
             let others = List {
@@ -951,7 +950,7 @@ impl<'s> Stream<'s> {
                 self.end(course, Told::Doubtful);
                 continue;
             };
-            let listed = Listed::new(self.memory.lines.len() as u32, course as u32);
+            let listed = ListedRay::new(self.memory.lines.len() as u32, course as u32);
             self.memory.arrivals.push((octant_of(local.direction) as u8, listed));
             self.memory.lines.push([local.origin, local.direction]);
             self.memory.boxes.push(tree);
@@ -1001,7 +1000,7 @@ impl<'s> Stream<'s> {
 
 impl<'s> Flying<'s> {
     #[inline(always)]
-    fn push(&mut self, powers: [f32; 2], approach: &Approach, is_inward: bool, waiting: Waiting<'s>) {
+    fn push(&mut self, powers: LanePowers, approach: &ShapeEntry, is_inward: bool, waiting: Waiting<'s>) {
         self.lanes.set(self.waiting.len(), powers, approach, is_inward);
         self.waiting.push(waiting);
     }
@@ -1009,7 +1008,7 @@ impl<'s> Flying<'s> {
     /// Whether there may be no room for those that approach next.
     #[inline(always)]
     fn is_full(&self) -> bool {
-        self.waiting.len() > FLIGHT - APPROACH
+        self.waiting.len() > STREAM_LANES - ENTRY_LANES
     }
 }
 
@@ -1054,8 +1053,8 @@ fn places_along(node: &Node, octant: u8) -> [f32; WIDTH] {
 
 #[cfg(test)]
 mod tests {
-    use pulp::Arch;
     use superegg_lang::load_text;
+    use superegg_simd::Arch;
 
     use super::*;
     use crate::flight;

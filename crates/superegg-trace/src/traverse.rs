@@ -80,7 +80,7 @@ impl CompiledScene {
         self.closest_hit(ray, departure, Footprint::NONE, false)
     }
 
-    /// The same by the f32 lanes where shapes are convex ([`superegg_geom::lanes`]), for comparing the two.
+    /// The same by the f32 lanes where shapes are convex ([`superegg_geom::kernels`]), for comparing the two.
     pub fn intersect_fast(&self, ray: &Ray) -> Option<Hit> {
         self.closest_hit(ray, None, Footprint::NONE, true)
     }

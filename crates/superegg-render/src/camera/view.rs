@@ -1,10 +1,10 @@
 //! From places in the picture to rays.
 
-use pulp::{Simd, WithSimd};
 use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
-use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketVectors64};
+use superegg_geom::kernels::packet::{PACKET, PacketColumn, PacketVectors64};
 use superegg_scene::{Camera, Lens};
+use superegg_simd::{Simd, WithSimd};
 use superegg_trace::Footprint;
 
 use crate::camera::sample::FilmSample;
@@ -137,7 +137,7 @@ impl WithSimd for PacketDirections<'_> {
             (*x, *y) = sample.film_px.into();
         }
         // Plain loops, which become lanes.
-        let mut directions = [PacketOf::splat(0.0); 3];
+        let mut directions = [PacketColumn::splat(0.0); 3];
         for (axis, column) in directions.iter_mut().enumerate() {
             let (corner, right, down) = (to_corner[axis], pixel_right[axis], pixel_down[axis]);
             for lane in 0..PACKET {
@@ -150,7 +150,7 @@ impl WithSimd for PacketDirections<'_> {
 
 #[cfg(test)]
 mod tests {
-    use pulp::Arch;
+    use superegg_simd::Arch;
 
     use super::*;
     use superegg_trace::pencil::direction;

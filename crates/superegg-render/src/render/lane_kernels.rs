@@ -1,10 +1,10 @@
 //! Light on opaque surfaces that a packet of camera rays sees, in lanes of f32: the plain part of [`crate::shading`], whose formulas it shares.
 
-use pulp::{Simd, WithSimd};
 use superegg_geom::glam::DVec3;
-use superegg_geom::lanes::beam::{PACKET, PacketOf, PacketSurfaces, PacketVectors};
-use superegg_geom::lanes::vector::{Lanes, Mask};
+use superegg_geom::kernels::packet::{PACKET, PacketColumn, PacketSurfaces, PacketVectors};
 use superegg_scene::{Light, LightKind, Material, Pattern};
+use superegg_simd::{Lanes, Mask};
+use superegg_simd::{Simd, WithSimd};
 
 use crate::camera::view::View;
 use crate::shade::context::RenderContext;
@@ -84,18 +84,18 @@ impl PlainMaterial {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PacketMaterials {
     diffuse: PacketVectors,
-    specular: PacketOf<f32>,
-    exponent: PacketOf<f32>,
+    specular: PacketColumn<f32>,
+    exponent: PacketColumn<f32>,
     ambient: PacketVectors,
 }
 
 impl PacketMaterials {
     /// Of nothing yet.
     pub(crate) const NONE: Self = Self {
-        diffuse: [PacketOf([0.0; PACKET]); 3],
-        specular: PacketOf([0.0; PACKET]),
-        exponent: PacketOf([0.0; PACKET]),
-        ambient: [PacketOf([0.0; PACKET]); 3],
+        diffuse: [PacketColumn::splat(0.0); 3],
+        specular: PacketColumn::splat(0.0),
+        exponent: PacketColumn::splat(0.0),
+        ambient: [PacketColumn::splat(0.0); 3],
     };
 
     /// What ambient light brings to the surfaces; nothing to lanes that were not set.
@@ -120,8 +120,8 @@ impl WithSimd for SetMaterial<'_> {
         let Self { packet, lanes, finish } = self;
         for i in 0..PACKET / S::F32_LANES {
             let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
-            let set = |column: &mut PacketOf<f32>, value: f32| {
-                lanes.put(Lanes::splat(simd, value), &mut S::as_mut_simd_f32s(&mut column.0).0[i]);
+            let set = |column: &mut PacketColumn<f32>, value: f32| {
+                column.store_where(lanes, i, Lanes::splat(simd, value));
             };
             for axis in 0..3 {
                 set(&mut packet.diffuse[axis], finish.diffuse[axis]);
@@ -143,7 +143,7 @@ pub(crate) struct PacketContribution {
 
 impl PacketContribution {
     /// Of no light yet.
-    pub(crate) const NONE: Self = Self { lanes: 0, color: [PacketOf([0.0; PACKET]); 3] };
+    pub(crate) const NONE: Self = Self { lanes: 0, color: [PacketColumn::splat(0.0); 3] };
 }
 
 /// One light on the surfaces that a packet sees, as [`shading::direct`] has it.
@@ -166,7 +166,7 @@ impl WithSimd for ShadePacket<'_> {
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
         for i in 0..PACKET / S::F32_LANES {
-            let lane = |column: &PacketOf<f32>| Lanes::<S>::new(simd, S::as_simd_f32s(&column.0).0[i]);
+            let lane = |column: &PacketColumn<f32>| -> Lanes<S> { column.load(simd, i) };
             let triple = |[x, y, z]: &PacketVectors| [lane(x), lane(y), lane(z)];
             let (t, ray, normal) = (lane(&surfaces.t), triple(directions), triple(&surfaces.normal));
             let mut way = ray;
@@ -196,7 +196,7 @@ impl WithSimd for ShadePacket<'_> {
             let falloff = one / splat(light.falloff).mul_add(dot(way, way), one);
             for (axis, diffuse) in finish.diffuse.iter().enumerate() {
                 let color = splat(light.color[axis]) * falloff * lane(diffuse).mul_add(cos, highlight);
-                S::as_mut_simd_f32s(&mut shine.color[axis].0).0[i] = color.register();
+                shine.color[axis].store(i, color);
             }
         }
     }
@@ -219,9 +219,7 @@ impl WithSimd for AddContribution<'_> {
         for i in 0..PACKET / S::F32_LANES {
             let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
             for (light, shine) in light.iter_mut().zip(&shine.color) {
-                let register = &mut S::as_mut_simd_f32s(&mut light.0).0[i];
-                let added = Lanes::new(simd, *register) + Lanes::new(simd, S::as_simd_f32s(&shine.0).0[i]);
-                lanes.put(added, register);
+                light.store_where(lanes, i, light.load(simd, i) + shine.load(simd, i));
             }
         }
     }

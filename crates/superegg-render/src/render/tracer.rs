@@ -4,11 +4,11 @@
 use std::cell::OnceCell;
 use std::rc::Rc;
 
-use pulp::Arch;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3, Vec3};
-use superegg_geom::lanes::beam::{ALL_LANES, PacketVectors};
+use superegg_geom::kernels::packet::{ALL_LANES, PacketVectors};
 use superegg_geom::{Ray, RayStart, error_through, unit_vector};
 use superegg_scene::{AmbientOcclusion, Light, Pattern};
+use superegg_simd::Arch;
 
 use crate::camera::sample::FilmSample;
 use crate::camera::sobol::SampleKey;

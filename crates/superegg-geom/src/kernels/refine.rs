@@ -1,68 +1,79 @@
-//! Crossings that f32 has found, settled in f64 by Newton's method, eight at a time.
+//! Refinement in f64 of crossings that f32 found: Newton's method on log N, eight rays at a time.
 //!
-//! Plain loops over arrays, which the compiler turns into lanes where they are inlined for a machine that has them.
+//! Plain loops over arrays, which the compiler vectorises where they are inlined for the lanes of the machine.
 
 use glam::DVec3;
-use pulp::{Arch, Simd, WithSimd};
+use superegg_simd::{Arch, Simd, WithSimd};
 
 use crate::shape::ShapeHit;
 use crate::superquadric::Superquadric;
 
-/// Rays that are settled together.
+/// Rays that are refined together.
 const WIDTH: usize = 8;
-/// From a good guess so many steps suffice, but for grazing rays.
-const MOST_STEPS: usize = 7;
-/// N is known to this in f64, with room.
+/// Steps from a good guess; grazing rays need more and stay unrefined.
+const MAX_STEPS: usize = 7;
+/// The rounding error of N in f64, with a margin.
 const CLOSE: f64 = 8e-15;
-/// A coordinate is at least this: its derivative is divided by it.
+/// Lower bound of |coordinate|: derivatives are divided by it.
 const LEAST: f64 = 1e-90;
-/// Larger powers cannot be told from it.
-const MOST_POWER: f64 = 1e15;
+/// Shapes of larger powers are equal to that of this one in f64.
+const MAX_POWER: f64 = 1e15;
 
-type Eight = [f64; WIDTH];
+/// Eight numbers, one for each ray of a row.
+type Row = [f64; WIDTH];
 
-/// Rays with guesses, in the spaces of their convex unit shapes.
+/// Rays with guesses of t, in the spaces of their convex unit shapes.
 #[derive(Clone, Debug, Default)]
-pub struct SettleBatch {
-    rays: Vec<[Eight; 6]>,
-    guesses: Vec<[Eight; 3]>,
+pub struct RefineBatch {
+    /// The points at the guesses, then the directions.
+    rays: Vec<[Row; 6]>,
+    /// t, p and q.
+    guesses: Vec<[Row; 3]>,
     count: usize,
     answers: Vec<Answer>,
 }
 
-/// A ray to be settled.
+/// A ray with a guess of its first crossing.
 #[derive(Clone, Copy, Debug)]
-pub struct SettleRay {
-    /// In the space of the unit shape: outside of its box, and not more than some thousand radii away.
+pub struct RefineRay {
+    /// In the space of the unit shape: outside of its box, at most some thousand radii away.
     pub origin: DVec3,
-    /// In the same space.
+    /// In the same space, of any length.
     pub direction: DVec3,
-    /// Where the crossing was found.
+    /// The guess, in lengths of the direction.
     pub t: f64,
-    /// The shape's, by [`settle_powers`].
+    /// The powers of the shape, by [`refine_powers`].
     pub powers: [f64; 2],
 }
 
-/// The powers of a convex shape.
-pub fn settle_powers(shape: &Superquadric) -> [f64; 2] {
+/// The powers p and q of a convex shape.
+pub fn refine_powers(shape: &Superquadric) -> [f64; 2] {
     let norm = shape.norm();
-    [norm.xy.p.min(MOST_POWER), norm.rz.p.min(MOST_POWER)]
+    [norm.xy.p.min(MAX_POWER), norm.rz.p.min(MAX_POWER)]
 }
 
-/// A crossing with the gradient of N there.
-pub type Settled = (ShapeHit, DVec3);
+/// A refined crossing, and the gradient of N there.
+pub type Refined = (ShapeHit, DVec3);
 
 #[derive(Clone, Copy, Debug)]
 struct Answer {
-    /// From the guess on.
-    step: Eight,
-    gradient: [Eight; 3],
-    /// 1 where it is settled.
-    done: Eight,
+    /// The correction of t.
+    step: Row,
+    gradient: [Row; 3],
+    state: [State; WIDTH],
 }
 
-impl SettleBatch {
-    /// Forgets all, and keeps the memory.
+/// How far the refinement of a ray is. As wide as f64, so that states are lanes beside the numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+enum State {
+    Active,
+    Converged,
+    Failed,
+}
+
+impl RefineBatch {
+    /// Removes all rays and keeps the memory.
     pub fn clear(&mut self) {
         self.rays.clear();
         self.guesses.clear();
@@ -70,16 +81,16 @@ impl SettleBatch {
         self.count = 0;
     }
 
-    /// Adds a ray that was found to cross a shape near `t`. Returns its place.
+    /// Adds a ray with a guess, and returns its index.
     #[inline]
-    pub fn push(&mut self, ray: &SettleRay) -> usize {
+    pub fn push(&mut self, ray: &RefineRay) -> usize {
         let lane = self.count % WIDTH;
         if lane == 0 {
             self.rays.push([[1.0; WIDTH]; 6]);
             self.guesses.push([[1.0; WIDTH]; 3]);
         }
         if let (Some(rays), Some(guesses)) = (self.rays.last_mut(), self.guesses.last_mut()) {
-            // From a place so near N can be told to the last digits.
+            // Measured from the guess, N is exact to the last digits.
             let base = ray.origin + ray.t * ray.direction;
             for axis in 0..3 {
                 rays[axis][lane] = base[axis];
@@ -91,118 +102,116 @@ impl SettleBatch {
         self.count - 1
     }
 
-    /// Settles all.
+    /// Refines all rays.
     pub fn run(&mut self) {
-        let empty = Answer { step: [0.0; WIDTH], gradient: [[0.0; WIDTH]; 3], done: [0.0; WIDTH] };
+        let empty = Answer { step: [0.0; WIDTH], gradient: [[0.0; WIDTH]; 3], state: [State::Failed; WIDTH] };
         self.answers.resize(self.rays.len(), empty);
         Arch::new().dispatch(Kernel(self));
     }
 
-    /// The answer for a place; `None` where it could not be proven that the crossing is there and is the first, which
-    /// [`Superquadric::intersect`] then knows.
+    /// The crossing of ray `index`, after [`RefineBatch::run`]. `None` where it is not proved that the crossing exists and is
+    /// the first one; [`Superquadric::intersect`] decides those.
     #[inline]
-    pub fn get(&self, place: usize) -> Option<Settled> {
-        let (row, lane) = (place / WIDTH, place % WIDTH);
+    pub fn get(&self, index: usize) -> Option<Refined> {
+        let (row, lane) = (index / WIDTH, index % WIDTH);
         let (answer, ray) = (self.answers.get(row)?, &self.rays[row]);
         let step = answer.step[lane];
-        let vector = |columns: &[Eight]| DVec3::new(columns[0][lane], columns[1][lane], columns[2][lane]);
+        let vector = |columns: &[Row]| DVec3::new(columns[0][lane], columns[1][lane], columns[2][lane]);
         let point = vector(&ray[..3]) + step * vector(&ray[3..]);
         let t = self.guesses[row][0][lane] + step;
-        let is_settled = answer.done[lane] == 1.0 && t >= 0.0 && point.is_finite();
-        is_settled.then(|| (ShapeHit { t, point, leaving: false }, vector(&answer.gradient)))
+        let is_refined = answer.state[lane] == State::Converged && t >= 0.0 && point.is_finite();
+        is_refined.then(|| (ShapeHit { t, point, leaving: false }, vector(&answer.gradient)))
     }
 }
 
-struct Kernel<'a>(&'a mut SettleBatch);
+struct Kernel<'a>(&'a mut RefineBatch);
 
 impl WithSimd for Kernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let SettleBatch { rays, guesses, answers, .. } = self.0;
+        let RefineBatch { rays, guesses, answers, .. } = self.0;
         for ((ray, guess), answer) in rays.iter().zip(guesses).zip(answers) {
-            *answer = if S::IS_SCALAR { settle::<false>(ray, guess) } else { settle::<true>(ray, guess) };
+            *answer = if S::IS_SCALAR { refine::<false>(ray, guess) } else { refine::<true>(ray, guess) };
         }
     }
 }
 
-/// Where N is 1 and falls is the first crossing, by convexity. Newton's method on log N, whose zero is the same, goes to it from near by.
+/// Newton's method on log N, which has the zero of N - 1. A point where N is 1 and falls is the first crossing, because N is
+/// convex.
 #[inline(always)]
-fn settle<const FUSED: bool>(ray: &[Eight; 6], guess: &[Eight; 3]) -> Answer {
+fn refine<const FUSED: bool>(ray: &[Row; 6], guess: &[Row; 3]) -> Answer {
     let mut step = [0.0; WIDTH];
-    // 0: on its way; 1: arrived; 2: given up.
-    let mut state = [0.0; WIDTH];
-    let mut slopes = [[0.0; WIDTH]; 3];
-    let mut above = [1.0; WIDTH];
+    let mut state = [State::Active; WIDTH];
+    let mut gradient = [[0.0; WIDTH]; 3];
+    let mut scale = [1.0; WIDTH];
     let mut inverse = [[0.0; WIDTH]; 2];
     for i in 0..WIDTH {
         (inverse[0][i], inverse[1][i]) = (1.0 / guess[1][i], 1.0 / guess[2][i]);
     }
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         for i in 0..WIDTH {
             let (dx, dy, dz) = (ray[3][i], ray[4][i], ray[5][i]);
             let x = fma::<FUSED>(step[i], dx, ray[0][i]);
             let y = fma::<FUSED>(step[i], dy, ray[1][i]);
             let z = fma::<FUSED>(step[i], dz, ray[2][i]);
             let (p, q) = ((guess[1][i], inverse[0][i]), (guess[2][i], inverse[1][i]));
-            let place = evaluate::<FUSED>(x, y, z, p, q);
-            let [of_x, of_y, of_z] = place.slopes;
-            let slope = of_x * dx + of_y * dy + of_z * dz;
-            let next = -place.log * place.above / slope;
-            // What N is off by after this step: half of its second derivative, which is below p in a norm of power p >= 2 and below the reciprocal of
-            // the least coordinate in one of a lesser power, times the square of the way.
-            let way = next.abs() * (dx.abs() + dy.abs() + dz.abs());
-            let bend = 4.0 * (p.0 + q.0 + 1.0 / place.least);
-            let arrives = slope < 0.0 && (bend * way * way <= CLOSE || place.log.abs() <= CLOSE);
-            let goes_on = slope < 0.0 && next.abs() < f64::INFINITY;
-            let is_open = state[i] == 0.0;
-            let arrives_now = is_open && arrives;
-            let gives_up = is_open && !arrives && !goes_on;
-            let moves = is_open && !gives_up;
-            slopes[0][i] = if arrives_now { of_x } else { slopes[0][i] };
-            slopes[1][i] = if arrives_now { of_y } else { slopes[1][i] };
-            slopes[2][i] = if arrives_now { of_z } else { slopes[2][i] };
-            above[i] = if arrives_now { place.above } else { above[i] };
-            step[i] = if moves { step[i] + next } else { step[i] };
-            state[i] = if arrives_now { 1.0 } else { state[i] };
-            state[i] = if gives_up { 2.0 } else { state[i] };
+            let at = evaluate::<FUSED>(x, y, z, p, q);
+            let [by_x, by_y, by_z] = at.gradient;
+            let slope = by_x * dx + by_y * dy + by_z * dz;
+            let next = -at.log * at.scale / slope;
+            // The error of N after this step is half of N'' times its length squared. N'' is below p in a norm of power
+            // p >= 2, and below 1 / (least coordinate) in one of a smaller power.
+            let length = next.abs() * (dx.abs() + dy.abs() + dz.abs());
+            let bend = 4.0 * (p.0 + q.0 + 1.0 / at.least);
+            let is_close = slope < 0.0 && (bend * length * length <= CLOSE || at.log.abs() <= CLOSE);
+            let can_step = slope < 0.0 && next.abs() < f64::INFINITY;
+            let is_active = state[i] == State::Active;
+            let converges = is_active && is_close;
+            let fails = is_active && !is_close && !can_step;
+            let steps = is_active && !fails;
+            gradient[0][i] = if converges { by_x } else { gradient[0][i] };
+            gradient[1][i] = if converges { by_y } else { gradient[1][i] };
+            gradient[2][i] = if converges { by_z } else { gradient[2][i] };
+            scale[i] = if converges { at.scale } else { scale[i] };
+            step[i] = if steps { step[i] + next } else { step[i] };
+            state[i] = if converges { State::Converged } else { state[i] };
+            state[i] = if fails { State::Failed } else { state[i] };
         }
-        if state.iter().all(|&state| state != 0.0) {
+        if state.iter().all(|&state| state != State::Active) {
             break;
         }
     }
-    let mut answer = Answer { step, gradient: slopes, done: [0.0; WIDTH] };
     for i in 0..WIDTH {
-        let inverse = 1.0 / above[i];
-        for column in &mut answer.gradient {
+        let inverse = 1.0 / scale[i];
+        for column in &mut gradient {
             column[i] *= inverse;
         }
-        answer.done[i] = if state[i] == 1.0 { 1.0 } else { 0.0 };
     }
-    answer
+    Answer { step, gradient, state }
 }
 
-/// `a * b + c`, in one step where the machine has it.
+/// `a * b + c`, fused where the machine can.
 #[inline(always)]
 fn fma<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// N at a place.
-struct Place {
-    /// log2 N.
+/// N at a point.
+struct LogNorm {
+    /// ln N.
     log: f64,
-    /// The gradient of log N, all multiplied by `above` (and log N by ln 2).
-    slopes: [f64; 3],
-    above: f64,
-    /// The least coordinate.
+    /// The gradient of ln N, times `scale`.
+    gradient: [f64; 3],
+    scale: f64,
+    /// The least |coordinate|.
     least: f64,
 }
 
-/// As in `log_norm.rs`; the powers with their reciprocals.
+/// The formulas of [`super::norm`]'s logarithmic evaluator, in f64. The powers come with their reciprocals.
 #[inline(always)]
-fn evaluate<const FUSED: bool>(x: f64, y: f64, z: f64, p: (f64, f64), q: (f64, f64)) -> Place {
+fn evaluate<const FUSED: bool>(x: f64, y: f64, z: f64, p: (f64, f64), q: (f64, f64)) -> LogNorm {
     let sizes = [x.abs(), y.abs(), z.abs()].map(|x| if x > LEAST { x } else { LEAST });
     let [ax, ay, az] = sizes;
     // One division for the three logarithms.
@@ -219,10 +228,10 @@ fn evaluate<const FUSED: bool>(x: f64, y: f64, z: f64, p: (f64, f64), q: (f64, f
     let (log, of_r, of_z, sum_z) = log_sum::<FUSED>(log_r, log_z, q);
     let xy = ax * ay * sum;
     let rz = of_r * az;
-    Place {
+    LogNorm {
         log: log * std::f64::consts::LN_2,
-        slopes: [(rz * of_x * ay).copysign(x), (rz * of_y * ax).copysign(y), (of_z * xy).copysign(z)],
-        above: sum_z * az * xy,
+        gradient: [(rz * of_x * ay).copysign(x), (rz * of_y * ax).copysign(y), (of_z * xy).copysign(z)],
+        scale: sum_z * az * xy,
         least: if ax < ay {
             if ax < az { ax } else { az }
         } else if ay < az {
@@ -233,7 +242,8 @@ fn evaluate<const FUSED: bool>(x: f64, y: f64, z: f64, p: (f64, f64), q: (f64, f
     }
 }
 
-/// The logarithm of `(a^p + b^p)^(1/p)` from those of a and b, and the parts that each has in its derivative, both to be divided by the last.
+/// log2 of `(a^p + b^p)^(1/p)` from log2 a and log2 b, the weights of a and b in its derivative, and the sum by which the
+/// weights are to be divided.
 #[inline(always)]
 fn log_sum<const FUSED: bool>(log_a: f64, log_b: f64, (p, inverse_p): (f64, f64)) -> (f64, f64, f64, f64) {
     let (larger, smaller) = if log_a >= log_b { (log_a, log_b) } else { (log_b, log_a) };
@@ -243,13 +253,13 @@ fn log_sum<const FUSED: bool>(log_a: f64, log_b: f64, (p, inverse_p): (f64, f64)
     (fma::<FUSED>(log2::<FUSED>(sum), inverse_p, larger), of_a, of_b, sum)
 }
 
-/// x = 2^k m with m in [sqrt 1/2, sqrt 2), for a normal x: k and m.
+/// k and m of x = 2^k m with m in [sqrt 1/2, sqrt 2), for a normal x.
 #[inline(always)]
 fn exponent_and_mantissa(x: f64) -> (f64, f64) {
     const TO_ROOT: u64 = 0x3ff0_0000_0000_0000 - 0x3fe6_a09e_667f_3bcd;
     let k = x.to_bits().wrapping_add(TO_ROOT) >> 52;
     let m = f64::from_bits(x.to_bits().wrapping_sub(k << 52).wrapping_add(0x3ff0_0000_0000_0000));
-    // k as a number: the bits of 2^52 + k.
+    // Converts k to f64: these are the bits of 2^52 + k.
     (f64::from_bits(k | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + 1023.0), m)
 }
 
@@ -269,22 +279,22 @@ fn log2_of<const FUSED: bool>(k: f64, s: f64) -> f64 {
     fma::<FUSED>(2.0 * std::f64::consts::LOG2_E, s + tail, k)
 }
 
-/// The base-2 logarithm of a normal x > 0, to a few units of the last place of the result or of 1e-16.
+/// log2 x of a normal x > 0, to a few units of the last place of the result, or to 1e-16.
 #[inline(always)]
 fn log2<const FUSED: bool>(x: f64) -> f64 {
     let (k, m) = exponent_and_mantissa(x);
     log2_of::<FUSED>(k, (m - 1.0) / (m + 1.0))
 }
 
-/// 2^x for x <= 1000, to a few units of the last place; from -1000 down that of -1000.
+/// 2^x for x <= 1000, to a few units of the last place; 2^-1000 for x < -1000.
 #[inline(always)]
 fn exp2<const FUSED: bool>(x: f64) -> f64 {
     let x = if x > -1000.0 { x } else { -1000.0 };
-    // Adding 1.5 * 2^52 leaves the nearest whole number in the low bits.
+    // Adding 1.5 * 2^52 leaves the nearest integer in the low bits.
     let magic = 6_755_399_441_055_744.0;
     let whole = x + magic;
     let f = (x - (whole - magic)) * std::f64::consts::LN_2;
-    // e^f: 1 / n! for n from 2 on, by pairs.
+    // The series of e^f, by pairs of terms.
     let pair = |a: f64, b: f64| fma::<FUSED>(f, b, a);
     let f2 = f * f;
     let f4 = f2 * f2;
@@ -306,7 +316,7 @@ mod tests {
     use crate::Ray;
 
     #[test]
-    fn powers_are_those_of_the_library() {
+    fn powers_agree_with_the_standard_library() {
         for i in 1..200_000 {
             let x = f64::from(i) * 1e-5;
             assert!((log2::<true>(x) - x.log2()).abs() <= 7e-16 * x.log2().abs().max(0.5), "{x}");
@@ -318,8 +328,8 @@ mod tests {
     }
 
     #[test]
-    fn settles_where_the_scalar_path_does() {
-        let mut batch = SettleBatch::default();
+    fn refines_to_the_crossings_of_the_scalar_path() {
+        let mut batch = RefineBatch::default();
         let mut expected = Vec::new();
         for i in 0..4000 {
             let a = f64::from(i);
@@ -332,23 +342,23 @@ mod tests {
             let ray = Ray::new(origin, (target - origin).normalize());
             if let Some(hit) = shape.intersect(&ray, crate::RayStart::Free) {
                 let t = hit.t + 1e-7 * a.cos();
-                let powers = settle_powers(&shape);
-                batch.push(&SettleRay { origin: ray.origin, direction: ray.direction, t, powers });
+                let powers = refine_powers(&shape);
+                batch.push(&RefineRay { origin: ray.origin, direction: ray.direction, t, powers });
                 expected.push((shape, hit));
             }
         }
         batch.run();
         assert!(expected.len() > 2000);
-        let mut unsettled = 0;
+        let mut unrefined = 0;
         for (i, (shape, hit)) in expected.iter().enumerate() {
-            let Some((settled, gradient)) = batch.get(i) else {
-                unsettled += 1;
+            let Some((refined, gradient)) = batch.get(i) else {
+                unrefined += 1;
                 continue;
             };
-            assert!((settled.t - hit.t).abs() < 1e-11 * hit.t, "{settled:?} {hit:?}");
+            assert!((refined.t - hit.t).abs() < 1e-11 * hit.t, "{refined:?} {hit:?}");
             let normal = shape.normal(hit.point);
             assert!(normal.dot(gradient.normalize()) > 1.0 - 1e-9, "{normal} {gradient}");
         }
-        assert!(unsettled < 40, "{unsettled}");
+        assert!(unrefined < 40, "{unrefined}");
     }
 }

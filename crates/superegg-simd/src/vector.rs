@@ -12,6 +12,9 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
 
+#[cfg(target_arch = "x86_64")]
+use crate::arch::{avx2, avx512};
+
 /// Registers of f32 lanes, one unless said otherwise. The operations on several are independent of each other, which fills the time that each takes.
 #[derive(Clone, Copy)]
 pub struct Lanes<S: Simd, const K: usize = 1> {
@@ -51,7 +54,7 @@ impl<S: Simd> Lanes<S> {
     pub fn pack(self, mask: Mask<S>, to: &mut [f32]) {
         let to = &mut to[..S::F32_LANES];
         #[cfg(target_arch = "x86_64")]
-        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+        if let Some(v4) = avx512(self.simd) {
             let x = pulp::bytemuck::cast(self.registers[0]);
             let packed = v4.avx512f._mm512_maskz_compress_ps(mask.bits() as u16, x);
             return to.copy_from_slice(&pulp::bytemuck::cast::<_, [f32; 16]>(packed));
@@ -66,7 +69,7 @@ impl<S: Simd> Lanes<S> {
         let mut register = simd.splat_f32s(0.0);
         pulp::bytemuck::cast_slice_mut(std::slice::from_mut(&mut register)).copy_from_slice(from);
         #[cfg(target_arch = "x86_64")]
-        if let Some(v4) = (&simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+        if let Some(v4) = avx512(simd) {
             let x = pulp::bytemuck::cast(register);
             register = pulp::bytemuck::cast(v4.avx512f._mm512_maskz_expand_ps(mask as u16, x));
         }
@@ -79,6 +82,27 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
     #[inline(always)]
     pub fn splat(simd: S, x: f32) -> Self {
         Self { simd, registers: [simd.splat_f32s(x); K] }
+    }
+
+    /// Loads the `K` registers of a slice from register `i` on. The slice has a multiple of `S::F32_LANES` numbers; what
+    /// is left of another is not reached.
+    #[inline(always)]
+    pub fn load(simd: S, from: &[f32], i: usize) -> Self {
+        let from = S::as_simd_f32s(from).0;
+        let mut registers = [from[i]; K];
+        for k in 1..K {
+            registers[k] = from[i + k];
+        }
+        Self { simd, registers }
+    }
+
+    /// Stores into the `K` registers of a slice from register `i` on.
+    #[inline(always)]
+    pub fn store(self, to: &mut [f32], i: usize) {
+        let to = S::as_mut_simd_f32s(to).0;
+        for k in 0..K {
+            to[i + k] = self.registers[k];
+        }
     }
 
     /// Registers side by side.
@@ -193,7 +217,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
     #[inline(always)]
     pub fn recip_rough(self) -> Self {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+        if let Some(v4) = avx512(self.simd) {
             return self
                 .each(|_, x| pulp::bytemuck::cast(v4.avx512f._mm512_rcp14_ps(pulp::bytemuck::cast(x))));
         }
@@ -211,7 +235,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
     #[inline(always)]
     pub fn rsqrt(self) -> Self {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+        if let Some(v4) = avx512(self.simd) {
             let rough =
                 self.each(|_, x| pulp::bytemuck::cast(v4.avx512f._mm512_rsqrt14_ps(pulp::bytemuck::cast(x))));
             // One step of Newton's for 1 / y^2 = x.
@@ -225,7 +249,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
     #[inline(always)]
     pub fn root_rough(self) -> Self {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+        if let Some(v4) = avx512(self.simd) {
             let x = self.max(self.all(1e-30));
             let inverse =
                 x.each(|_, x| pulp::bytemuck::cast(v4.avx512f._mm512_rsqrt14_ps(pulp::bytemuck::cast(x))));
@@ -264,7 +288,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         // Adding this carries into the exponent from 3/2 on.
         const TO_SPLIT: u32 = 0x3f80_0000 - 0x3f40_0000;
         #[cfg(target_arch = "x86_64")]
-        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+        if let Some(v4) = avx512(self.simd) {
             use core::arch::x86_64::{_MM_MANT_NORM_P75_1P5, _MM_MANT_SIGN_SRC};
             let mantissa = self.each(|_, x| {
                 let x = pulp::bytemuck::cast(x);
@@ -375,7 +399,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
     #[inline(always)]
     pub fn exp2_quick(self) -> Self {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v4) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
+        if let Some(v4) = avx512(self.simd) {
             // What is left of the nearest whole number.
             let f = self.each(|_, x| {
                 pulp::bytemuck::cast(v4.avx512dq._mm512_reduce_ps::<0>(pulp::bytemuck::cast(x)))
@@ -411,27 +435,27 @@ impl<S: Simd> Mask<S> {
     #[inline(always)]
     pub fn packed(self) -> usize {
         #[cfg(target_arch = "x86_64")]
-        if (&self.simd as &dyn std::any::Any).is::<pulp::x86::V4>() {
+        if avx512(self.simd).is_some() {
             return self.bits().count_ones() as usize;
         }
         S::F32_LANES
     }
 
-    /// Where two whole numbers are the same.
+    /// True where two integers are equal.
     #[inline(always)]
-    pub fn of_equal(simd: S, a: S::u32s, b: S::u32s) -> Self {
+    pub(crate) fn of_equal(simd: S, a: S::u32s, b: S::u32s) -> Self {
         Self { simd, registers: [simd.equal_u32s(a, b)] }
     }
 
-    /// Puts numbers into a register where true.
+    /// The lanes that it was made for.
     #[inline(always)]
-    pub fn put(self, values: Lanes<S>, register: &mut S::f32s) {
-        *register = self.select(values, Lanes::new(self.simd, *register)).register();
+    pub(crate) fn simd(self) -> S {
+        self.simd
     }
 
-    /// `a` where true, `b` elsewhere, for whole numbers.
+    /// `a` where true, `b` elsewhere, for integers.
     #[inline(always)]
-    pub fn select_u32(self, a: S::u32s, b: S::u32s) -> S::u32s {
+    pub(crate) fn select_u32(self, a: S::u32s, b: S::u32s) -> S::u32s {
         self.simd.select_u32s(self.registers[0], a, b)
     }
 
@@ -439,7 +463,7 @@ impl<S: Simd> Mask<S> {
     #[inline(always)]
     pub fn bits(self) -> u32 {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v3) = (&self.simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V3>() {
+        if let Some(v3) = avx2(self.simd) {
             return v3.avx._mm256_movemask_ps(pulp::bytemuck::cast(self.registers[0])) as u32;
         }
         let bytes = pulp::bytemuck::bytes_of(&self.registers[0]);
@@ -455,6 +479,27 @@ impl<S: Simd> Mask<S> {
 }
 
 impl<S: Simd, const K: usize> Mask<S, K> {
+    /// From bits: bit `lane` belongs to a lane of the `K` registers from register `i` on.
+    #[inline(always)]
+    pub fn of_bits_from(simd: S, bits: u32, i: usize) -> Self {
+        let first = Mask::<S>::of_bits(simd, bits >> (i * S::F32_LANES));
+        let mut registers = [first.registers[0]; K];
+        for k in 1..K {
+            registers[k] = Mask::<S>::of_bits(simd, bits >> ((i + k) * S::F32_LANES)).registers[0];
+        }
+        Self { simd, registers }
+    }
+
+    /// The bits of all registers, at the positions of register `i` on.
+    #[inline(always)]
+    pub fn bits_from(self, i: usize) -> u32 {
+        let mut bits = 0;
+        for k in 0..K {
+            bits |= self.part(k).bits() << ((i + k) * S::F32_LANES);
+        }
+        bits
+    }
+
     /// One of the registers.
     #[inline(always)]
     pub fn part(self, k: usize) -> Mask<S> {

@@ -1,27 +1,13 @@
-//! Rays against convex superquadrics in f32 lanes: eight at a time with AVX2, sixteen with AVX-512, four with NEON, chosen when the program
-//! runs.
-//!
-//! The method is that of `convex.rs`. Rays are prepared in f64: each is brought into the space of its unit shape and its origin moved
-//! along it to the place nearest the centre, so that f32 holds all that matters however far the ray comes from. The answers are those of
-//! the f64 path to a few 1e-6 of the shape's radius, measured across the surface; about hit or miss the two may differ where
-//! the ray passes within 1e-5 of tangency.
-
-pub mod beam;
-pub mod crowd;
-mod descent;
-pub mod flight;
-mod kernel;
-mod log_norm;
-pub mod settle;
-pub mod vector;
+//! Newton's method on the norm form in lanes: `convex.rs` for many rays at a time. No picture uses it.
 
 use glam::DVec3;
-use pulp::{Arch, Simd, WithSimd};
+use superegg_simd::{Arch, Lanes, Simd, Triple, WithSimd};
 
+use super::norm::{BOX, CLOSE, Norm2, Square, Sum, TINY};
+use super::powers::{PowerKind, lane_power};
 use crate::math::ray::{Ray, RayStart};
 use crate::shape::ShapeHit;
 use crate::superquadric::Superquadric;
-use kernel::{Kernel, Powers};
 
 /// The widest register has so many lanes; batches are padded to a multiple of it.
 const WIDEST: usize = 16;
@@ -46,46 +32,6 @@ pub struct LaneHits {
     leaving: Vec<f32>,
     steps: Vec<f32>,
 }
-
-/// A power as the kernel treats it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum PowerKind {
-    One,
-    Two,
-    General(f32),
-}
-
-impl PowerKind {
-    fn of(p: f64) -> Self {
-        match p {
-            1.0 => Self::One,
-            2.0 => Self::Two,
-            _ => Self::General(lane_power(p)),
-        }
-    }
-
-    fn power(self) -> f32 {
-        match self {
-            Self::One => 1.0,
-            Self::Two => 2.0,
-            Self::General(p) => p,
-        }
-    }
-}
-
-/// A power in f32. Beyond 1e9 f32 cannot tell the norm from the larger argument.
-fn lane_power(p: f64) -> f32 {
-    p.min(1e9) as f32
-}
-
-/// The powers of a shape as lanes take them: 2/e and 2/n, and those of a shape that is not convex are [`NO_LANE_POWERS`].
-pub fn lane_powers(shape: &Superquadric) -> [f32; 2] {
-    let norm = shape.norm();
-    if shape.is_convex() { [lane_power(norm.xy.p), lane_power(norm.rz.p)] } else { NO_LANE_POWERS }
-}
-
-/// Of a shape that is not convex, which lanes do not take.
-pub const NO_LANE_POWERS: [f32; 2] = [0.0; 2];
 
 /// The powers of many convex shapes, for batches in which each ray has a shape of its own.
 #[derive(Clone, Debug, Default)]
@@ -253,6 +199,197 @@ impl Superquadric {
     }
 }
 
+/// Convexity makes forty reach the last digit from a double root.
+const MAX_STEPS: usize = 48;
+
+/// Which exponents the rays of a batch meet.
+enum Powers<'a> {
+    /// The same for all.
+    Uniform { xy: PowerKind, rz: PowerKind },
+    /// A pair of powers for each ray.
+    Each { p: &'a [f32], q: &'a [f32] },
+}
+
+/// The work on one batch.
+struct Kernel<'a> {
+    powers: Powers<'a>,
+    rays: &'a LaneRays,
+    hits: &'a mut LaneHits,
+}
+
+impl WithSimd for Kernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { powers, rays, hits } = self;
+        match powers {
+            Powers::Uniform { xy, rz } => match (xy, rz) {
+                (PowerKind::Two, PowerKind::Two) => run(simd, rays, hits, |_| (Square, Square)),
+                (PowerKind::One, PowerKind::One) => run(simd, rays, hits, |_| (Sum, Sum)),
+                (PowerKind::Two, PowerKind::General(q)) => {
+                    run(simd, rays, hits, |_| (Square, General::splat(simd, q)));
+                }
+                (PowerKind::General(p), PowerKind::Two) => {
+                    run(simd, rays, hits, |_| (General::splat(simd, p), Square));
+                }
+                (PowerKind::Two, PowerKind::One) => run(simd, rays, hits, |_| (Square, Sum)),
+                (PowerKind::One, PowerKind::Two) => run(simd, rays, hits, |_| (Sum, Square)),
+                (xy, rz) => {
+                    let general = |kind: PowerKind| General::splat(simd, kind.power());
+                    run(simd, rays, hits, |_| (general(xy), general(rz)));
+                }
+            },
+            Powers::Each { p, q } => {
+                let (p, q) = (S::as_simd_f32s(p).0, S::as_simd_f32s(q).0);
+                run(simd, rays, hits, |i| (General::new(simd, p[i]), General::new(simd, q[i])));
+            }
+        }
+    }
+}
+
+/// Any p >= 1: `m (1 + r^p)^(1/p)` with the larger argument m taken out.
+#[derive(Clone, Copy)]
+struct General<S: Simd> {
+    p: Lanes<S>,
+    inverse_p: Lanes<S>,
+}
+
+impl<S: Simd> General<S> {
+    #[inline(always)]
+    fn new(simd: S, p: S::f32s) -> Self {
+        let p = Lanes::new(simd, p);
+        Self { p, inverse_p: p.all(1.0) / p }
+    }
+
+    #[inline(always)]
+    fn splat(simd: S, p: f32) -> Self {
+        Self::new(simd, simd.splat_f32s(p))
+    }
+}
+
+impl<S: Simd> Norm2<S> for General<S> {
+    #[inline(always)]
+    fn value_and_gradient(self, a: Lanes<S>, b: Lanes<S>) -> (Lanes<S>, Lanes<S>, Lanes<S>) {
+        let one = a.all(1.0);
+        let larger = a.max(b).max(a.all(TINY));
+        let ratio = (a.min(b) / larger).max(a.all(TINY));
+        let power = (self.p * ratio.log2()).exp2();
+        let sum = one + power;
+        let growth = (self.inverse_p * sum.log2()).exp2();
+        let by_larger = growth / sum;
+        let by_smaller = by_larger * power / ratio;
+        let a_is_larger = b.le(a);
+        (
+            larger * growth,
+            a_is_larger.select(by_larger, by_smaller),
+            a_is_larger.select(by_smaller, by_larger),
+        )
+    }
+}
+
+/// All registers of a batch.
+#[inline(always)]
+fn run<S: Simd, X: Norm2<S>, Z: Norm2<S>>(
+    simd: S,
+    rays: &LaneRays,
+    hits: &mut LaneHits,
+    norms: impl Fn(usize) -> (X, Z),
+) {
+    let t_min = S::as_simd_f32s(&rays.t_min).0;
+    let out_t = S::as_mut_simd_f32s(&mut hits.t).0;
+    let out_leaving = S::as_mut_simd_f32s(&mut hits.leaving).0;
+    let out_steps = S::as_mut_simd_f32s(&mut hits.steps).0;
+    for i in 0..out_t.len() {
+        let (xy, rz) = norms(i);
+        let origin = triple(simd, &rays.origin, i);
+        let direction = triple(simd, &rays.direction, i);
+        let (t, leaving, steps) = intersect(xy, rz, origin, direction, Lanes::new(simd, t_min[i]));
+        out_t[i] = t.register();
+        out_leaving[i] = leaving.register();
+        out_steps[i] = steps.register();
+    }
+}
+
+/// The first crossing with t >= `t_min` in each lane (infinity for none), 1 where it leads out, and the evaluations of N.
+#[inline(always)]
+fn intersect<S: Simd>(
+    xy: impl Norm2<S>,
+    rz: impl Norm2<S>,
+    origin: Triple<S>,
+    direction: Triple<S>,
+    t_min: Lanes<S>,
+) -> (Lanes<S>, Lanes<S>, Lanes<S>) {
+    let zero = t_min.all(0.0);
+    let one = t_min.all(1.0);
+    let infinity = t_min.all(f32::INFINITY);
+
+    // The span of the ray in the box, slab by slab. 0 / 0 is kept out by moving a zero component off zero.
+    let (mut near, mut far) = (t_min, infinity);
+    for (o, d) in [(origin.x, direction.x), (origin.y, direction.y), (origin.z, direction.z)] {
+        let inverse = one / d.abs().max(t_min.all(TINY)).with_sign_of(d);
+        let middle = -o * inverse;
+        let half = inverse.abs() * t_min.all(BOX);
+        near = near.max(middle - half);
+        far = far.min(middle + half);
+    }
+    let mut active = near.le(far);
+    let mut t_hit = infinity;
+    let mut steps = zero;
+    if !active.any() {
+        return (t_hit, zero, steps);
+    }
+
+    // A start within the box may be inside: then the way is from the far side, backwards, to the exit.
+    let mut start = origin.along(near, direction);
+    let mut forward = direction;
+    let mut inside = near.lt(near);
+    let starts_here = active & near.le(t_min);
+    if starts_here.any() {
+        let (norm, _) = super::norm::evaluate(xy, rz, start, direction);
+        steps = steps + starts_here.select(one, zero);
+        inside = starts_here & norm.lt(one);
+        let back = Triple { x: -direction.x, y: -direction.y, z: -direction.z };
+        start = Triple::select(inside, origin.along(far, direction), start);
+        forward = Triple::select(inside, back, forward);
+    }
+
+    let length = far - near;
+    let close = t_min.all(CLOSE);
+    let mut s = zero;
+    let mut hit = near.lt(near);
+    for _ in 0..MAX_STEPS {
+        let (norm, slope) = super::norm::evaluate(xy, rz, start.along(s, forward), forward);
+        steps = steps + active.select(one, zero);
+        let above = norm - one;
+        let falls = slope.lt(zero);
+        // On the surface, coming from outside; or past it by rounding.
+        let arrived = active & above.le(close) & (falls | zero.lt(s));
+        hit = hit | arrived;
+        active = (active & falls).and_not(arrived);
+        let next = s - above / slope;
+        s = active.select(next, s);
+        active = active & next.le(length);
+        if !active.any() {
+            break;
+        }
+    }
+    // Where rounding hides the exit of an inside start, it is the start itself.
+    let s = hit.select(s, length);
+    let t = inside.select((far - s).max(t_min), near + s);
+    t_hit = (hit | inside).select(t, t_hit);
+    (t_hit, inside.select(one, zero), steps)
+}
+
+#[inline(always)]
+fn triple<S: Simd>(simd: S, columns: &[Vec<f32>; 3], i: usize) -> Triple<S> {
+    Triple {
+        x: Lanes::load(simd, &columns[0], i),
+        y: Lanes::load(simd, &columns[1], i),
+        z: Lanes::load(simd, &columns[2], i),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -270,8 +407,7 @@ mod tests {
                     * (0.5 + f64::from(i % 7));
                 rays.push(&shape, &Ray::new(origin, DVec3::new(0.3, 0.2, 0.1) * angle.cos() - origin));
             }
-            let (mut wide, mut narrow, mut eight) =
-                (LaneHits::default(), LaneHits::default(), LaneHits::default());
+            let (mut wide, mut narrow) = (LaneHits::default(), LaneHits::default());
             rays.intersect(&shape, &mut wide);
             let kernel = |hits| {
                 let norm = shape.norm();
@@ -282,13 +418,9 @@ mod tests {
                 }
             };
             narrow.clone_from(&wide);
-            kernel(&mut narrow).with_simd(pulp::Scalar);
-            eight.clone_from(&wide);
-            #[cfg(target_arch = "x86_64")]
-            if let Some(avx2) = pulp::x86::V3::try_new() {
-                Simd::vectorize(avx2, kernel(&mut eight));
-            }
-            for other in [&narrow, &eight] {
+            kernel(&mut narrow).with_simd(superegg_simd::Scalar);
+            {
+                let other = &narrow;
                 let different = (0..rays.len()).filter(|&i| {
                     let (a, b) = (rays.hit(&wide, i), rays.hit(other, i));
                     a.map(|hit| hit.leaving) != b.map(|hit| hit.leaving)

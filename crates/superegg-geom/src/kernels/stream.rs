@@ -1,0 +1,14 @@
+//! Ray streams: incoherent rays. Many against the boxes of one node ([`intersect_boxes`]), eight at once into the boxes of
+//! shapes of their own ([`ShapeEntries`]), 32 at once against those shapes ([`StreamLanes`]).
+//!
+//! List traversal of ray streams (Tsakok 2009). What needs f64 comes first: a ray is mapped to its shape's space and to the
+//! point where it enters the shape's box; only the segment inside the box is searched in f32. All functions are inlined
+//! into the caller's own lane code.
+
+mod boxes;
+mod entry;
+mod solve;
+
+pub use boxes::{BoxRay, ListedRay, NodeEntries, intersect_boxes};
+pub use entry::{END, ENTRY_LANES, EntryKind, ShapeEntries, ShapeEntry};
+pub use solve::{STREAM_LANES, StreamHits, StreamLanes, TOLERANCE};
