@@ -20,7 +20,7 @@ pub(crate) fn check(bytes: &[u8]) {
         type_line(timeline.session(), &text);
         let before = timeline.session().clone();
         match timeline.run_line(&text) {
-            Ok(Effect::Ask(request)) => {
+            Ok(Effect::Request(request)) => {
                 assert_eq!(timeline.session(), &before, "asking changed something: {text:?}");
                 carry_out(&mut timeline, &mut files, request);
             }

@@ -1,53 +1,173 @@
-//! What is wrong, where, and what to do about it.
+//! Errors and warnings: what is wrong, where, and how to correct it.
 
 use std::fmt;
 use std::ops::Range;
 
-/// How bad it is.
+/// Whether a line was carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
     /// The line was not carried out.
     Error,
-    /// It was, but may not be what was meant.
+    /// The line was carried out, but probably does not do what the user wants.
     Warning,
 }
 
-/// Why a line was not carried out. It knows the place within the line, not the file.
+macro_rules! fault_codes {
+    ($($(#[$doc:meta])* $variant:ident = $text:literal,)+) => {
+        /// The kind of a fault or warning. Its text, for example `unknown-name`, is stable.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum FaultCode {
+            $($(#[$doc])* $variant,)+
+        }
+
+        impl FaultCode {
+            /// Every code.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+
+            /// The stable text of the code.
+            pub const fn as_str(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $text,)+
+                }
+            }
+        }
+    };
+}
+
+fault_codes! {
+    // Lines that cannot be read.
+    /// No command has this name.
+    UnknownCommand = "unknown-command",
+    /// The number of arguments is wrong.
+    ArgumentCount = "argument-count",
+    /// An argument is not a number.
+    NotANumber = "not-a-number",
+    /// A number is outside its range.
+    OutOfRange = "out-of-range",
+    /// A word is not one of the allowed ones.
+    UnknownWord = "unknown-word",
+    /// The command has no such option.
+    UnknownOption = "unknown-option",
+    /// The file name is empty.
+    NoFile = "no-file",
+    /// The line is not UTF-8.
+    NotText = "not-text",
+    /// The line is too long.
+    TooLong = "too-long",
+
+    // Lines that do not fit the session.
+    /// The command needs another selection.
+    Selection = "selection",
+    /// No entity, child or light has this name.
+    UnknownName = "unknown-name",
+    /// The name belongs to an entity of the other kind.
+    WrongKind = "wrong-kind",
+    /// A child of the object has this alias already.
+    AliasExists = "alias-taken",
+    /// A primitive or object has this name already.
+    NameExists = "name-taken",
+    /// The object has no child.
+    NoChild = "no-child",
+    /// The transform is not invertible.
+    Transform = "transform",
+    /// A direction is zero.
+    NoDirection = "no-direction",
+    /// The scene has no floor.
+    NoFloor = "no-floor",
+    /// No setting has this name.
+    UnknownSetting = "unknown-setting",
+    /// The command has no numbers that keys can interpolate.
+    NotKeyable = "not-keyable",
+    /// The keys of a track differ in their count of numbers.
+    KeyNumbers = "key-numbers",
+    /// No such key exists.
+    NoKey = "no-key",
+    /// There is nothing to undo, redo, stop or recover.
+    NothingLeft = "nothing-left",
+
+    // Requests that failed.
+    /// The request was interrupted.
+    Interrupted = "interrupted",
+    /// The file has errors and was not loaded.
+    NotLoaded = "not-loaded",
+    /// The file was not written by this program and is not overwritten.
+    NotOurs = "not-ours",
+    /// The file or folder cannot be read.
+    Unreadable = "unreadable",
+    /// The file or folder cannot be written.
+    Unwritable = "unwritable",
+    /// The name is not that of a picture file.
+    NotAPicture = "not-a-picture",
+    /// The preview cannot be drawn.
+    Preview = "preview",
+    /// No viewer can be opened.
+    NoViewer = "no-viewer",
+    /// The command is not possible in a file.
+    NotHere = "not-here",
+    /// A file sources itself.
+    SourceCycle = "source-circle",
+    /// A file sources too many others.
+    SourceLimit = "source-limit",
+
+    // Warnings about a file.
+    /// An object has no children.
+    EmptyObject = "empty-object",
+    /// A primitive or object is in no object, and not selected.
+    Unused = "unused",
+    /// The mirrored and transmitted weights add up to more than 1.
+    Weights = "shares",
+    /// The scene is invalid at some frame.
+    Keys = "keys",
+    /// The camera looks along its up direction.
+    CameraUp = "camera-up",
+    /// Nothing is selected at the end of the file.
+    NothingSelected = "nothing-selected",
+}
+
+impl fmt::Display for FaultCode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// Why a line was not carried out. It knows the columns within the line, but not the file; [`Diagnostic`] adds that.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Fault {
-    /// How bad it is.
+    /// Error or warning.
     pub severity: Severity,
-    /// A short fixed word for the kind of fault.
-    pub code: &'static str,
+    /// The kind of the fault.
+    pub code: FaultCode,
     /// What is wrong.
     pub message: String,
-    /// What would be right.
+    /// How to correct it.
     pub help: Option<String>,
-    /// The characters of the line that are meant, counted from 0; `None` for the line as a whole.
+    /// The characters of the line that are wrong, counted from 0; `None` for the whole line.
     pub columns: Option<Range<usize>>,
 }
 
 impl Fault {
-    /// A fault with nothing but a message.
-    pub fn new(code: &'static str, message: impl Into<String>) -> Self {
+    /// An error with a message only.
+    pub fn new(code: FaultCode, message: impl Into<String>) -> Self {
         Self { severity: Severity::Error, code, message: message.into(), help: None, columns: None }
     }
 
-    /// The same as a warning.
+    /// The same fault as a warning.
     #[must_use]
     pub fn warning(mut self) -> Self {
         self.severity = Severity::Warning;
         self
     }
 
-    /// Says what would be right.
+    /// Sets the help.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// Says which characters of the line are meant.
+    /// Sets the columns.
     #[must_use]
     pub fn at(mut self, columns: Range<usize>) -> Self {
         self.columns = Some(columns);
@@ -55,26 +175,48 @@ impl Fault {
     }
 }
 
-/// A fault or a warning with its place.
+/// The message alone.
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// A fault or warning with its file and line.
+///
+/// ```
+/// let (_, diagnostics) = superegg_lang::load_text("egg.scn", "primitive egg\nsetColor 1 0 2\n");
+/// assert_eq!(diagnostics[0].code.as_str(), "out-of-range");
+/// assert_eq!(
+///     diagnostics[0].to_string(),
+///     "egg.scn:2:14: error[out-of-range]: b of setColor must be from 0 to 1, not 2
+///     | setColor 1 0 2
+///     |              ^
+///     = help: setColor r g b, for example: setColor 0.8 0.2 0.1"
+/// );
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// Error or warning.
     pub severity: Severity,
-    /// A short fixed word for the kind.
-    pub code: &'static str,
-    /// The file, as the user named it; empty for a line that was typed and is still to be seen.
+    /// The kind of the fault.
+    pub code: FaultCode,
+    /// The file, as the user named it; empty for a line typed at the prompt, which is still on the screen.
     pub file: String,
-    /// The line, from 1; `None` where the file as a whole is meant.
+    /// The line, counted from 1; `None` for the whole file.
     pub line: Option<usize>,
-    /// The column of the first character meant, from 1.
+    /// The first wrong column, counted from 1.
     pub column: usize,
-    /// How many characters are meant, at least 1.
+    /// The number of wrong characters, at least 1.
     pub width: usize,
-    /// The text of the line, for showing.
+    /// The text of the line; empty if it cannot be shown.
     pub excerpt: String,
     /// What is wrong.
     pub message: String,
-    /// What would be right.
+    /// How to correct it.
     pub help: Option<String>,
 }
 
@@ -82,7 +224,7 @@ pub struct Diagnostic {
 const LONGEST_EXCERPT: usize = 160;
 
 impl Diagnostic {
-    /// A fault at a line of a file.
+    /// A fault in a line of a file.
     pub fn of_line(file: &str, line: usize, text: &str, fault: Fault) -> Self {
         let columns = fault.columns.unwrap_or_else(|| {
             let start = text.chars().take_while(|c| c.is_whitespace()).count();
@@ -103,13 +245,8 @@ impl Diagnostic {
         }
     }
 
-    /// A warning about a file as a whole.
-    pub fn of_file(
-        file: &str,
-        code: &'static str,
-        message: impl Into<String>,
-        help: impl Into<String>,
-    ) -> Self {
+    /// A warning about a whole file.
+    pub fn of_file(file: &str, code: FaultCode, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self {
             severity: Severity::Warning,
             code,
@@ -124,7 +261,8 @@ impl Diagnostic {
     }
 }
 
-/// `file:line:column: error[code]: message` (without the place where there is no file), the line with the place marked, and the help.
+/// `file:line:column: error[code]: message` (without the position if there is no file), the line with the wrong
+/// characters marked, and the help.
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let severity = match self.severity {
@@ -149,3 +287,5 @@ impl fmt::Display for Diagnostic {
         }
     }
 }
+
+impl std::error::Error for Diagnostic {}

@@ -107,7 +107,7 @@ fn keys_are_taken_away_by_frame_and_by_command() {
     let told = session.run_line("unkey 5 rotate").unwrap();
     assert_eq!(told, Effect::Changed(Some("1 key taken away".into())));
     // The colour is that of another.
-    assert_eq!(session.run_line("unkey 5 color").unwrap_err().code, "no-key");
+    assert_eq!(session.run_line("unkey 5 color").unwrap_err().code.as_str(), "no-key");
     session.run_line("unkey 5").unwrap();
     let frames = |session: &Session| {
         session.scene().tracks().flat_map(Track::keys).map(|key| key.frame).collect::<Vec<_>>()
@@ -147,7 +147,12 @@ fn faults_of_a_key_are_those_of_its_line_in_their_place() {
     ] {
         let mut after = before.clone();
         let fault = after.run_line(line).unwrap_err();
-        assert_eq!((fault.code, fault.columns.clone()), (code, Some(columns)), "{line}: {}", fault.message);
+        assert_eq!(
+            (fault.code.as_str(), fault.columns.clone()),
+            (code, Some(columns)),
+            "{line}: {}",
+            fault.message
+        );
         assert!(fault.help.is_some() && after == before, "{line}");
     }
 }
@@ -157,6 +162,6 @@ fn a_frame_that_cannot_be_says_which_and_why() {
     let session = session(&["obj arm", "key 0 scale 1 1 -1", "key 10 scale 1 1 1"]);
     assert!(scene_at(&session, 4.0).is_ok());
     let fault = scene_at(&session, 5.0).unwrap_err();
-    assert_eq!(fault.code, "out-of-range");
+    assert_eq!(fault.code.as_str(), "out-of-range");
     assert!(fault.message.starts_with("at frame 5 'scale 1 1 0' cannot be: "), "{}", fault.message);
 }

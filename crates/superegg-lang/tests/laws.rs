@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use superegg_lang::{
-    Arg, ArgKind, COMMANDS, CommandSpec, Effect, Needs, Of, Range, SETTINGS, Session, Settings, Timeline,
-    complete, format_number, highlight, hint, load_text, parse_line, scene_at, write_session,
+    Arg, ArgKind, COMMANDS, CommandSpec, Effect, NameKind, Needs, Range, SETTINGS, Session, Settings,
+    Timeline, complete, format_number, highlight, hint, load_text, parse_line, scene_at, write_session,
 };
 
 fn config(cases: u32) -> ProptestConfig {
@@ -43,7 +43,7 @@ fn word(arg: &'static Arg) -> BoxedStrategy<String> {
         ])
         .prop_map(str::to_owned)
         .boxed(),
-        ArgKind::Name(Of::Setting) | ArgKind::Words(Of::Setting) => {
+        ArgKind::Name(NameKind::Setting) | ArgKind::Words(NameKind::Setting) => {
             prop::sample::select(SETTINGS.iter().map(|spec| spec.name.to_owned()).collect::<Vec<_>>()).boxed()
         }
         ArgKind::Line => keyable_line().boxed(),
@@ -265,7 +265,7 @@ fn every_range_of_the_table_is_checked() {
             words[i + 1] = bad.to_owned();
             let fault = parse_line(&words.join(" ")).expect_err(&words.join(" "));
             assert!(
-                fault.message.contains(arg.name) || fault.code == "not-a-number",
+                fault.message.contains(arg.name) || fault.code.as_str() == "not-a-number",
                 "{}: {}",
                 spec.name,
                 fault.message
@@ -277,13 +277,13 @@ fn every_range_of_the_table_is_checked() {
 /// What needs a selection says so, whatever else is selected.
 #[test]
 fn every_need_of_the_table_is_checked() {
-    for spec in COMMANDS.iter().filter(|spec| spec.needs != Needs::Nothing) {
-        let other = if spec.needs == Needs::Primitive { "obj o" } else { "prm p" };
+    for spec in COMMANDS.iter().filter(|spec| spec.needs() != Needs::Nothing) {
+        let other = if spec.needs() == Needs::Primitive { "obj o" } else { "prm p" };
         for setup in ["deselect", other] {
             let mut session = Session::default();
             session.run_line(setup).unwrap();
             assert_eq!(
-                session.run_line(spec.example).unwrap_err().code,
+                session.run_line(spec.example).unwrap_err().code.as_str(),
                 "selection",
                 "{} after {setup}",
                 spec.name

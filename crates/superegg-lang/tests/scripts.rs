@@ -5,7 +5,7 @@ use superegg_lang::{Diagnostic, Severity, lint, load_text};
 /// Loads a text whose lines end in `#! code` where that fault is expected, and checks that those and no others are told.
 fn check(text: &str) {
     let (_, diagnostics) = load_text("test.scn", text);
-    let told: Vec<(usize, &str)> = diagnostics.iter().map(|d| (d.line.unwrap(), d.code)).collect();
+    let told: Vec<(usize, &str)> = diagnostics.iter().map(|d| (d.line.unwrap(), d.code.as_str())).collect();
     let expected: Vec<(usize, &str)> =
         text.lines().enumerate().filter_map(|(i, line)| Some((i + 1, line.split_once("#! ")?.1))).collect();
     assert_eq!(told, expected);
@@ -75,12 +75,12 @@ fn lint_tells_what_may_not_be_meant() {
     let text = "prm lost\nprm used\nreflected .6\nrefracted .6\nobj slip\nobj o\nap used\ndeselect\n";
     let (session, _) = load_text("test.scn", text);
     let warnings = lint(&session, "test.scn");
-    let codes: Vec<&str> = warnings.iter().map(|w| w.code).collect();
+    let codes: Vec<&str> = warnings.iter().map(|w| w.code.as_str()).collect();
     assert_eq!(codes, ["unused", "empty-object", "unused", "shares", "nothing-selected"]);
     let (session, _) =
         load_text("test.scn", "prm a\nfloor 0 a\nobj o\nap a\nkey 0 scale 1 1 -1\nkey 8 scale 1 1 1\n");
     let of_keys = lint(&session, "test.scn");
-    assert_eq!(of_keys.iter().map(|w| w.code).collect::<Vec<_>>(), ["keys"]);
+    assert_eq!(of_keys.iter().map(|w| w.code.as_str()).collect::<Vec<_>>(), ["keys"]);
     assert!(of_keys[0].message.starts_with("at frame 4 "), "{}", of_keys[0].message);
     assert!(warnings.iter().all(|w: &Diagnostic| w.severity == Severity::Warning && w.help.is_some()));
 }

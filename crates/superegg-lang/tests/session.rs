@@ -56,7 +56,7 @@ fn a_fault_changes_nothing() {
     ] {
         let mut after = before.clone();
         let fault = after.run_line(line).unwrap_err();
-        assert_eq!(fault.code, code, "{line}: {}", fault.message);
+        assert_eq!(fault.code.as_str(), code, "{line}: {}", fault.message);
         assert!(fault.help.is_some() && fault.columns.is_some(), "{line}");
         assert_eq!(after, before, "{line}");
     }
@@ -76,7 +76,7 @@ fn a_pattern_takes_the_numbers_of_its_word() {
     ] {
         let mut after = before.clone();
         let fault = after.run_line(line).unwrap_err();
-        assert_eq!((fault.code, fault.columns), (code, Some(columns)), "{line}");
+        assert_eq!((fault.code.as_str(), fault.columns), (code, Some(columns)), "{line}");
         assert_eq!(after, before, "{line}");
     }
 }
@@ -148,7 +148,7 @@ fn deleting_takes_the_children_along_and_renaming_leads_them() {
     session.run_line("remove self").unwrap();
     assert_eq!(session.scene().object("q").unwrap().cursor().unwrap().0, "b");
     session.run_line("remove b").unwrap();
-    assert_eq!(session.run_line("xs 1 0 0").unwrap_err().code, "no-child");
+    assert_eq!(session.run_line("xs 1 0 0").unwrap_err().code.as_str(), "no-child");
     session.run_line("delete q").unwrap();
     assert_eq!((session.selected(), session.scene().entities().len()), (None, 2));
 }

@@ -1,15 +1,15 @@
-//! Keys: the numbers of a command at frames, and between them.
+//! Keyframes: the numbers of a command at frames, and their interpolation.
 
 use std::sync::Arc;
 
 use imbl::{HashMap, Vector};
 
-/// A word of a keyed command, in the order of its arguments.
+/// An argument of a keyed command.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum TrackWord {
-    /// A number, which each key gives.
+    /// A number. Each key has its own.
     Number,
-    /// A word that is the same for all keys.
+    /// A word that is the same in all keys.
     Word(Arc<str>),
     /// The name of a primitive or object.
     Entity(Arc<str>),
@@ -17,32 +17,32 @@ pub enum TrackWord {
     Light(Arc<str>),
 }
 
-/// What a track's keys are keys of: a command, its words but for the numbers, and what was selected.
+/// What a track animates: a command, its arguments except for the numbers, and the selection.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TrackSubject {
     /// The full name of the command.
     pub command: Arc<str>,
-    /// Its arguments.
+    /// The arguments of the command, in order.
     pub words: Vec<TrackWord>,
-    /// The primitive or object that it changes, where it changes what is selected.
+    /// The primitive or object that the command changes; `None` if it does not change the selected one.
     pub selected: Option<Arc<str>>,
-    /// The alias of the child that it moves, where it moves the one at the cursor.
+    /// The alias of the child that the command moves; `None` if it moves no child.
     pub cursor: Option<Arc<str>>,
 }
 
 impl TrackSubject {
-    /// How many numbers each key has.
+    /// The count of numbers in each key.
     pub fn number_count(&self) -> usize {
         self.words.iter().filter(|word| **word == TrackWord::Number).count()
     }
 
-    /// What is equal for all keys of one track: all but the places of numbers, which may be more or fewer.
-    fn fixed(&self) -> Self {
+    /// The part that identifies a track: everything except the numbers, whose count may differ.
+    fn without_numbers(&self) -> Self {
         let words = self.words.iter().filter(|word| **word != TrackWord::Number).cloned().collect();
         Self { words, ..self.clone() }
     }
 
-    /// Whether it names or changes this primitive or object.
+    /// Whether the subject names or changes this primitive or object.
     pub(crate) fn is_about(&self, name: &str) -> bool {
         self.selected.as_deref() == Some(name)
             || self.words.iter().any(|word| matches!(word, TrackWord::Entity(entity) if **entity == *name))
@@ -66,34 +66,37 @@ impl TrackSubject {
 /// The numbers of a command at a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
-    /// The frame, any finite number.
+    /// The frame; any finite number.
     pub frame: f64,
-    /// The numbers, in the order of the command's arguments.
+    /// The numbers, in the order of the arguments.
     pub numbers: Arc<[f64]>,
 }
 
-/// The keys of one command, by frames.
+/// The keyframes of one command, in the order of their frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     subject: TrackSubject,
-    /// At least one, frames rising.
+    /// At least one, in rising order of frames.
     keys: Vector<Key>,
 }
 
 impl Track {
-    /// What the keys are keys of.
+    /// What the track animates.
     pub fn subject(&self) -> &TrackSubject {
         &self.subject
     }
 
-    /// The keys, at least one, in the order of their frames.
+    /// The keys, at least one, in rising order of frames.
     pub fn keys(&self) -> impl ExactSizeIterator<Item = &Key> {
         self.keys.iter()
     }
 
-    /// The numbers at a frame: those of the first key before it, of the last one after it, and between two keys each number
-    /// by itself along a monotone cubic (Fritsch and Carlson 1980, with the slopes of Fritsch and Butland 1984). So no number leaves the range of the
-    /// keys on both sides, and where three keys rise or fall there is no kink. At the first and the last key the slope is 0, as it is outside.
+    /// The numbers at a frame.
+    ///
+    /// Before the first key and after the last one the numbers are those of that key. Between two
+    /// keys each number follows a monotone cubic (Fritsch and Carlson 1980, with the slopes of
+    /// Fritsch and Butland 1984): it stays in the range of the two keys, and the curve is smooth
+    /// where three keys rise or fall. The slope is 0 at the first and the last key.
     pub fn numbers_at(&self, frame: f64) -> Vec<f64> {
         let frame = frame + 0.0;
         let after = self.first_after(frame);
@@ -113,7 +116,7 @@ impl Track {
             .collect()
     }
 
-    /// The place of the first key after a frame.
+    /// The index of the first key after a frame.
     fn first_after(&self, frame: f64) -> usize {
         match self.keys.binary_search_by(|key| key.frame.total_cmp(&frame)) {
             Ok(at) => at + 1,
@@ -122,12 +125,12 @@ impl Track {
     }
 }
 
-/// The tracks of a scene, in the order in which they began.
+/// The tracks of a scene, in the order in which they were created.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tracks {
     list: Vector<Track>,
-    /// Where each is in the list, by what is equal for all its keys.
-    places: HashMap<TrackSubject, usize>,
+    /// The index of each track, by its subject without numbers.
+    index_of: HashMap<TrackSubject, usize>,
 }
 
 impl PartialEq for Tracks {
@@ -141,21 +144,23 @@ impl Tracks {
         self.list.iter()
     }
 
-    fn find_places_again(&mut self) {
-        self.places = self.list.iter().enumerate().map(|(at, track)| (track.subject.fixed(), at)).collect();
+    fn rebuild_index(&mut self) {
+        self.index_of =
+            self.list.iter().enumerate().map(|(at, track)| (track.subject.without_numbers(), at)).collect();
     }
 
-    /// Adds a key, or replaces the one at its frame. A track of one key at this frame may go over to another count of numbers.
+    /// Adds a key, or replaces the one at its frame. The count of numbers may change if that is the
+    /// only key of the track.
     ///
     /// # Errors
-    /// The other keys of the track have so many numbers.
+    /// The count of numbers in the other keys of the track, if it differs.
     pub(crate) fn set(&mut self, subject: TrackSubject, frame: f64, numbers: &[f64]) -> Result<(), usize> {
-        // -0 is no frame of its own.
+        // -0 becomes 0.
         let frame = frame + 0.0;
         let key = Key { frame, numbers: numbers.into() };
-        let fixed = subject.fixed();
-        let Some(at) = self.places.get(&fixed).copied() else {
-            self.places.insert(fixed, self.list.len());
+        let fixed = subject.without_numbers();
+        let Some(at) = self.index_of.get(&fixed).copied() else {
+            self.index_of.insert(fixed, self.list.len());
             self.list.push_back(Track { subject, keys: Vector::unit(key) });
             return Ok(());
         };
@@ -172,21 +177,21 @@ impl Tracks {
         Ok(())
     }
 
-    /// Takes away the keys at a frame, or all, of the tracks that are meant. Returns how many there were.
-    pub(crate) fn remove(&mut self, frame: Option<f64>, is_meant: impl Fn(&TrackSubject) -> bool) -> usize {
-        // Mostly there is none, and a list that is not touched stays shared.
-        if !self.list.iter().any(|track| is_meant(&track.subject)) {
+    /// Removes the keys at a frame, or at all frames, of the matching tracks. Returns their count.
+    pub(crate) fn remove(&mut self, frame: Option<f64>, matches: impl Fn(&TrackSubject) -> bool) -> usize {
+        // A list that is not written to stays shared with its clones.
+        if !self.list.iter().any(|track| matches(&track.subject)) {
             return 0;
         }
         let mut removed = 0;
-        for track in self.list.iter_mut().filter(|track| is_meant(&track.subject)) {
+        for track in self.list.iter_mut().filter(|track| matches(&track.subject)) {
             let before = track.keys.len();
             track.keys.retain(|key| frame.is_some_and(|frame| frame != key.frame));
             removed += before - track.keys.len();
         }
         if removed > 0 {
             self.list.retain(|track| !track.keys.is_empty());
-            self.find_places_again();
+            self.rebuild_index();
         }
         removed
     }
@@ -198,16 +203,17 @@ impl Tracks {
         for track in self.list.iter_mut().filter(|track| track.subject.is_about(name)) {
             track.subject.rename(name, new);
         }
-        self.find_places_again();
+        self.rebuild_index();
     }
 }
 
-/// A point of a curve: frame and value.
+/// A point of a curve: (frame, value).
 type Point = (f64, f64);
 
-/// The value at a frame between two points, with their neighbours on both sides.
+/// The cubic Hermite value at a frame between `from` and `to`; `before` and `after` are their
+/// neighbours.
 fn interpolate(before: Option<Point>, from: Point, to: Point, after: Option<Point>, frame: f64) -> f64 {
-    // Halves, whose differences are finite.
+    // Halved, so that no difference overflows.
     let half = |(frame, value): Point| (0.5 * frame, 0.5 * value);
     let (start, end) = (half(from), half(to));
     let width = end.0 - start.0;
@@ -218,19 +224,20 @@ fn interpolate(before: Option<Point>, from: Point, to: Point, after: Option<Poin
     let m1 = after.map_or(0.0, |after| slope(from, to, after));
     let s = 1.0 - t;
     let value = 2.0 * (start.1 + rise * t * t * (3.0 - 2.0 * t) + m0 * t * s * s - m1 * t * t * s);
-    // Where frames are too close for a slope, straight on.
+    // Linear, if the frames are too close for a finite slope.
     let value = if value.is_finite() { value } else { from.1 * s + to.1 * t };
     value.clamp(from.1.min(to.1), from.1.max(to.1))
 }
 
-/// The slope at the middle one of three points: a harmonic mean of those on both sides, 0 at a peak or a flat place.
+/// The slope at the middle one of three points: the weighted harmonic mean of the two secants, or 0
+/// at an extremum or where a secant is flat.
 fn monotone_slope(a: Point, b: Point, c: Point) -> f64 {
     let (h0, h1) = (b.0 - a.0, c.0 - b.0);
     let (d0, d1) = ((b.1 - a.1) / h0, (c.1 - b.1) / h1);
     if d0 == 0.0 || d1 == 0.0 || (d0 > 0.0) != (d1 > 0.0) {
         return 0.0;
     }
-    // The weights as shares, which are finite for any frames.
+    // Normalised, so that the weights are finite for any frames.
     let w0 = (2.0 * (h1 / 3.0) + h0 / 3.0) / (h0 + h1);
     ((w0 / d0) + (1.0 - w0) / d1).recip()
 }

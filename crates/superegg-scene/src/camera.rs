@@ -1,40 +1,45 @@
-//! The scene's camera.
+//! The camera of a scene.
 
 use superegg_geom::glam::{DQuat, DVec3};
 use superegg_geom::unit_vector;
 
-/// A thin lens: what is in focus is sharp, the rest is spread over discs.
+/// A thin lens for depth of field: points off the focus distance blur into discs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
-    /// Its radius in world units, above 0.
+    /// The lens radius in world units, above 0.
     pub radius: f64,
-    /// The distance from the camera at which things are sharp, along the line of sight, above 0.
+    /// The focus distance along the line of sight, in world units, above 0.
     pub focus: f64,
 }
 
-/// A camera. By default at (0, 0, 10) looking along -z, up +y, with a vertical field of view of 60 degrees and a pinhole.
+/// A camera. The default is a pinhole at (0, 0, 10) that looks along -z, with +y up and a vertical field
+/// of view of 60 degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where it stands, in world units.
+    /// The position, in world units.
     pub position: DVec3,
-    /// The point in the middle of the picture; not the position.
+    /// The point in the centre of the image; differs from `position`.
     pub target: DVec3,
-    /// The direction that goes up in the picture; not zero. It need not be at right angles to the line of sight.
+    /// The direction that is up in the image; not zero. It need not be perpendicular to the line of
+    /// sight.
     pub up: DVec3,
-    /// The vertical field of view, in degrees, above 0 and below 180.
+    /// The vertical field of view, in degrees, in (0, 180).
     pub fov_deg: f64,
-    /// The height of the picture in world units where the camera is orthographic: its rays are parallel, and the field of view does not count.
+    /// The image height in world units of an orthographic camera, which ignores the field of view;
+    /// `None` for a perspective camera.
     pub ortho_height: Option<f64>,
-    /// Its lens; a pinhole where there is none.
+    /// The lens; `None` for a pinhole.
     pub lens: Option<Lens>,
 }
 
 impl Camera {
-    /// The field of view where a scene gives none, in degrees.
+    /// The default field of view, in degrees.
     pub const DEFAULT_FOV_DEG: f64 = 60.0;
 
-    /// The unit vectors (right, up, forward) of the camera: right = forward x up. Where `up` lies along the line of sight, the axis least
-    /// along it (y before z before x) takes its place.
+    /// The orthonormal frame (right, up, forward) of the camera, with right = forward x up.
+    ///
+    /// If `up` is parallel to the line of sight, it is replaced by the axis with the smallest
+    /// component along that line; y is preferred to z, and z to x.
     pub fn frame(&self) -> (DVec3, DVec3, DVec3) {
         let forward = unit(self.target - self.position);
         let up = if self.looks_along_up() {
@@ -48,8 +53,8 @@ impl Camera {
         (right, right.cross(forward), forward)
     }
 
-    /// The camera gone round its target by an angle in degrees, right-handed about its up direction (about the one that takes its place, where
-    /// it looks along that). At 0 it is the camera itself.
+    /// The camera rotated about its target by an angle in degrees, right-handed about the up
+    /// direction of its frame. Angle 0 returns the camera unchanged.
     #[must_use]
     pub fn orbited(&self, angle_deg: f64) -> Self {
         if angle_deg == 0.0 {
@@ -60,13 +65,13 @@ impl Camera {
         Self { position: self.target + turn * (self.position - self.target), up, ..*self }
     }
 
-    /// Whether `up` lies along the line of sight, so that it says nothing.
+    /// Whether `up` is parallel to the line of sight.
     pub fn looks_along_up(&self) -> bool {
         unit(self.target - self.position).cross(unit(self.up)).length() <= 1e-9
     }
 }
 
-/// The direction of a vector that the scene keeps from being zero.
+/// The direction of a vector that is not zero in a valid scene.
 fn unit(v: DVec3) -> DVec3 {
     unit_vector(v).unwrap_or(DVec3::Z)
 }

@@ -1,11 +1,13 @@
-//! The scene as a user describes it: primitives and objects in one pool of names, lights, a camera, a background.
+//! The scene as the user describes it: primitives, objects, lights, camera, environment, image settings and
+//! keyframes.
 //!
-//! A [`Scene`] is plain data with its invariants kept: names are unique over both kinds, every child names something that
-//! exists, aliases are unique within an object, every list of transform steps is invertible. What rays hit is compiled from
-//! it elsewhere.
+//! A [`Scene`] keeps these invariants: names are unique over primitives and objects, every child refers to
+//! an existing name, aliases are unique within an object, and every list of transform steps is invertible.
+//! Ray tracing works on a compiled form, which the crate superegg-trace makes.
 
 mod animation;
 mod camera;
+mod environment;
 mod light;
 mod nesting;
 mod object;
@@ -13,16 +15,15 @@ mod ordered_map;
 mod picture;
 mod primitive;
 mod scene;
-mod surroundings;
 mod view_settings;
 
 pub use animation::{Key, Track, TrackSubject, TrackWord};
 pub use camera::{Camera, Lens};
+pub use environment::{AmbientOcclusion, Floor, Sky};
 pub use light::{Light, LightKind};
 pub use nesting::object_heights;
 pub use object::{Child, Object};
 pub use picture::{Encoding, Filter, Picture, Tone};
-pub use primitive::{Material, MaterialShare, Patches, Pattern, Primitive};
+pub use primitive::{Material, MaterialWeight, Patches, Pattern, Primitive};
 pub use scene::{DEFAULT_DEPTH, Entity, MAX_DEPTH, Scene, SceneError};
-pub use surroundings::{AmbientOcclusion, Floor, Sky};
 pub use view_settings::{Shading, ViewSettings};

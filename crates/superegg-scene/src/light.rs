@@ -1,50 +1,51 @@
-//! Lights.
+//! Point lights, spot lights and directional lights.
 
 use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::unit_vector;
 
-/// Where a light stands and which way it shines.
+/// The position and direction of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// Shines from a place to all sides.
+    /// A point light: shines in all directions.
     Point {
-        /// Where it stands, in world units.
+        /// The position, in world units.
         position: DVec3,
     },
-    /// Shines from a place into a cone.
+    /// A spot light: shines into a cone.
     Spot {
-        /// Where it stands, in world units.
+        /// The position, in world units.
         position: DVec3,
-        /// A point on the axis of the cone; not the position.
+        /// A point on the axis of the cone; differs from `position`.
         target: DVec3,
-        /// The angle of the cone from side to side, in degrees, above 0 and at most 180.
+        /// The full opening angle of the cone, in degrees, in (0, 180].
         cone_deg: f64,
-        /// The share of that angle over which light fades towards the rim, [0, 1]: 0 is a sharp rim, 1 fades from the axis on.
+        /// The fraction of the angle over which the light fades towards the rim, in [0, 1]: 0 gives
+        /// a sharp rim, 1 fades from the axis on.
         soft: f64,
     },
-    /// Shines from infinitely far away, everywhere alike.
+    /// A directional light: parallel light from infinity.
     Sun {
-        /// The direction from which light comes (towards the sun); not zero, of any length.
+        /// The direction towards the light; not zero, of any length.
         direction: DVec3,
     },
 }
 
-/// A light. At distance d its light has fallen to `color / (1 + k d^2)`; that of a sun does not fall.
+/// A light. Its attenuation at distance d is `1 / (1 + k d^2)`; a directional light has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Where it stands and which way it shines.
+    /// Position and direction.
     pub kind: LightKind,
-    /// Its linear colour, each part >= 0; 1 1 1 is white, larger is brighter.
+    /// The linear colour, each channel >= 0; (1, 1, 1) is white, larger is brighter.
     pub color: DVec3,
-    /// The k of the falloff, >= 0, per square of a world unit.
+    /// The attenuation coefficient k, >= 0, in 1 / (world unit)^2.
     pub falloff: f64,
-    /// The radius of the ball that shines, >= 0, in world units: shadows are hard at 0. For a sun that of its disc seen at distance 1,
-    /// the tangent of half the angle that it fills (0.0047 for ours).
+    /// The radius of a spherical area light, >= 0, in world units; 0 gives hard shadows. For a
+    /// directional light, the tangent of its angular radius (0.0047 for the sun).
     pub radius: f64,
 }
 
 impl Light {
-    /// The light of a scene that names none: white at (3, 4, 5) with k = 0.01.
+    /// The light of a scene without lights: white, at (3, 4, 5), with k = 0.01.
     pub const DEFAULT: Self = Self {
         kind: LightKind::Point { position: DVec3::new(3.0, 4.0, 5.0) },
         color: DVec3::ONE,
@@ -52,7 +53,7 @@ impl Light {
         radius: 0.0,
     };
 
-    /// Where it stands; `None` for a sun.
+    /// The position; `None` for a directional light.
     pub fn position(&self) -> Option<DVec3> {
         match self.kind {
             LightKind::Point { position } | LightKind::Spot { position, .. } => Some(position),
@@ -60,30 +61,31 @@ impl Light {
         }
     }
 
-    /// The unit direction from a point to the middle of the light; `None` where the point is its own place, or the way is too long for a number.
+    /// The unit direction from a point to the centre of the light; `None` if the point is the centre, or
+    /// the difference overflows.
     pub fn direction_from(&self, point: DVec3) -> Option<DVec3> {
         match self.kind {
             LightKind::Point { position } | LightKind::Spot { position, .. } => {
-                let way = position - point;
-                unit_vector(way).filter(|_| way.is_finite())
+                let to_light = position - point;
+                unit_vector(to_light).filter(|_| to_light.is_finite())
             }
             LightKind::Sun { direction } => unit_vector(direction),
         }
     }
 
-    /// The light's colour as it comes to a point, after falloff and the cone, with nothing in the way; from the light's middle, whatever its
-    /// radius.
+    /// The unshadowed colour at a point, after attenuation and the cone. It is that of the centre of
+    /// the light, whatever the radius.
     pub fn color_at(&self, point: DVec3) -> DVec3 {
         let Some(position) = self.position() else { return self.color };
-        let color = self.color * self.share_of_cone(point);
-        // Not 0 times infinity for a light beyond the root of the largest number.
+        let color = self.color * self.cone_factor(point);
+        // Avoids 0 * infinity for a light so far away that the square overflows.
         if self.falloff == 0.0 {
             return color;
         }
         color / (1.0 + self.falloff * (position - point).length_squared())
     }
 
-    /// The same light with its places and directions carried through a map of space.
+    /// The light with its points and directions transformed by `map`.
     pub fn through(&self, map: &DAffine3) -> Self {
         let kind = match self.kind {
             LightKind::Point { position } => LightKind::Point { position: map.transform_point3(position) },
@@ -98,14 +100,14 @@ impl Light {
         Self { kind, ..*self }
     }
 
-    /// The share of the light that goes towards a point: 1 but for spots, whose rim fades as 3 s^2 - 2 s^3.
-    fn share_of_cone(&self, point: DVec3) -> f64 {
+    /// The factor of the cone at a point: 1 except for spots, whose rim fades as 3 s^2 - 2 s^3.
+    fn cone_factor(&self, point: DVec3) -> f64 {
         let LightKind::Spot { position, target, cone_deg, soft } = self.kind else { return 1.0 };
         let axis = unit_vector(target - position).unwrap_or(DVec3::NEG_Z);
-        let Some(way) = unit_vector(point - position) else { return 1.0 };
+        let Some(to_point) = unit_vector(point - position) else { return 1.0 };
         let half_rad = 0.5 * cone_deg.to_radians();
-        // Not the arc cosine, which is inexact near the axis.
-        let angle_rad = 2.0 * (0.5 * (way - axis).length()).clamp(0.0, 1.0).asin();
+        // The arc cosine is inexact near the axis.
+        let angle_rad = 2.0 * (0.5 * (to_point - axis).length()).clamp(0.0, 1.0).asin();
         if angle_rad >= half_rad {
             return 0.0;
         }

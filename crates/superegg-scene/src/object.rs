@@ -7,17 +7,18 @@ use superegg_geom::{Transform, TransformError, TransformStep};
 
 use crate::ordered_map::OrderedMap;
 
-/// An ordered list of transform steps with the map that they compose to.
+/// A list of transform steps, with the transform they compose to.
 #[derive(Clone, Debug, PartialEq)]
 struct StepList {
-    /// The last ones, [`MOST_RECENT`] at most, in little room: scenes have millions of short lists.
+    /// The last steps, at most [`MOST_RECENT`]. A plain vector is small, and scenes have millions of
+    /// short lists.
     recent: Vec<TransformStep>,
-    /// Those before, which clones share.
+    /// The steps before those. Clones share them.
     earlier: Vector<TransformStep>,
     composed: Transform,
 }
 
-/// Steps of a list that a clone copies.
+/// The number of steps that a clone copies.
 const MOST_RECENT: usize = 16;
 
 impl Default for StepList {
@@ -27,7 +28,7 @@ impl Default for StepList {
 }
 
 impl StepList {
-    /// What the list composes to with one more step behind it.
+    /// The composed transform with one more step appended.
     fn composed_with(&self, step: &TransformStep) -> Result<Transform, TransformError> {
         Transform::from_steps([step])?.after(&self.composed)
     }
@@ -45,7 +46,7 @@ impl StepList {
     }
 }
 
-/// A primitive or object within an object.
+/// A reference to a primitive or object within an object, with its own transform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Child {
     target: Arc<str>,
@@ -57,35 +58,36 @@ impl Child {
         Self { target: target.into(), own: StepList::default() }
     }
 
-    /// What the child stands for: the name of a primitive or object.
+    /// The name of the primitive or object that the child refers to.
     pub fn target(&self) -> &str {
         &self.target
     }
 
-    /// Its own transform, in the order written: the first step acts on a point first.
+    /// The steps of its own transform, in order: the first one acts on a point first.
     pub fn steps(&self) -> impl Iterator<Item = &TransformStep> {
         self.own.steps()
     }
 }
 
-/// A named group of children with a transform of the whole.
+/// A group of children, with a transform of the whole group.
 #[derive(Clone, Debug, Default)]
 pub struct Object {
     children: OrderedMap<Child>,
     overall: StepList,
     cursor: Option<Arc<str>>,
-    /// At least the [`extent`] of each child's own map; what children are gone may still be counted.
+    /// An upper bound of the [`extent`] of the children's own transforms; removed children may still
+    /// count.
     child_extent: f64,
 }
 
 impl PartialEq for Object {
     fn eq(&self, other: &Self) -> bool {
-        // The bound tells of history, not of content.
+        // The bound depends on history, not only on content.
         self.children == other.children && self.overall == other.overall && self.cursor == other.cursor
     }
 }
 
-/// The largest number in a map and its inverse.
+/// The largest absolute entry of a transform and its inverse.
 fn extent(map: &Transform) -> f64 {
     let largest = |affine: &superegg_geom::glam::DAffine3| {
         affine.to_cols_array().into_iter().map(f64::abs).fold(0.0, f64::max)
@@ -94,17 +96,18 @@ fn extent(map: &Transform) -> f64 {
 }
 
 impl Object {
-    /// The children with their aliases, in the order they were added.
+    /// The children with their aliases, in the order of addition.
     pub fn children(&self) -> impl ExactSizeIterator<Item = (&str, &Child)> + DoubleEndedIterator {
         self.children.iter()
     }
 
-    /// The transform of the whole, in the order written. It acts after each child's own.
+    /// The steps of the transform of the whole, in order. It acts after each child's own transform.
     pub fn overall_steps(&self) -> impl Iterator<Item = &TransformStep> {
         self.overall.steps()
     }
 
-    /// Alias and child that the next transform moves: the last one added or chosen. Each object keeps its own.
+    /// The alias and child at the cursor: the child that transforms move. Each object has its own
+    /// cursor.
     pub fn cursor(&self) -> Option<(&str, &Child)> {
         let alias = self.cursor.as_deref()?;
         Some((alias, self.children.get(alias)?))
@@ -115,10 +118,11 @@ impl Object {
         self.children.get(alias)
     }
 
-    /// The map from a child's space to the space that this object stands in: the child's steps, then the overall ones.
+    /// The transform from a child's space to the space of the object's parent: the child's own steps, then
+    /// the steps of the whole.
     ///
     /// # Errors
-    /// The two lists together leave the range of f64; a scene never lets them.
+    /// The composition leaves the range of f64. In a valid scene it never does.
     pub fn parent_from_child(&self, child: &Child) -> Result<Transform, TransformError> {
         self.overall.composed.after(&child.own.composed)
     }
@@ -129,7 +133,7 @@ impl Object {
         self.cursor = Some(alias.into());
     }
 
-    /// Takes a child out; a cursor that stood on it goes to the last one. Returns whether there was one of this alias.
+    /// Removes a child. A cursor on it moves to the last child. Returns whether the alias existed.
     pub(crate) fn remove_child(&mut self, alias: &str) -> bool {
         let is_removed = self.children.remove(alias);
         if is_removed && self.cursor.as_deref() == Some(alias) {
@@ -138,7 +142,7 @@ impl Object {
         is_removed
     }
 
-    /// Lets all children that stand for one name stand for another.
+    /// Makes all children that refer to `from` refer to `to`.
     pub(crate) fn retarget(&mut self, from: &str, to: &str) {
         let aliases: Vec<String> = self.aliases_of(from).map(str::to_owned).collect();
         for alias in aliases {
@@ -148,12 +152,12 @@ impl Object {
         }
     }
 
-    /// The aliases of the children that stand for a name.
+    /// The aliases of the children that refer to a name.
     pub fn aliases_of<'a>(&'a self, target: &'a str) -> impl Iterator<Item = &'a str> {
         self.children().filter(move |(_, child)| child.target() == target).map(|(alias, _)| alias)
     }
 
-    /// Moves the cursor to a child. Returns whether there is one of this alias.
+    /// Moves the cursor to a child. Returns whether the alias exists.
     pub(crate) fn move_cursor(&mut self, alias: &str) -> bool {
         let is_there = self.children.contains(alias);
         if is_there {
@@ -162,7 +166,7 @@ impl Object {
         is_there
     }
 
-    /// Appends a step to the child at the cursor. Returns whether there is one.
+    /// Appends a step to the child at the cursor. Returns false if there is no child.
     pub(crate) fn push_child_step(&mut self, step: TransformStep) -> Result<bool, TransformError> {
         let child = self.cursor.as_deref().and_then(|alias| self.children.get_mut(alias));
         let Some(child) = child else { return Ok(false) };
@@ -176,8 +180,8 @@ impl Object {
     /// Appends a step to the transform of the whole.
     pub(crate) fn push_overall_step(&mut self, step: TransformStep) -> Result<(), TransformError> {
         let composed = self.overall.composed_with(&step)?;
-        // Where the numbers of both maps and their inverses are within what f64 can add up exactly enough, no product overflows, and no
-        // column of it can cancel to nothing. Only beyond that each child must be asked.
+        // Below this bound on the entries of both transforms and their inverses no product overflows,
+        // and no column cancels to zero. Only above it is each child checked.
         const WELL_CONDITIONED: f64 = 1e12;
         let is_plain = extent(&composed) * self.child_extent < WELL_CONDITIONED;
         for (_, child) in self.children().filter(|_| !is_plain) {

@@ -1,4 +1,4 @@
-//! A map from names to values that keeps the order of insertion, and that is cheap to copy.
+//! A persistent map from names to values that keeps the order of insertion.
 
 use std::sync::Arc;
 
@@ -6,12 +6,12 @@ use foldhash::fast::RandomState;
 use imbl::shared_ptr::DefaultSharedPtr;
 use imbl::{GenericHashMap, OrdMap};
 
-/// A persistent map: a clone takes constant time and memory and shares all that neither side changes later. This makes a snapshot of a
-/// scene, or a step of an undo history, cost nothing that grows with the scene. Values are told apart by name; two maps are equal where they
-/// have equal names and values in the same order.
+/// A persistent map: cloning takes constant time and memory, and clones share everything that neither
+/// changes. A snapshot of a scene, or a step of an undo history, is therefore cheap. Two maps are equal if
+/// they have equal names and values in the same order.
 #[derive(Clone, Debug)]
 pub(crate) struct OrderedMap<V> {
-    /// Entries by a number that only grows, so that nothing moves when an entry goes.
+    /// Entries by an increasing number, so that no entry moves when another is removed.
     entries: OrdMap<u64, (Arc<str>, Arc<V>)>,
     number_of: GenericHashMap<Arc<str>, u64, RandomState, DefaultSharedPtr>,
 }
@@ -25,13 +25,13 @@ impl<V> Default for OrderedMap<V> {
 
 impl<V: PartialEq> PartialEq for OrderedMap<V> {
     fn eq(&self, other: &Self) -> bool {
-        // The numbers tell of history, not of content.
+        // The numbers depend on history, not only on content.
         self.entries.len() == other.entries.len() && self.entries.values().eq(other.entries.values())
     }
 }
 
 impl<V: PartialEq> OrderedMap<V> {
-    /// Whether both have the same names with equal values, in whatever order.
+    /// Whether both have the same names with equal values, in any order.
     pub(crate) fn has_same_entries(&self, other: &Self) -> bool {
         let in_other = |name: &str| Some(&other.entries.get(other.number_of.get(name)?)?.1);
         self.entries.len() == other.entries.len()
@@ -46,7 +46,7 @@ impl<V: Clone> OrderedMap<V> {
         Some(&*self.entries.get(self.number_of.get(name)?)?.1)
     }
 
-    /// The value under a name, to change it; clones share it no longer.
+    /// Mutable access to the value of a name. Clones no longer share that value.
     pub(crate) fn get_mut(&mut self, name: &str) -> Option<&mut V> {
         let number = self.number_of.get(name)?;
         self.entries.get_mut(number).map(|(_, value)| Arc::make_mut(value))
@@ -56,7 +56,7 @@ impl<V: Clone> OrderedMap<V> {
         self.number_of.contains_key(name)
     }
 
-    /// Replaces the value under a name, in its place, or adds it at the end.
+    /// Replaces the value of a name at its position, or appends it.
     pub(crate) fn insert(&mut self, name: &str, value: V) {
         if let Some(held) = self.get_mut(name) {
             *held = value;
@@ -68,13 +68,13 @@ impl<V: Clone> OrderedMap<V> {
         self.entries.insert(number, (name, Arc::new(value)));
     }
 
-    /// Takes an entry out; the others keep their order. Returns whether there was one.
+    /// Removes an entry; the others keep their order. Returns whether it existed.
     pub(crate) fn remove(&mut self, name: &str) -> bool {
         let number = self.number_of.remove(name);
         number.is_some_and(|number| self.entries.remove(&number).is_some())
     }
 
-    /// Gives an entry another name, which none may have yet; its place stays. Returns whether it was done.
+    /// Renames an entry, which keeps its position. Returns false if `name` is unknown or `new` exists.
     pub(crate) fn rename(&mut self, name: &str, new: &str) -> bool {
         if self.contains(new) {
             return false;
@@ -88,7 +88,7 @@ impl<V: Clone> OrderedMap<V> {
         true
     }
 
-    /// Names and values in order.
+    /// Names and values, in order.
     pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = (&str, &V)> + DoubleEndedIterator {
         self.entries.values().map(|(name, value)| (&**name, &**value))
     }

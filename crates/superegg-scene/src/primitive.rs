@@ -1,9 +1,9 @@
-//! Primitives: a superquadric and what its surface is like.
+//! Primitives: a superquadric with a material.
 
 use superegg_geom::Superquadric;
 use superegg_geom::glam::DVec3;
 
-/// How finely the preview cuts a primitive into patches.
+/// The tessellation of a primitive in the preview.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Patches {
     /// Patches around (longitude), > 0.
@@ -12,97 +12,105 @@ pub struct Patches {
     pub v: u32,
 }
 
-/// A share of a surface's light that a scene sets as one number in [0, 1].
+/// A parameter of a material that is one number in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MaterialShare {
-    /// Ambient light.
+pub enum MaterialWeight {
+    /// The weight of ambient light.
     Ambient,
-    /// Mirrored light.
+    /// The weight of reflected light.
     Reflected,
-    /// Transmitted light.
+    /// The weight of transmitted light.
     Refracted,
     /// Roughness of the highlight: smaller is sharper.
     Gloss,
-    /// Diffuse light.
+    /// The weight of diffuse light.
     Diffuse,
-    /// The highlight.
+    /// The weight of the specular highlight.
     Specular,
 }
 
-/// A second colour on a surface, in coordinates of the primitive's own space (for a floor: along it, from the origin).
+/// A procedural second colour, in the primitive's own space (for a floor: in its plane, from the
+/// origin).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Pattern {
-    /// One colour throughout.
+    /// The base colour everywhere.
     #[default]
     None,
-    /// Cubes of two colours by turns; the one that begins at the origin has the base colour.
+    /// A 3D checkerboard; the cube that begins at the origin has the base colour.
     Checker {
         /// The other linear colour.
         color: DVec3,
-        /// The edge of a cube, above 0.
+        /// The edge length of a cube, above 0.
         size: f64,
     },
-    /// From the base colour over into another along a direction, across the whole shape (a floor: to and fro, one unit each way).
+    /// A gradient from the base colour to another along a direction, across the whole shape (on a floor:
+    /// a triangle wave, one unit each way).
     Gradient {
         /// The linear colour at the far end.
         color: DVec3,
-        /// The direction in the primitive's own space; not zero, of any length.
+        /// The direction of the gradient; not zero, of any length.
         direction: DVec3,
     },
 }
 
-/// What a surface is like. Colours are linear values.
+/// The material of a surface. Colours are linear values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Base colour, each part in [0, 1].
+    /// The base colour, each channel in [0, 1].
     pub color: DVec3,
-    /// Share of ambient light, [0, 1].
+    /// The weight of ambient light, [0, 1].
     pub ambient: f64,
-    /// Share of mirrored light, [0, 1]; `None` where the scene does not set it: then nothing is mirrored, though the old
-    /// program shows [`Material::UNSET_REFLECTED`].
+    /// The weight of reflected light, [0, 1]. `None` if the scene does not set it: then nothing is
+    /// reflected, although the course program shows [`Material::UNSET_REFLECTED`].
     pub reflected: Option<f64>,
-    /// Share of transmitted light, [0, 1]; `None` likewise, shown as [`Material::UNSET_REFRACTED`].
+    /// The weight of transmitted light, [0, 1]; `None` likewise, shown as
+    /// [`Material::UNSET_REFRACTED`].
     pub refracted: Option<f64>,
-    /// Roughness of the highlight, [0, 1]; smaller is sharper.
+    /// The roughness of the highlight, [0, 1]; smaller is sharper.
     pub gloss: f64,
-    /// Diffuse share, [0, 1].
+    /// The weight of diffuse light, [0, 1].
     pub diffuse: f64,
-    /// Highlight share, [0, 1].
+    /// The weight of the specular highlight, [0, 1].
     pub specular: f64,
-    /// Index of refraction, 1 to 4.
+    /// The index of refraction, 1 to 4.
     pub index: f64,
-    /// An explicit exponent of the highlight, instead of what `gloss` gives.
+    /// The exponent of the highlight; derived from `gloss` if `None`.
     pub shininess: Option<f64>,
-    /// Whether the mirrored share counts only as far as Fresnel's reflectance of the index goes: little head-on, all at grazing angles.
+    /// Whether the reflected weight is scaled by the Fresnel reflectance of `index`: little at normal
+    /// incidence, all at grazing angles.
     pub fresnel: bool,
-    /// What the inside takes away of light let through, each part >= 0, per world unit: `exp(-absorb * way)` is left.
+    /// The absorption coefficient inside, for each channel, >= 0, per world unit: after a distance d the
+    /// transmittance is `exp(-absorb * d)`.
     pub absorb: DVec3,
-    /// A second colour.
+    /// The procedural second colour.
     pub pattern: Pattern,
 }
 
 impl Material {
-    /// What the old program had for a mirrored share that nobody set, and did not use.
+    /// The reflected weight that the course program shows if none is set. It is not used.
     pub const UNSET_REFLECTED: f64 = 0.3;
-    /// The same for the transmitted share.
+    /// The same for the transmitted weight.
     pub const UNSET_REFRACTED: f64 = 0.5;
-    /// Below this a gloss counts as this: the exponent grows as its inverse square.
+    /// The lower bound of gloss in the exponent, which grows as its inverse square.
     const LEAST_GLOSS: f64 = 0.01;
 
-    /// Sets one share; the value is in [0, 1].
-    pub fn set_share(&mut self, share: MaterialShare, value: f64) {
-        match share {
-            MaterialShare::Ambient => self.ambient = value,
-            MaterialShare::Reflected => self.reflected = Some(value),
-            MaterialShare::Refracted => self.refracted = Some(value),
-            MaterialShare::Gloss => self.gloss = value,
-            MaterialShare::Diffuse => self.diffuse = value,
-            MaterialShare::Specular => self.specular = value,
+    /// Sets one parameter; the value is in [0, 1].
+    pub fn set_weight(&mut self, weight: MaterialWeight, value: f64) {
+        match weight {
+            MaterialWeight::Ambient => self.ambient = value,
+            MaterialWeight::Reflected => self.reflected = Some(value),
+            MaterialWeight::Refracted => self.refracted = Some(value),
+            MaterialWeight::Gloss => self.gloss = value,
+            MaterialWeight::Diffuse => self.diffuse = value,
+            MaterialWeight::Specular => self.specular = value,
         }
     }
 
-    /// The exponent of the highlight: `shininess` where set, else `2 / gloss^2 - 2` with gloss at least 0.01. That gives 20 at the default
-    /// gloss of 0.3, as measured on the course's official picture, and a highlight spread over the hemisphere at 1.
+    /// The exponent of the highlight: `shininess` if set, else `2 / gloss^2 - 2` with gloss at least
+    /// 0.01.
+    ///
+    /// At the default gloss of 0.3 it is 20, as measured on the reference image of the course; at 1 the
+    /// highlight covers the hemisphere.
     pub fn highlight_exponent(&self) -> f64 {
         let gloss = self.gloss.max(Self::LEAST_GLOSS);
         self.shininess.unwrap_or(2.0 / (gloss * gloss) - 2.0)
@@ -128,14 +136,14 @@ impl Default for Material {
     }
 }
 
-/// A superquadric with its surface.
+/// A superquadric with its material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Primitive {
-    /// The shape, centred at the origin of its own space.
+    /// The shape, centred at the origin of the primitive's own space.
     pub shape: Superquadric,
-    /// Its cutting in the preview.
+    /// The tessellation in the preview.
     pub patches: Patches,
-    /// Its surface.
+    /// The material.
     pub material: Material,
 }
 

@@ -1,4 +1,4 @@
-//! The scene and the changes that keep it consistent.
+//! The scene, and the changes that keep it consistent.
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{TransformError, TransformStep};
@@ -6,29 +6,29 @@ use thiserror::Error;
 
 use crate::animation::{Track, TrackSubject, Tracks};
 use crate::camera::Camera;
+use crate::environment::{AmbientOcclusion, Floor, Sky};
 use crate::light::Light;
 use crate::object::{Child, Object};
 use crate::ordered_map::OrderedMap;
 use crate::picture::Picture;
 use crate::primitive::{Material, Primitive};
-use crate::surroundings::{AmbientOcclusion, Floor, Sky};
 
-/// How deep objects are opened unless the scene says otherwise.
+/// The default recursion depth of objects.
 pub const DEFAULT_DEPTH: u32 = 25;
-/// The deepest that a scene may ask for.
+/// The maximal recursion depth of objects.
 pub const MAX_DEPTH: u32 = 64;
 
-/// What a name stands for.
+/// A primitive or an object: what a name refers to.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entity {
-    /// A superquadric with a surface.
+    /// A superquadric with a material.
     Primitive(Primitive),
-    /// A group.
+    /// A group of children.
     Object(Object),
 }
 
 impl Entity {
-    /// The word for its kind, with its article.
+    /// The kind with its article: "a primitive" or "an object".
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Primitive(_) => "a primitive",
@@ -37,27 +37,27 @@ impl Entity {
     }
 }
 
-/// Why a change was refused. The scene is as it was.
+/// Why a change was rejected. The scene is unchanged.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum SceneError {
     /// Nothing has this name.
     #[error("nothing is named '{0}'")]
     Unknown(String),
-    /// The name stands for a primitive where an object is needed.
+    /// The name belongs to a primitive; an object is needed.
     #[error("'{0}' is a primitive, not an object")]
     NotAnObject(String),
-    /// The name stands for an object where a primitive is needed.
+    /// The name belongs to an object; a primitive is needed.
     #[error("'{0}' is an object, not a primitive")]
     NotAPrimitive(String),
-    /// A child of the object has this alias already.
+    /// The object already has a child with this alias.
     #[error("'{object}' has a child '{alias}' already")]
-    AliasTaken {
+    AliasExists {
         /// The object.
         object: String,
         /// The alias.
         alias: String,
     },
-    /// The object has no child of this alias.
+    /// The object has no child with this alias.
     #[error("'{object}' has no child '{alias}'")]
     UnknownAlias {
         /// The object.
@@ -65,52 +65,75 @@ pub enum SceneError {
         /// The alias.
         alias: String,
     },
-    /// The object has no children, so there is none at the cursor.
+    /// The object has no children, so no child is at the cursor.
     #[error("'{0}' has no child yet that could be moved")]
     NoChild(String),
-    /// A primitive or object has this name already.
+    /// A primitive or object already has this name.
     #[error("the name '{0}' is taken")]
-    NameTaken(String),
+    NameExists(String),
     /// No light has this name.
     #[error("no light is named '{0}'")]
     UnknownLight(String),
-    /// The other keys of this track have so many numbers.
+    /// The count of numbers differs from that of the track's other keys.
     #[error("the other keys of {command} here have {count} numbers each")]
     KeyNumbers {
         /// The command.
         command: String,
-        /// How many numbers they have.
+        /// The count of numbers in the other keys.
         count: usize,
     },
-    /// The transform is not usable.
+    /// The transform is not invertible.
     #[error(transparent)]
     Transform(#[from] TransformError),
 }
 
-/// Everything that a user described. Cloning it gives a snapshot that later changes do not touch, and takes no time that grows with it.
+/// A scene: named primitives and objects, lights, camera, environment, image settings, keyframes.
+///
+/// Cloning takes constant time and gives a snapshot that later changes do not affect.
+///
+/// ```
+/// use superegg_geom::TransformStep;
+/// use superegg_geom::glam::DVec3;
+/// use superegg_scene::{Scene, SceneError};
+///
+/// let mut scene = Scene::default();
+/// scene.ensure_primitive("ball")?;
+/// scene.primitive_mut("ball")?.material.color = DVec3::new(0.8, 0.2, 0.1);
+/// scene.ensure_object("snowman")?;
+/// scene.add_child("snowman", "body", "ball")?;
+/// scene.add_child("snowman", "head", "ball")?;
+/// scene.transform_child("snowman", TransformStep::Translate(DVec3::new(0.0, 0.0, 1.5)))?;
+///
+/// let snowman = scene.object("snowman")?;
+/// let head = snowman.parent_from_child(snowman.child("head").unwrap())?;
+/// assert_eq!(head.forward().translation.z, 1.5);
+/// assert!(matches!(scene.add_child("snowman", "hat", "cone"), Err(SceneError::Unknown(_))));
+/// # Ok::<(), SceneError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
     entities: OrderedMap<Entity>,
     lights: OrderedMap<Light>,
     /// The camera.
     pub camera: Camera,
-    /// The linear colour where nothing is, unless there is a sky.
+    /// The linear colour of rays that hit nothing, if there is no sky.
     pub background: DVec3,
-    /// What is seen where nothing is, instead of the background.
+    /// The sky, which replaces the background.
     pub sky: Option<Sky>,
-    /// A plane without end.
+    /// The floor, an infinite plane.
     pub floor: Option<Floor>,
-    /// Whether, and how, ambient light is kept from corners.
+    /// Ambient occlusion; `None` if off.
     pub ambient_occlusion: Option<AmbientOcclusion>,
-    /// How deep objects are opened; the selected one is level 1, and primitives of the last level are included. 0 to [`MAX_DEPTH`].
+    /// The recursion depth of objects, 0 to [`MAX_DEPTH`]. The root object is level 1; primitives of the
+    /// last level are included.
     pub depth: u32,
-    /// How the picture is taken.
+    /// The image settings.
     pub picture: Picture,
     tracks: Tracks,
 }
 
 impl PartialEq for Scene {
-    /// The order in which primitives and objects were made is no part of what a scene is.
+    /// Ignores the order in which primitives and objects were created.
     fn eq(&self, other: &Self) -> bool {
         self.entities.has_same_entries(&other.entities)
             && self.lights == other.lights
@@ -143,7 +166,7 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Primitives and objects with their names, in the order they were made.
+    /// Primitives and objects with their names, in the order of creation.
     pub fn entities(&self) -> impl ExactSizeIterator<Item = (&str, &Entity)> {
         self.entities.iter()
     }
@@ -164,12 +187,12 @@ impl Scene {
         })
     }
 
-    /// What a name stands for.
+    /// The primitive or object of this name.
     pub fn get(&self, name: &str) -> Option<&Entity> {
         self.entities.get(name)
     }
 
-    /// The lights that the scene names.
+    /// The lights with their names; empty if only the default light shines.
     pub fn named_lights(&self) -> impl ExactSizeIterator<Item = (&str, &Light)> {
         self.lights.iter()
     }
@@ -182,13 +205,13 @@ impl Scene {
         self.lights.get(name).ok_or_else(|| SceneError::UnknownLight(name.to_owned()))
     }
 
-    /// The lights that shine: those named, or the default one while none is.
+    /// The lights of the image: the named ones, or [`Light::DEFAULT`] if there is none.
     pub fn lights(&self) -> Vec<Light> {
         let named: Vec<Light> = self.lights.iter().map(|(_, light)| *light).collect();
         if named.is_empty() { vec![Light::DEFAULT] } else { named }
     }
 
-    /// The surface of the floor: that of the primitive it names, or of a new one.
+    /// The material of the floor: that of its primitive, or the default material.
     pub fn floor_material(&self) -> Material {
         let name = self.floor.as_ref().and_then(|floor| floor.surface.as_deref());
         match name.and_then(|name| self.get(name)) {
@@ -197,10 +220,10 @@ impl Scene {
         }
     }
 
-    /// Makes a primitive of this name where there is none.
+    /// Creates a primitive of this name if there is none.
     ///
     /// # Errors
-    /// The name stands for an object.
+    /// The name belongs to an object.
     pub fn ensure_primitive(&mut self, name: &str) -> Result<(), SceneError> {
         match self.entities.get(name) {
             Some(Entity::Object(_)) => Err(SceneError::NotAPrimitive(name.to_owned())),
@@ -212,10 +235,10 @@ impl Scene {
         }
     }
 
-    /// Makes an empty object of this name where there is none.
+    /// Creates an empty object of this name if there is none.
     ///
     /// # Errors
-    /// The name stands for a primitive.
+    /// The name belongs to a primitive.
     pub fn ensure_object(&mut self, name: &str) -> Result<(), SceneError> {
         match self.entities.get(name) {
             Some(Entity::Primitive(_)) => Err(SceneError::NotAnObject(name.to_owned())),
@@ -230,7 +253,7 @@ impl Scene {
     /// The primitive of this name.
     ///
     /// # Errors
-    /// The name is unknown or an object's.
+    /// The name is unknown, or belongs to an object.
     pub fn primitive(&self, name: &str) -> Result<&Primitive, SceneError> {
         match self.entities.get(name) {
             Some(Entity::Primitive(primitive)) => Ok(primitive),
@@ -239,10 +262,10 @@ impl Scene {
         }
     }
 
-    /// The primitive of this name, to change it.
+    /// Mutable access to the primitive of this name.
     ///
     /// # Errors
-    /// The name is unknown or an object's.
+    /// The name is unknown, or belongs to an object.
     pub fn primitive_mut(&mut self, name: &str) -> Result<&mut Primitive, SceneError> {
         match self.entities.get_mut(name) {
             Some(Entity::Primitive(primitive)) => Ok(primitive),
@@ -254,7 +277,7 @@ impl Scene {
     /// The object of this name.
     ///
     /// # Errors
-    /// The name is unknown or a primitive's.
+    /// The name is unknown, or belongs to a primitive.
     pub fn object(&self, name: &str) -> Result<&Object, SceneError> {
         match self.entities.get(name) {
             Some(Entity::Object(object)) => Ok(object),
@@ -271,24 +294,24 @@ impl Scene {
         }
     }
 
-    /// Adds `target` to `object` under an alias and moves the object's cursor to it. The target may be the object itself, or one that
-    /// contains it.
+    /// Adds `target` to `object` under an alias and moves the object's cursor to the new child. The
+    /// target may be the object itself, or an object that contains it.
     ///
     /// # Errors
-    /// An unknown name, or an alias that a child of the object has already.
+    /// An unknown name, or an existing alias.
     pub fn add_child(&mut self, object: &str, alias: &str, target: &str) -> Result<(), SceneError> {
         if !self.entities.contains(target) {
             return Err(SceneError::Unknown(target.to_owned()));
         }
         let parent = self.object_mut(object)?;
         if parent.child(alias).is_some() {
-            return Err(SceneError::AliasTaken { object: object.to_owned(), alias: alias.to_owned() });
+            return Err(SceneError::AliasExists { object: object.to_owned(), alias: alias.to_owned() });
         }
         parent.push_child(alias, Child::new(target));
         Ok(())
     }
 
-    /// Takes the child of this alias out of the object, and its keys away. A cursor that stood on it goes to the last child.
+    /// Removes a child and its keys from an object. A cursor on it moves to the last child.
     ///
     /// # Errors
     /// An unknown object or alias.
@@ -303,7 +326,7 @@ impl Scene {
         }
     }
 
-    /// Object and alias of each child that stands for this name.
+    /// The object and alias of each child that refers to this name.
     pub fn uses(&self, name: &str) -> Vec<(String, String)> {
         let uses_in = |(object, content): (&str, &Object)| -> Vec<(String, String)> {
             content.aliases_of(name).map(|alias| (object.to_owned(), alias.to_owned())).collect()
@@ -311,7 +334,8 @@ impl Scene {
         self.objects().flat_map(uses_in).collect()
     }
 
-    /// Takes a primitive or object away, its keys, and every child that stands for it. Returns object and alias of those children.
+    /// Deletes a primitive or object, its keys, and every child that refers to it. Returns the object and
+    /// alias of those children.
     ///
     /// # Errors
     /// An unknown name.
@@ -331,10 +355,10 @@ impl Scene {
         Ok(uses)
     }
 
-    /// Gives a primitive or object another name. The children that stand for it follow, and its keys; their aliases stay.
+    /// Renames a primitive or object. Children that refer to it, the floor and keys follow; aliases stay.
     ///
     /// # Errors
-    /// An unknown name, or a new one that is taken.
+    /// An unknown name, or a new name that exists.
     pub fn rename(&mut self, name: &str, new: &str) -> Result<(), SceneError> {
         self.check_pair(name, new)?;
         self.entities.rename(name, new);
@@ -353,10 +377,11 @@ impl Scene {
         Ok(())
     }
 
-    /// Adds a copy under a new name, at the end, without keys. Where an object holds itself, its copy holds itself too.
+    /// Adds a copy under a new name, without keys. The copy of an object that contains itself contains
+    /// itself.
     ///
     /// # Errors
-    /// An unknown name, or a new one that is taken.
+    /// An unknown name, or a new name that exists.
     pub fn copy(&mut self, name: &str, new: &str) -> Result<(), SceneError> {
         let entity = self.check_pair(name, new)?.clone();
         self.entities.insert(new, entity);
@@ -366,13 +391,13 @@ impl Scene {
         Ok(())
     }
 
-    /// What has the first name, where nothing has the second.
+    /// The entity called `name`, if `new` is free.
     fn check_pair(&self, name: &str, new: &str) -> Result<&Entity, SceneError> {
         let entity = self.get(name).ok_or_else(|| SceneError::Unknown(name.to_owned()))?;
-        if self.entities.contains(new) { Err(SceneError::NameTaken(new.to_owned())) } else { Ok(entity) }
+        if self.entities.contains(new) { Err(SceneError::NameExists(new.to_owned())) } else { Ok(entity) }
     }
 
-    /// Moves the object's cursor to the child of this alias.
+    /// Moves the object's cursor to a child.
     ///
     /// # Errors
     /// An unknown object or alias.
@@ -387,7 +412,7 @@ impl Scene {
     /// Appends a step to the transform of the child at the object's cursor.
     ///
     /// # Errors
-    /// No such object, no child, or a step after which the transform could not be undone.
+    /// Unknown object, no child, or a step that makes the transform not invertible.
     pub fn transform_child(&mut self, object: &str, step: TransformStep) -> Result<(), SceneError> {
         if self.object_mut(object)?.push_child_step(step)? {
             Ok(())
@@ -396,10 +421,10 @@ impl Scene {
         }
     }
 
-    /// Appends a step to the object's transform of the whole.
+    /// Appends a step to the transform of the whole object.
     ///
     /// # Errors
-    /// No such object, or a step after which the transform could not be undone.
+    /// Unknown object, or a step that makes the transform not invertible.
     pub fn transform_whole(&mut self, object: &str, step: TransformStep) -> Result<(), SceneError> {
         Ok(self.object_mut(object)?.push_overall_step(step)?)
     }
@@ -409,7 +434,7 @@ impl Scene {
         self.lights.insert(name, light);
     }
 
-    /// Takes a light away, and its keys.
+    /// Removes a light and its keys.
     ///
     /// # Errors
     /// No light has this name.
@@ -421,23 +446,24 @@ impl Scene {
         Ok(())
     }
 
-    /// The tracks of keys, in the order in which they began. They change nothing here: what a scene is at a frame the
-    /// language knows, whose commands they are of.
+    /// The keyframe tracks, in the order of creation. The scene only stores them; the language, which
+    /// knows their commands, evaluates them.
     pub fn tracks(&self) -> impl ExactSizeIterator<Item = &Track> {
         self.tracks.iter()
     }
 
-    /// Adds a key, or replaces the one at its frame. What the subject names is there; the numbers are as many as it has places for.
+    /// Adds a key, or replaces the one at its frame. The names in the subject must exist, and the count of
+    /// numbers must be [`TrackSubject::number_count`].
     ///
     /// # Errors
-    /// The other keys of the same subject have another count of numbers.
+    /// The other keys of the track have another count of numbers.
     pub fn set_key(&mut self, subject: TrackSubject, frame: f64, numbers: &[f64]) -> Result<(), SceneError> {
         let command = subject.command.to_string();
         self.tracks.set(subject, frame, numbers).map_err(|count| SceneError::KeyNumbers { command, count })
     }
 
-    /// Takes away the keys at a frame, or all of them, of the tracks that are meant. Returns how many there were.
-    pub fn remove_keys(&mut self, frame: Option<f64>, is_meant: impl Fn(&TrackSubject) -> bool) -> usize {
-        self.tracks.remove(frame, is_meant)
+    /// Removes the keys at a frame, or at all frames, of the matching tracks. Returns their count.
+    pub fn remove_keys(&mut self, frame: Option<f64>, matches: impl Fn(&TrackSubject) -> bool) -> usize {
+        self.tracks.remove(frame, matches)
     }
 }

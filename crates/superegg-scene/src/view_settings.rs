@@ -1,43 +1,43 @@
-//! The switches of a viewer: what it draws of a scene, and how. They belong to the person who looks, not to the scene.
+//! The settings of a viewer. They belong to the user, not to the scene.
 
-/// Where the light on a mesh is computed.
+/// The shading of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shading {
-    /// At each pixel, from the interpolated normal.
+    /// Per pixel, from the interpolated normal.
     Phong,
-    /// At each vertex, interpolated between them.
+    /// Per vertex, interpolated.
     Gouraud,
 }
 
-/// What the viewer draws, and how.
+/// What the viewer draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewSettings {
-    /// The lights turn with the arcball.
+    /// Whether the lights rotate with the arcball.
     pub lights_turn: bool,
-    /// Where the light on a mesh is computed.
+    /// The shading of the mesh.
     pub shading: Shading,
-    /// Edges instead of surfaces.
+    /// Whether edges are drawn instead of surfaces.
     pub wireframe: bool,
-    /// Normals at the vertices, in wireframe.
+    /// Whether vertex normals are drawn, in wireframe.
     pub normals: bool,
-    /// The three axes and the places of the lights.
+    /// Whether the axes and the positions of the lights are drawn.
     pub axes: bool,
-    /// The inside-outside test, a grid of marked points.
+    /// Whether the inside-outside test is drawn: a grid of marked points.
     pub io_test: bool,
-    /// The spacing of its grid, above 0.
+    /// The spacing of its grid in world units, above 0.
     pub io_step: f64,
-    /// How far its grid goes from the origin along each axis.
+    /// The half extent of its grid along each axis, in world units.
     pub io_half: f64,
-    /// How far each point may be moved along each axis, to tell the rows apart.
+    /// The maximal random offset of its points along each axis, which separates the rows visually.
     pub io_jitter: f64,
     /// The radius of the marks, above 0.
     pub io_radius: f64,
-    /// The intersection test: the ray along which the camera looks, and the normal where it first hits.
+    /// Whether the intersection test is drawn: the camera's central ray, and the normal at its first hit.
     pub intersect_test: bool,
 }
 
 impl Default for ViewSettings {
-    /// As the course program starts; grid and marks as its text proposes.
+    /// The initial state of the course program.
     fn default() -> Self {
         Self {
             lights_turn: true,

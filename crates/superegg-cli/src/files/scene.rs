@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Result, bail};
 use superegg_lang::{
-    Diagnostic, Effect, Fault, Flow, Request, Session, Settings, Severity, nearest, run_script,
+    Diagnostic, Effect, Fault, FaultCode, Flow, Request, Session, Settings, Severity, nearest, run_script,
 };
 
 use crate::console;
@@ -161,14 +161,14 @@ impl Loader<'_> {
                 self.prints.push(text);
                 Ok(Flow::Continue)
             }
-            Effect::Ask(Request::Stop) => Ok(Flow::Stop),
-            Effect::Ask(Request::Source { file, .. }) => {
+            Effect::Request(Request::Stop) => Ok(Flow::Stop),
+            Effect::Request(Request::Source { file, .. }) => {
                 self.source(session, file.as_deref(), folder, diagnostics)
             }
-            Effect::Ask(_) => {
+            Effect::Request(_) => {
                 let command = line.split_whitespace().next().unwrap_or_default();
                 let message = format!("{command} is not carried out when a scene is only read");
-                let fault = Fault::new("not-here", message);
+                let fault = Fault::new(FaultCode::NotHere, message);
                 Err(fault.help("'superegg run FILE' runs all commands of a file").warning())
             }
         }
@@ -191,18 +191,19 @@ impl Loader<'_> {
         self.sourced += 1;
         if self.open.contains(&identity(path)) {
             let message = format!("'{}' would be read within itself", typed.display());
-            let fault = Fault::new("source-circle", message);
+            let fault = Fault::new(FaultCode::SourceCycle, message);
             return Err(fault.help("a file cannot source itself, directly or through others"));
         }
         if self.open.len() >= MOST_NESTED || self.sourced > MOST_SOURCED {
-            let fault = Fault::new("source-limit", format!("'{}' is one file too many", typed.display()));
+            let fault =
+                Fault::new(FaultCode::SourceLimit, format!("'{}' is one file too many", typed.display()));
             let help = format!(
                 "files source each other {MOST_NESTED} deep at most, and {MOST_SOURCED} files in all"
             );
             return Err(fault.help(help));
         }
         let bytes = access::read(path).map_err(|error| {
-            Fault::new("unreadable", format!("{error:#}"))
+            Fault::new(FaultCode::Unreadable, format!("{error:#}"))
                 .help("the file is searched in the working folder, then beside this file")
         })?;
         session.clear();

@@ -1,6 +1,6 @@
 //! Faults of requests that use files and folders.
 
-use superegg_lang::{Fault, parse_line};
+use superegg_lang::{Fault, FaultCode, parse_line};
 
 /// Gives a fault without columns the columns of this argument, or of the command if there is no such argument.
 pub(super) fn at_argument(fault: Fault, line: &str, argument: usize) -> Fault {
@@ -16,12 +16,14 @@ pub(super) fn at_argument(fault: Fault, line: &str, argument: usize) -> Fault {
 
 /// A folder cannot be read.
 pub(super) fn unreadable(error: &anyhow::Error) -> Fault {
-    Fault::new("unreadable", format!("{error:#}")).help("'dir' lists the working folder, 'cd' changes it")
+    Fault::new(FaultCode::Unreadable, format!("{error:#}"))
+        .help("'dir' lists the working folder, 'cd' changes it")
 }
 
 /// A file cannot be written.
 pub(super) fn unwritable(error: &anyhow::Error) -> Fault {
-    Fault::new("unwritable", format!("{error:#}")).help("name a file in a folder that can be written to")
+    Fault::new(FaultCode::Unwritable, format!("{error:#}"))
+        .help("name a file in a folder that can be written to")
 }
 
 /// A scene file cannot be read; `file` is `None` for the quicksave.
@@ -30,7 +32,7 @@ pub(super) fn not_loadable(error: &anyhow::Error, file: Option<&str>) -> Fault {
         .chain()
         .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
         .any(|cause| cause.kind() == std::io::ErrorKind::NotFound);
-    let fault = Fault::new("unreadable", format!("{error:#}"));
+    let fault = Fault::new(FaultCode::Unreadable, format!("{error:#}"));
     fault.help(match file {
         None => "there is no quicksave yet: 'save' makes one, 'load FILE' loads a file",
         Some(_) if is_absent => "'dir' lists the working folder, 'pwd' prints its name",
@@ -40,7 +42,7 @@ pub(super) fn not_loadable(error: &anyhow::Error, file: Option<&str>) -> Fault {
 
 /// The user interrupted an inside-outside test.
 pub(super) fn interrupted_test() -> Fault {
-    Fault::new("interrupted", "the test was interrupted")
+    Fault::new(FaultCode::Interrupted, "the test was interrupted")
         .help("reduce the recursion depth with 'setDepth'")
         .warning()
 }

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use anyhow::Result;
-use superegg_lang::{Diagnostic, Effect, Fault, Request};
+use superegg_lang::{Diagnostic, Effect, Fault, FaultCode, Request};
 use superegg_viewer::FromViewer;
 
 use crate::modeller::faults::at_argument;
@@ -28,7 +28,7 @@ impl Modeller {
     /// Runs one line and reports its result or its fault.
     pub(crate) fn enter(&mut self, line: &str) -> Reply {
         if line.len() > LONGEST_LINE {
-            let fault = Fault::new("too-long", format!("a line has {LONGEST_LINE} bytes at most"));
+            let fault = Fault::new(FaultCode::TooLong, format!("a line has {LONGEST_LINE} bytes at most"));
             self.reject("", fault.help("is it a text at all?").at(0..1));
             return self.reply();
         }
@@ -78,8 +78,8 @@ impl Modeller {
                 }
             }
             Effect::Print(text) => self.print(&text),
-            Effect::Ask(Request::Stop) => self.pending = Some(Pending::Leave),
-            Effect::Ask(request) => {
+            Effect::Request(Request::Stop) => self.pending = Some(Pending::Leave),
+            Effect::Request(request) => {
                 run_request(self, &request, line).map_err(|fault| at_argument(fault, line, 1))?;
             }
         }

@@ -30,7 +30,7 @@ pub(super) fn run_request(modeller: &mut Modeller, request: &Request, line: &str
             modeller.clear_screen();
             Ok(())
         }
-        Request::TellFolder => modeller.print_folder(),
+        Request::PrintFolder => modeller.print_folder(),
         Request::ChangeFolder(folder) => modeller.change_folder(folder.as_deref()),
         Request::ListFolder(folder) => modeller.list_folder(folder.as_deref()),
         Request::Render { file, size } => modeller.render(file.as_deref(), *size),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use superegg_lang::{Diagnostic, Fault, Session, Severity, Timeline};
+use superegg_lang::{Diagnostic, Fault, FaultCode, Session, Severity, Timeline};
 use superegg_viewer::{Shown, ViewerHandle};
 
 use crate::files::folders::Folders;
@@ -118,7 +118,7 @@ impl Modeller {
     /// The selected primitive or object, for a command that needs one.
     pub(super) fn selected_root(&self) -> Result<&str, Fault> {
         self.session().selected().ok_or_else(|| {
-            Fault::new("selection", "nothing is selected")
+            Fault::new(FaultCode::Selection, "nothing is selected")
                 .help("'primitive NAME' or 'object NAME' selects what is to be in the picture")
         })
     }

@@ -1,6 +1,6 @@
 //! The link from a session to its viewer: snapshots of the scene go out.
 
-use superegg_lang::{Fault, Session};
+use superegg_lang::{Fault, FaultCode, Session};
 use superegg_viewer::{Shown, ViewerHandle};
 
 /// The viewer of a session, if there is one.
@@ -41,7 +41,7 @@ impl ViewerLink {
     pub(super) fn require(&self) -> Result<&ViewerHandle, Fault> {
         self.handle.as_ref().ok_or_else(|| {
             let reason = self.unavailable.as_deref().unwrap_or("a session without a terminal has no window");
-            let fault = Fault::new("no-viewer", format!("there is no viewer: {reason}"));
+            let fault = Fault::new(FaultCode::NoViewer, format!("there is no viewer: {reason}"));
             fault.help("'preview' draws the scene in the terminal, 'render' writes a picture").warning()
         })
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::assist::names::{is_loose, is_name_of, names_of, next_arg};
-use crate::grammar::spec::{ArgKind, CommandSpec, Of, parse_size, size_form};
+use crate::grammar::spec::{ArgKind, CommandSpec, NameKind, parse_size, size_form};
 use crate::grammar::table::COMMANDS;
 use crate::parse::number::parse_number;
 use crate::parse::parser::command_of;
@@ -84,12 +84,12 @@ fn paint_of(
         },
         ArgKind::Name(of) | ArgKind::Words(of) => {
             let is_there = is_name_of(session, of, text)
-                || (matches!(of, Of::Entity)
+                || (matches!(of, NameKind::Entity)
                     && matches!(arg.kind, ArgKind::Words(_))
                     && is_word_of_info(text));
             let may_be_new = match of {
-                Of::New => true,
-                Of::PrimitiveOrNew | Of::ObjectOrNew => session.scene().get(text).is_none(),
+                NameKind::New => true,
+                NameKind::PrimitiveOrNew | NameKind::ObjectOrNew => session.scene().get(text).is_none(),
                 _ => false,
             };
             if is_there {

@@ -3,7 +3,8 @@
 use superegg_scene::Entity;
 
 use crate::assist::names::{is_loose, next_arg};
-use crate::grammar::spec::{Arg, ArgKind, CommandSpec, Needs};
+use crate::grammar::command::Needs;
+use crate::grammar::spec::{Arg, ArgKind, CommandSpec};
 use crate::grammar::table::{COMMANDS, commands_spelt, find_command};
 use crate::parse::number::parse_number;
 use crate::parse::parser::{line_within, words_of_command};
@@ -57,10 +58,11 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
     if let Some(wrong) = wrong_number(spec, rest).filter(|_| is_at_word) {
         arguments = wrong;
     }
-    if others.is_empty() && !is_selected(session, spec.needs) {
-        arguments.push_str(match spec.needs {
+    if others.is_empty() && !is_selected(session, spec.needs()) {
+        arguments.push_str(match spec.needs() {
+            Needs::Nothing => "",
             Needs::Primitive => "   needs a selected primitive",
-            _ => "   needs a selected object",
+            Needs::Object => "   needs a selected object",
         });
     }
     (!arguments.is_empty() || !rest_of_name.is_empty()).then_some(Hint { rest_of_name, arguments })

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use superegg_scene::Entity;
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, FaultCode};
 use crate::session::interpreter::Session;
 use crate::session::keys::key_frames;
 use crate::session::still::scene_at;
@@ -28,21 +28,21 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
         match entity {
             Entity::Object(object) if object.children().len() == 0 => {
                 warn(
-                    "empty-object",
+                    FaultCode::EmptyObject,
                     format!("the object '{name}' has no children"),
                     "is its name a slip for another's?",
                 );
             }
             Entity::Object(_) if !used.contains(name) && !is_selected => {
                 warn(
-                    "unused",
+                    FaultCode::Unused,
                     format!("the object '{name}' is in no other and not selected"),
                     "it will not be in the picture",
                 );
             }
             Entity::Primitive(_) if !used.contains(name) && !is_selected => {
                 warn(
-                    "unused",
+                    FaultCode::Unused,
                     format!("the primitive '{name}' is in no object"),
                     "it will not be in the picture",
                 );
@@ -54,7 +54,7 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
         let material = &primitive.material;
         if material.reflected.unwrap_or(0.0) + material.refracted.unwrap_or(0.0) > 1.0 {
             warn(
-                "shares",
+                FaultCode::Weights,
                 format!("reflected and refracted of '{name}' are more than 1 together"),
                 "they will be scaled down to 1",
             );
@@ -68,19 +68,23 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
         .take(MOST_FRAMES)
         .find_map(|frame| scene_at(session, frame).err())
     {
-        warn("keys", fault.message, "'animate' needs every frame; keys nearer to that one lead around it");
+        warn(
+            FaultCode::Keys,
+            fault.message,
+            "'animate' needs every frame; keys nearer to that one lead around it",
+        );
     }
     let camera = &scene.camera;
     if camera.looks_along_up() {
         warn(
-            "camera-up",
+            FaultCode::CameraUp,
             "the camera looks along its up direction".to_owned(),
             "cameraUp x y z gives another; until then an axis is taken",
         );
     }
     if session.selected().is_none() {
         warn(
-            "nothing-selected",
+            FaultCode::NothingSelected,
             "nothing is selected at the end".to_owned(),
             "end with 'object NAME', or render with --object NAME",
         );

@@ -2,7 +2,7 @@
 
 use superegg_scene::Entity;
 
-use crate::grammar::spec::{Arg, ArgKind, CommandSpec, Of, size_form};
+use crate::grammar::spec::{Arg, ArgKind, CommandSpec, NameKind, size_form};
 use crate::grammar::table::COMMANDS;
 use crate::parse::number::parse_number;
 use crate::parse::words::Word;
@@ -11,43 +11,45 @@ use crate::session::keys::key_frames;
 use crate::session::settings::SETTINGS;
 
 /// Every name of this kind that there is now, in the order of the scene or table.
-pub(crate) fn names_of(session: &Session, of: Of) -> Vec<&str> {
+pub(crate) fn names_of(session: &Session, of: NameKind) -> Vec<&str> {
     let scene = session.scene();
     match of {
-        Of::New => Vec::new(),
-        Of::Primitive | Of::PrimitiveOrNew => scene.primitives().map(|(name, _)| name).collect(),
-        Of::Object | Of::ObjectOrNew => scene.objects().map(|(name, _)| name).collect(),
-        Of::Entity => scene.entities().map(|(name, _)| name).collect(),
-        Of::Child => {
+        NameKind::New => Vec::new(),
+        NameKind::Primitive | NameKind::PrimitiveOrNew => scene.primitives().map(|(name, _)| name).collect(),
+        NameKind::Object | NameKind::ObjectOrNew => scene.objects().map(|(name, _)| name).collect(),
+        NameKind::Entity => scene.entities().map(|(name, _)| name).collect(),
+        NameKind::Child => {
             let selected = session.selected().and_then(|name| scene.object(name).ok());
             selected.into_iter().flat_map(superegg_scene::Object::children).map(|(alias, _)| alias).collect()
         }
-        Of::Light => scene.named_lights().map(|(name, _)| name).collect(),
-        Of::Command => COMMANDS.iter().map(|spec| spec.name).collect(),
-        Of::Setting => SETTINGS.iter().map(|spec| spec.name).collect(),
+        NameKind::Light => scene.named_lights().map(|(name, _)| name).collect(),
+        NameKind::Command => COMMANDS.iter().map(|spec| spec.name).collect(),
+        NameKind::Setting => SETTINGS.iter().map(|spec| spec.name).collect(),
         // Frames are numbers, and there may be thousands.
-        Of::KeyFrame => vec!["all"],
+        NameKind::KeyFrame => vec!["all"],
     }
 }
 
 /// Whether a name of this kind is there; cheaper than listing them.
-pub(crate) fn is_name_of(session: &Session, of: Of, name: &str) -> bool {
+pub(crate) fn is_name_of(session: &Session, of: NameKind, name: &str) -> bool {
     let scene = session.scene();
     match of {
-        Of::New => false,
-        Of::Primitive | Of::PrimitiveOrNew => matches!(scene.get(name), Some(Entity::Primitive(_))),
-        Of::Object | Of::ObjectOrNew => matches!(scene.get(name), Some(Entity::Object(_))),
-        Of::Entity => scene.get(name).is_some(),
-        Of::Child => session
+        NameKind::New => false,
+        NameKind::Primitive | NameKind::PrimitiveOrNew => {
+            matches!(scene.get(name), Some(Entity::Primitive(_)))
+        }
+        NameKind::Object | NameKind::ObjectOrNew => matches!(scene.get(name), Some(Entity::Object(_))),
+        NameKind::Entity => scene.get(name).is_some(),
+        NameKind::Child => session
             .selected()
             .and_then(|name| scene.object(name).ok())
             .is_some_and(|object| object.child(name).is_some()),
-        Of::Command => crate::grammar::table::find_command(name).is_some(),
-        Of::KeyFrame if parse_number(name).is_ok() => {
+        NameKind::Command => crate::grammar::table::find_command(name).is_some(),
+        NameKind::KeyFrame if parse_number(name).is_ok() => {
             let frame = parse_number(name);
             key_frames(scene).iter().any(|held| Ok(*held) == frame)
         }
-        Of::Light | Of::Setting | Of::KeyFrame => {
+        NameKind::Light | NameKind::Setting | NameKind::KeyFrame => {
             names_of(session, of).iter().any(|known| known.eq_ignore_ascii_case(name))
         }
     }

@@ -1,231 +1,312 @@
 //! Commands, as parsed.
+//!
+//! A command's variant says what it works on, so what must be selected ([`Command::needs`]) follows from its type. The
+//! enums of commands are exhaustive on purpose: whoever matches them is told by the compiler of a new command.
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{AmbientOcclusion, Camera, Light, MaterialShare, Patches, Sky};
+use superegg_scene::{AmbientOcclusion, Camera, Light, MaterialWeight, Patches, Sky};
 
 /// One command with its arguments, each within its range.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
-    /// Show the list of commands, or the text of those named.
+    /// Prints something, or changes the selection, a setting, or the session as a whole.
+    Session(SessionCommand),
+    /// Changes the scene; needs no selection.
+    Scene(SceneCommand),
+    /// Changes the selected primitive.
+    Primitive(PrimitiveCommand),
+    /// Changes the selected object.
+    Object(ObjectCommand),
+    /// Needs files, a terminal, a renderer or a window: for whoever runs the session.
+    Request(Request),
+}
+
+impl Command {
+    /// What must be selected for the command.
+    pub fn needs(&self) -> Needs {
+        match self {
+            Self::Session(_) | Self::Scene(_) | Self::Request(_) => Needs::Nothing,
+            Self::Primitive(_) => Needs::Primitive,
+            Self::Object(_) => Needs::Object,
+        }
+    }
+
+    /// Whether the command can do no more than change the selection or a cursor, once the entity that it names exists.
+    pub fn is_selection(&self) -> bool {
+        match self {
+            Self::Session(command) => match command {
+                SessionCommand::Deselect
+                | SessionCommand::SelectPrimitive(_)
+                | SessionCommand::SelectObject(_) => true,
+                SessionCommand::Help(_)
+                | SessionCommand::Info(_)
+                | SessionCommand::Set { .. }
+                | SessionCommand::Get(_)
+                | SessionCommand::Clear
+                | SessionCommand::ClearScreen => false,
+            },
+            Self::Object(command) => match command {
+                ObjectCommand::SetCursor(_) => true,
+                ObjectCommand::TransformWhole(_)
+                | ObjectCommand::AddObject { .. }
+                | ObjectCommand::AddPrimitive { .. }
+                | ObjectCommand::RemoveChild(_)
+                | ObjectCommand::TransformChild(_) => false,
+            },
+            Self::Scene(_) | Self::Primitive(_) | Self::Request(_) => false,
+        }
+    }
+}
+
+/// What must be selected for a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// Nothing.
+    Nothing,
+    /// A primitive.
+    Primitive,
+    /// An object.
+    Object,
+}
+
+/// A command that prints something, or changes the selection, a setting, or the session as a whole.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SessionCommand {
+    /// List the commands, or explain the named ones.
     Help(Vec<String>),
-    /// Show what there is, or the details of what is named.
+    /// List the scene, or show the details of the named entities.
     Info(Vec<String>),
-    /// Ask something of whoever runs the session.
-    Ask(Request),
     /// Change a setting.
     Set {
-        /// Its name.
+        /// The name of the setting.
         setting: String,
         /// The new value, as typed.
         value: String,
     },
-    /// Show settings; all where none is named.
+    /// Show the named settings; all if none is named.
     Get(Vec<String>),
     /// Empty the scene.
     Clear,
-    /// Delete a primitive or object, and the children that stand for it.
+    /// Empty the terminal.
+    ClearScreen,
+    /// Select nothing.
+    Deselect,
+    /// Select a primitive; create it if it is new.
+    SelectPrimitive(String),
+    /// Select an object; create it if it is new.
+    SelectObject(String),
+}
+
+/// A command that changes the scene and needs no selection.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SceneCommand {
+    /// Delete a primitive or object, and every child that refers to it.
     Delete(String),
     /// Give a primitive or object another name.
     Rename {
-        /// Its name.
+        /// The present name.
         name: String,
-        /// The new one.
+        /// The new name.
         new: String,
     },
     /// Copy a primitive or object.
     Copy {
-        /// Its name.
+        /// The name of the original.
         name: String,
         /// The name of the copy.
         new: String,
     },
-    /// Select nothing.
-    Deselect,
-    /// Select a primitive, making it if new.
-    Primitive(String),
+    /// Add or replace a light.
+    SetLight(String, Light),
+    /// Remove a light.
+    RemoveLight(String),
+    /// Set the radius of a light.
+    SetLightRadius {
+        /// The name of the light.
+        name: String,
+        /// The radius, in world units.
+        radius: f64,
+    },
+    /// Set the camera's position, target and field of view. Its other fields stay as they are.
+    SetCamera(Camera),
+    /// Set the camera's up direction.
+    SetCameraUp(DVec3),
+    /// Make the camera orthographic, with an image of this height in world units; 0 for a perspective camera.
+    SetOrthographic(f64),
+    /// Set the camera's lens; a radius of 0 for a pinhole.
+    SetLens {
+        /// The radius of the lens, in world units.
+        radius: f64,
+        /// The focus distance, in world units; the distance of the target if `None`.
+        focus: Option<f64>,
+    },
+    /// Set the background colour.
+    SetBackground(DVec3),
+    /// Set the sky, or remove it.
+    SetSky(Option<Sky>),
+    /// Set the floor.
+    SetFloor {
+        /// The height along `up`, in world units.
+        height: f64,
+        /// The primitive whose material the floor has.
+        surface: Option<String>,
+        /// The normal of the floor.
+        up: DVec3,
+    },
+    /// Set the normal of the floor.
+    SetFloorUp(DVec3),
+    /// Remove the floor.
+    RemoveFloor,
+    /// Turn ambient occlusion on or off.
+    SetAmbientOcclusion(Option<AmbientOcclusion>),
+    /// Set the recursion depth of objects.
+    SetDepth(u32),
+    /// Add a key: keep the numbers of a line at a frame. The parsed line is [`crate::Parsed::keyed`].
+    SetKey {
+        /// The frame.
+        frame: f64,
+        /// The words of the line after its command.
+        words: Vec<String>,
+    },
+    /// Remove keys.
+    RemoveKeys {
+        /// The frame, or `all`.
+        frame: String,
+        /// Remove only the keys of this command on the selected entity; the keys of every command if `None`.
+        command: Option<String>,
+    },
+}
+
+/// A command that changes the selected primitive.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PrimitiveCommand {
     /// Set the semi-axes.
     SetRadii(DVec3),
     /// Set the exponents.
     SetExponents {
-        /// East-west.
+        /// East-west, above 0.
         e: f64,
-        /// North-south.
+        /// North-south, above 0.
         n: f64,
     },
-    /// Set the patches of the preview.
+    /// Set the number of patches in the preview.
     SetPatches(Patches),
     /// Set the base colour.
     SetColor(DVec3),
-    /// Set one share of the material.
-    SetShare(MaterialShare, f64),
+    /// Set one weight of the material.
+    SetWeight(MaterialWeight, f64),
     /// Set the index of refraction.
     SetIndex(f64),
     /// Set the exponent of the highlight.
     SetShininess(f64),
-    /// Set whether the mirrored share follows Fresnel's reflectance.
+    /// Turn Fresnel reflectance on or off.
     SetFresnel(bool),
-    /// Set what the inside takes away of light let through.
+    /// Set the absorption inside, for each channel, per world unit.
     SetAbsorption(DVec3),
-    /// Set the second colour, in the words that say what it is like: which numbers fit depends on the word.
+    /// Set the second colour. How many numbers are allowed depends on the word.
     SetPattern {
         /// `none`, `checker` or `gradient`.
         word: String,
-        /// A colour, and perhaps a size or a direction.
+        /// A colour, and optionally a size or a direction.
         numbers: Vec<f64>,
     },
-    /// Select an object, making it if new.
-    Object(String),
-    /// Append to the transform of the whole object.
+}
+
+/// A command that changes the selected object.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ObjectCommand {
+    /// Append a step to the transform of the whole object.
     TransformWhole(TransformStep),
     /// Add an object as a child.
     AddObject {
         /// The object to add.
         target: String,
-        /// Its alias, if not its name.
+        /// The alias of the child; the target's name if `None`.
         alias: Option<String>,
     },
     /// Add a primitive as a child.
     AddPrimitive {
         /// The primitive to add.
         target: String,
-        /// Its alias, if not its name.
+        /// The alias of the child; the target's name if `None`.
         alias: Option<String>,
     },
-    /// Take a child out of the selected object.
+    /// Remove a child.
     RemoveChild(String),
-    /// Choose the child that the next transforms move.
+    /// Move the cursor to a child. The next transforms move that child.
     SetCursor(String),
-    /// Append to the transform of the child at the cursor.
+    /// Append a step to the transform of the child at the cursor.
     TransformChild(TransformStep),
-    /// Add or replace a light.
-    SetLight(String, Light),
-    /// Take a light away.
-    RemoveLight(String),
-    /// Set the radius of a light.
-    SetLightRadius {
-        /// Its name.
-        name: String,
-        /// The radius, in world units.
-        radius: f64,
-    },
-    /// Set the camera's place, target and field of view; the rest of it stays.
-    SetCamera(Camera),
-    /// Set the camera's up direction.
-    SetCameraUp(DVec3),
-    /// Make the camera orthographic, with a picture of this height in world units; 0 for a perspective.
-    SetOrthographic(f64),
-    /// Give the camera a lens; a radius of 0 for a pinhole.
-    SetLens {
-        /// Its radius, in world units.
-        radius: f64,
-        /// The distance in focus, that of the target where it is not said.
-        focus: Option<f64>,
-    },
-    /// Set the background colour.
-    SetBackground(DVec3),
-    /// Set the sky, or take it away.
-    SetSky(Option<Sky>),
-    /// Lay a floor.
-    SetFloor {
-        /// Its height along `up`, in world units.
-        height: f64,
-        /// The primitive whose surface it has.
-        surface: Option<String>,
-        /// The direction at right angles to it.
-        up: DVec3,
-    },
-    /// Set the floor's up direction.
-    SetFloorUp(DVec3),
-    /// Take the floor away.
-    RemoveFloor,
-    /// Keep ambient light from corners, or no longer.
-    SetAmbientOcclusion(Option<AmbientOcclusion>),
-    /// Keep the numbers of a line at a frame. The line itself is [`crate::Parsed::keyed`].
-    SetKey {
-        /// The frame.
-        frame: f64,
-        /// The line's words after its command.
-        words: Vec<String>,
-    },
-    /// Take keys away.
-    RemoveKeys {
-        /// The frame, or `all`.
-        frame: String,
-        /// The command whose keys are meant, for what is selected; those of all commands where it is not said.
-        command: Option<String>,
-    },
-    /// Set how deep objects are opened.
-    SetDepth(u32),
 }
 
-/// What a command asks of whoever runs the session: the language itself reads, writes and draws nothing.
+/// A command for whoever runs the session: the language itself reads, writes and draws nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
     /// Leave.
     Stop,
     /// Stop rendering.
     StopRender,
-    /// Clear the session and run this file, or the quicksave.
+    /// Clear the session and run a file.
     Source {
-        /// The file.
+        /// The file; the quicksave if `None`.
         file: Option<String>,
-        /// Take what is good in a file with errors.
+        /// Keep the good lines of a file with errors.
         is_forced: bool,
     },
-    /// Write the session to this file, or to the quicksave.
+    /// Write the session to a file.
     Save {
-        /// The file.
+        /// The file; the quicksave if `None`.
         file: Option<String>,
-        /// Overwrite whatever is there.
+        /// Overwrite an existing file.
         is_forced: bool,
-        /// The commands as typed, instead of a clean scene.
+        /// Write the commands as typed instead of a clean scene.
         as_history: bool,
     },
-    /// Bring back a session that was not saved.
+    /// Restore, list or discard unsaved sessions.
     Recover(Recovery),
-    /// Take back so many changes.
+    /// Undo this many changes.
     Undo(u32),
-    /// Make so many changes again.
+    /// Redo this many changes.
     Redo(u32),
-    /// Show the tree, the instances and the bounds of each of these, or of what is selected.
+    /// Show the tree, the number of instances and the bounds of the named entities; of the selected one if none is named.
     Show(Vec<String>),
-    /// Show the lines typed, or the last so many.
+    /// Show the typed lines: all, or the last ones.
     History(Option<u32>),
     /// Empty the terminal.
     ClearScreen,
-    /// Tell the working folder.
-    TellFolder,
-    /// Change the working folder, or go home.
+    /// Print the working folder.
+    PrintFolder,
+    /// Change the working folder; to the home folder if `None`.
     ChangeFolder(Option<String>),
-    /// List a folder, or the working folder.
+    /// List a folder; the working folder if `None`.
     ListFolder(Option<String>),
     /// Ray trace into a file.
     Render {
-        /// The file.
+        /// The file; named after the scene if `None`.
         file: Option<String>,
-        /// Width and height in pixels.
+        /// Width and height in pixels; the scene's if `None`.
         size: Option<(u32, u32)>,
     },
-    /// Ray trace into the terminal, at a frame where one is given.
+    /// Ray trace into the terminal, at a frame if one is given.
     Preview(Option<f64>),
     /// Open the viewer.
     View,
-    /// Hand the keyboard to the viewer.
+    /// Give the keyboard to the viewer.
     Interact,
-    /// Test a point, or the grid, with the inside-outside function.
+    /// Test a point with the inside-outside function; the grid of the settings if `None`.
     InsideOutside(Option<DVec3>),
-    /// Meet a ray, given as origin and direction, or the camera's own.
+    /// Intersect a ray, given as origin and direction; the camera's central ray if `None`.
     Intersect(Option<(DVec3, DVec3)>),
 }
 
-/// What to do about sessions that were not saved.
+/// What to do about unsaved sessions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recovery {
-    /// Bring one back, by its number in the list, from 1 for the last.
+    /// Restore one, by its number in the list, 1 for the latest.
     Restore(u32),
-    /// Tell of all.
+    /// List all.
     List,
-    /// Forget one, by its number in the list, or all.
+    /// Discard one, by its number in the list; all if `None`.
     Discard(Option<u32>),
 }

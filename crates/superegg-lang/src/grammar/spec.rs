@@ -1,26 +1,28 @@
-//! What the table of commands says of each: names, arguments, needs.
+//! The parts of a row of the command table: names, arguments, ranges.
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
 use superegg_scene::Picture;
 
-use crate::diagnostic::Fault;
-use crate::grammar::command::Command;
+use crate::diagnostic::{Fault, FaultCode};
+use crate::grammar::command::{
+    Command, Needs, ObjectCommand, PrimitiveCommand, Request, SceneCommand, SessionCommand,
+};
 
-/// Where help lists a command.
+/// The section of the help that lists a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
-    /// Help, what there is, leaving.
+    /// Help, contents of the scene, leaving.
     Session,
-    /// Undo and changes by name.
+    /// Undo and redo, and changes by name.
     Editing,
     /// Scene files and folders.
     Files,
-    /// Primitives and their surfaces.
+    /// Primitives and their materials.
     Primitives,
     /// Objects and their children.
     Objects,
-    /// Lights, camera, background, depth.
+    /// Lights, camera, environment, recursion depth.
     Scene,
     /// Keys.
     Animation,
@@ -29,7 +31,7 @@ pub enum Group {
 }
 
 impl Group {
-    /// Every group, in the order of help.
+    /// Every group, in the order of the help.
     pub const ALL: [Self; 8] = [
         Self::Session,
         Self::Files,
@@ -41,7 +43,7 @@ impl Group {
         Self::Pictures,
     ];
 
-    /// The one word for it.
+    /// The word for the group: `help WORD` lists it.
     pub fn word(self) -> &'static str {
         match self {
             Self::Session => "session",
@@ -55,7 +57,7 @@ impl Group {
         }
     }
 
-    /// Its heading.
+    /// The heading of the group.
     pub fn title(self) -> &'static str {
         match self {
             Self::Session => "Session",
@@ -70,18 +72,7 @@ impl Group {
     }
 }
 
-/// What must be selected for a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Needs {
-    /// Nothing.
-    Nothing,
-    /// A primitive.
-    Primitive,
-    /// An object.
-    Object,
-}
-
-/// The numbers that an argument may be.
+/// The allowed numbers of an argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
     /// Any finite number.
@@ -92,18 +83,18 @@ pub enum Range {
     NonNegative,
     /// Any but 0.
     NonZero,
-    /// Between two numbers, both included.
+    /// From the first number to the second, both included.
     Within(f64, f64),
-    /// Between two numbers, neither included.
+    /// Between the numbers, neither included.
     Between(f64, f64),
-    /// Above the first number, and the second at most.
+    /// Above the first number and at most the second.
     AboveTo(f64, f64),
-    /// A whole number between two, both included.
+    /// A whole number, both ends included.
     Whole(u32, u32),
 }
 
 impl Range {
-    /// Whether a finite number is in the range.
+    /// Whether the range contains a finite number.
     pub fn contains(self, x: f64) -> bool {
         match self {
             Self::Any => true,
@@ -117,7 +108,7 @@ impl Range {
         }
     }
 
-    /// The range in signs, for a line of hints; empty for any number.
+    /// The range in symbols, for hints: `>0`, `0..1`; empty for [`Range::Any`].
     pub fn brief(self) -> String {
         match self {
             Self::Any => String::new(),
@@ -132,7 +123,7 @@ impl Range {
         }
     }
 
-    /// The range in words: "x must be ...".
+    /// The range in words, to follow "must be": `above 0`.
     pub fn describe(self) -> String {
         match self {
             Self::Any => "any number".to_owned(),
@@ -147,18 +138,18 @@ impl Range {
     }
 }
 
-/// What a name is the name of.
+/// What kind of thing a name argument names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Of {
-    /// Something that need not be there yet.
+pub enum NameKind {
+    /// A new name.
     New,
     /// A primitive.
     Primitive,
-    /// A primitive, made if it is new.
+    /// A primitive; created if it is new.
     PrimitiveOrNew,
     /// An object.
     Object,
-    /// An object, made if it is new.
+    /// An object; created if it is new.
     ObjectOrNew,
     /// A primitive or an object.
     Entity,
@@ -174,62 +165,95 @@ pub enum Of {
     KeyFrame,
 }
 
-/// What an argument is.
+/// The type of an argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ArgKind {
     /// A number.
     Number(Range),
     /// A name: any word.
-    Name(Of),
+    Name(NameKind),
     /// A file or folder: any word, or any text between double quotes.
     File,
-    /// One of these words, in any case.
+    /// One of these words; case is ignored.
     Choice(&'static [&'static str]),
-    /// The size of a picture, such as 640x480. It may stand anywhere among the arguments.
+    /// An image size, for example 640x480, at any position among the arguments.
     Size,
-    /// The value of the setting named before it.
+    /// The value of the setting that the previous argument names.
     Value,
-    /// Any number of names, none included. Only as the last argument.
-    Words(Of),
-    /// A command of which there can be keys, with its arguments. Only as the last argument, after one other.
+    /// Zero or more names. Only as the last argument.
+    Words(NameKind),
+    /// A keyable command with its arguments. Only as the second and last argument.
     Line,
 }
 
 /// One argument.
 #[derive(Clone, Copy, Debug)]
 pub struct Arg {
-    /// What help calls it.
+    /// The name of the argument in the help.
     pub name: &'static str,
-    /// What it may be.
+    /// The type of the argument.
     pub kind: ArgKind,
 }
 
-/// One command: what it is called, what it takes, what it does.
+/// How a command is made from its arguments. The variant says what the command needs to be selected.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Build {
+    Session(fn(&Args<'_>) -> SessionCommand),
+    Scene(fn(&Args<'_>) -> SceneCommand),
+    Primitive(fn(&Args<'_>) -> PrimitiveCommand),
+    Object(fn(&Args<'_>) -> ObjectCommand),
+    Request(fn(&Args<'_>) -> Request),
+}
+
+impl Build {
+    pub(crate) fn command(self, args: &Args<'_>) -> Command {
+        match self {
+            Self::Session(build) => Command::Session(build(args)),
+            Self::Scene(build) => Command::Scene(build(args)),
+            Self::Primitive(build) => Command::Primitive(build(args)),
+            Self::Object(build) => Command::Object(build(args)),
+            Self::Request(build) => Command::Request(build(args)),
+        }
+    }
+
+    fn needs(self) -> Needs {
+        match self {
+            Self::Session(_) | Self::Scene(_) | Self::Request(_) => Needs::Nothing,
+            Self::Primitive(_) => Needs::Primitive,
+            Self::Object(_) => Needs::Object,
+        }
+    }
+}
+
+/// One row of the command table: the names of a command, its arguments, its help.
 #[derive(Debug)]
 pub struct CommandSpec {
     /// The full name.
     pub name: &'static str,
-    /// The other spellings.
+    /// The other spellings; case is ignored in all.
     pub spellings: &'static [&'static str],
-    /// Where help lists it.
+    /// The section of the help.
     pub group: Group,
-    /// What must be selected.
-    pub needs: Needs,
-    /// Words that may stand anywhere among the arguments, such as `--history`.
+    /// Options, for example `--history`, at any position among the arguments.
     pub options: &'static [&'static str],
-    /// The arguments, in parts: the first part is required, and each further one may be left out with all that follow.
+    /// The arguments, in parts. The first part is required; each later part is optional, together with all after it.
     pub args: &'static [&'static [Arg]],
-    /// What it does, in one line.
+    /// What the command does, in one line.
     pub summary: &'static str,
-    /// What holds where a scene does not say it, or "".
+    /// The default value, in words, or "".
     pub default: &'static str,
-    /// A line that can be typed.
+    /// A valid line.
     pub example: &'static str,
-    /// The command from arguments that fit `args`.
-    pub(crate) build: fn(&Args<'_>) -> Command,
+    /// Makes the command from arguments that fit `args`.
+    pub(crate) build: Build,
 }
 
 impl CommandSpec {
+    /// What must be selected for the command.
+    pub fn needs(&self) -> Needs {
+        self.build.needs()
+    }
+
     /// The name and the other spellings.
     pub fn all_spellings(&self) -> impl Iterator<Item = &'static str> {
         std::iter::once(self.name).chain(self.spellings.iter().copied())
@@ -240,24 +264,24 @@ impl CommandSpec {
         self.args.iter().copied().flatten()
     }
 
-    /// Whether any number of words may follow.
+    /// Whether the last argument takes any number of words.
     pub fn is_variadic(&self) -> bool {
         self.all_args().last().is_some_and(|arg| matches!(arg.kind, ArgKind::Words(_) | ArgKind::Line))
     }
 
-    /// Whether another command with its arguments follows.
+    /// Whether the last argument is another command with its arguments.
     pub(crate) fn takes_line(&self) -> bool {
         self.all_args().any(|arg| arg.kind == ArgKind::Line)
     }
 
-    /// Whether there can be keys of it: it sets numbers of the scene. (Of `set`, only where the setting is a number of the scene.)
+    /// Whether the command can have keys: it sets numbers of the scene. For `set` this also depends on the setting.
     pub fn is_keyable(&self) -> bool {
         let is_of_scene = matches!(self.group, Group::Primitives | Group::Objects | Group::Scene);
         let has_number = self.all_args().any(|arg| matches!(arg.kind, ArgKind::Number(_)));
         self.name == "set" || (is_of_scene && has_number)
     }
 
-    /// The numbers of arguments that it may have (without those of a variadic one), growing; some may come twice.
+    /// The allowed counts of arguments, without those of a variadic one, in rising order; some may repeat.
     pub fn counts(&self) -> impl Iterator<Item = usize> {
         self.args.iter().scan(0, |total, part| {
             *total += part.iter().filter(|arg| arg.kind != ArgKind::Size).count();
@@ -265,7 +289,7 @@ impl CommandSpec {
         })
     }
 
-    /// The arguments as help writes them: `NAME x y z [r g b [k]]`.
+    /// The arguments as in the help: `NAME x y z [r g b [k]]`.
     pub fn usage(&self) -> String {
         let mut words = self.options.iter().map(|option| format!("[{option}]")).collect::<Vec<_>>().join(" ");
         for (depth, part) in self.args.iter().enumerate() {
@@ -289,21 +313,21 @@ impl CommandSpec {
 pub(crate) fn not_keyable(spec: &CommandSpec) -> Fault {
     let message =
         format!("there are no keys of {}: they need numbers that can go over into others", spec.name);
-    Fault::new("not-keyable", message)
+    Fault::new(FaultCode::NotKeyable, message)
         .help("keys are of commands such as rotate, setColor, camera or 'set exposure'; for example: key 24 rotate 0 0 1 90")
 }
 
-/// Reads the form of a picture's size, WIDTHxHEIGHT; whether a picture may be so large is not looked at.
+/// Splits WIDTHxHEIGHT into its digits. Does not check that an image can be so large.
 pub(crate) fn size_form(word: &str) -> Option<(&str, &str)> {
     let (width, height) = word.split_once(['x', 'X'])?;
     let is_digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     (is_digits(width) && is_digits(height)).then_some((width, height))
 }
 
-/// Reads the size of a picture.
+/// Reads an image size, WIDTHxHEIGHT.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// A message that says what is wrong.
 pub fn parse_size(word: &str) -> Result<(u32, u32), String> {
     let (width, height) = size_form(word).ok_or("a size is WIDTHxHEIGHT, such as 1280x960")?;
     match (width.parse(), height.parse()) {
@@ -316,9 +340,9 @@ pub fn parse_size(word: &str) -> Result<(u32, u32), String> {
     }
 }
 
-/// Arguments that fit a command's table row.
+/// Arguments that fit the row of their command.
 pub(crate) struct Args<'a> {
-    /// The command's own word.
+    /// The spelling of the command in the line.
     pub(crate) spelling: &'a str,
     pub(crate) words: Vec<&'a str>,
     pub(crate) numbers: Vec<f64>,
@@ -359,7 +383,7 @@ impl Args<'_> {
         self.numbers.get(i).map(|&number| number as u32)
     }
 
-    /// Whether the command's word ends in an exclamation mark: do it even so.
+    /// Whether the spelling ends in an exclamation mark, as `load!`.
     pub(crate) fn is_forced(&self) -> bool {
         self.spelling.ends_with('!')
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::diagnostic::Fault;
+use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::Command;
 use crate::grammar::spec::{
     ArgKind, Args, CommandSpec, Range as NumberRange, not_keyable, parse_size, size_form,
@@ -100,7 +100,7 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
                 args.words.push(word.text);
             }
             ArgKind::File if word.text.is_empty() => {
-                let fault = Fault::new("no-file", "the name of the file is empty");
+                let fault = Fault::new(FaultCode::NoFile, "the name of the file is empty");
                 return Err(fault.help(usage_help(spec)).at(word.columns.clone()));
             }
             ArgKind::Name(_)
@@ -113,7 +113,7 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
             }
         }
     }
-    let command = (spec.build)(&args);
+    let command = spec.build.command(&args);
     let columns =
         std::iter::once(first).chain(rest.iter().copied()).map(|word| word.columns.clone()).collect();
     Ok(Parsed { command, spec, columns, keyed })
@@ -141,13 +141,13 @@ fn take_loose<'w, 'a>(
             args.options.push(option);
         } else if takes_size && args.size.is_none() && size_form(word.text).is_some() {
             let size = parse_size(word.text).map_err(|message| {
-                Fault::new("out-of-range", message).help(usage_help(spec)).at(word.columns.clone())
+                Fault::new(FaultCode::OutOfRange, message).help(usage_help(spec)).at(word.columns.clone())
             })?;
             args.size = Some(size);
         } else if !spec.options.is_empty() && word.text.starts_with("--") {
             let message = format!("{} has no option '{}'", spec.name, shorten(word.text));
             let help = did_you_mean(word.text, spec.options.iter().copied(), &usage_help(spec));
-            return Err(Fault::new("unknown-option", message).help(help).at(word.columns.clone()));
+            return Err(Fault::new(FaultCode::UnknownOption, message).help(help).at(word.columns.clone()));
         } else {
             placed.push(word);
         }
@@ -161,7 +161,7 @@ fn check_choice(spec: &CommandSpec, choices: &[&str], word: &Word<'_>) -> Result
     }
     let message = format!("{} does not know '{}'", spec.name, shorten(word.text));
     let help = did_you_mean(word.text, choices.iter().copied(), &usage_help(spec));
-    Err(Fault::new("unknown-word", message).help(help).at(word.columns.clone()))
+    Err(Fault::new(FaultCode::UnknownWord, message).help(help).at(word.columns.clone()))
 }
 
 fn unknown_command(word: &Word<'_>) -> Fault {
@@ -170,7 +170,7 @@ fn unknown_command(word: &Word<'_>) -> Fault {
         Some(near) => format!("did you mean '{near}'?"),
         None => "'help' lists the commands".to_owned(),
     };
-    Fault::new("unknown-command", format!("there is no command '{}'", shorten(word.text)))
+    Fault::new(FaultCode::UnknownCommand, format!("there is no command '{}'", shorten(word.text)))
         .help(help)
         .at(word.columns.clone())
 }
@@ -183,7 +183,8 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
         return Ok(());
     }
     if spec.takes_line() {
-        let fault = Fault::new("argument-count", format!("{} takes a frame and a command", spec.name));
+        let fault =
+            Fault::new(FaultCode::ArgumentCount, format!("{} takes a frame and a command", spec.name));
         let end = rest.last().map_or(first.columns.end, |word| word.columns.end);
         return Err(fault.help(usage_help(spec)).at(first.columns.start..end));
     }
@@ -195,7 +196,9 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
     let plural = if wanted == ["1"] { "" } else { "s" };
     if let Some(word) = rest.get(most).filter(|_| spec.all_args().any(|arg| arg.kind == ArgKind::Size)) {
         let message = format!("'{}' is not the size of a picture, such as 640x480", shorten(word.text));
-        return Err(Fault::new("argument-count", message).help(usage_help(spec)).at(word.columns.clone()));
+        return Err(Fault::new(FaultCode::ArgumentCount, message)
+            .help(usage_help(spec))
+            .at(word.columns.clone()));
     }
     let message = format!("{} takes {} argument{plural}, not {given}", spec.name, one_of(&wanted));
     let columns = if given > most {
@@ -203,12 +206,12 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
     } else {
         first.columns.start..rest.last().map_or(first.columns.end, |word| word.columns.end)
     };
-    Err(Fault::new("argument-count", message).help(usage_help(spec)).at(columns))
+    Err(Fault::new(FaultCode::ArgumentCount, message).help(usage_help(spec)).at(columns))
 }
 
 fn read_number(spec: &CommandSpec, arg: &str, range: NumberRange, word: &Word<'_>) -> Result<f64, Fault> {
     let number = parse_number(word.text).map_err(|error| {
-        Fault::new("not-a-number", format!("'{}' {error}", shorten(word.text)))
+        Fault::new(FaultCode::NotANumber, format!("'{}' {error}", shorten(word.text)))
             .help(format!(
                 "{arg} of {} must be {}; for example: {}",
                 spec.name,
@@ -221,7 +224,7 @@ fn read_number(spec: &CommandSpec, arg: &str, range: NumberRange, word: &Word<'_
         return Ok(number);
     }
     let message = format!("{arg} of {} must be {}, not {}", spec.name, range.describe(), shorten(word.text));
-    Err(Fault::new("out-of-range", message).help(usage_help(spec)).at(word.columns.clone()))
+    Err(Fault::new(FaultCode::OutOfRange, message).help(usage_help(spec)).at(word.columns.clone()))
 }
 
 pub(crate) fn usage_help(spec: &CommandSpec) -> String {
@@ -233,6 +236,7 @@ mod tests {
     use superegg_geom::glam::DVec3;
 
     use super::*;
+    use crate::grammar::command::{PrimitiveCommand, SessionCommand};
 
     fn command(line: &str) -> Command {
         parse_line(line).unwrap().unwrap().command
@@ -247,7 +251,7 @@ mod tests {
         for line in ["", "   ", "\t", "\r", "# a comment", "   # another", "\t#"] {
             assert!(parse_line(line).unwrap().is_none(), "{line:?}");
         }
-        let expected = Command::SetRadii(DVec3::new(1.0, 0.5, 2.0));
+        let expected = Command::Primitive(PrimitiveCommand::SetRadii(DVec3::new(1.0, 0.5, 2.0)));
         for line in [
             "coeff 1. .5 2",
             "\tCOEFF\t1  .5 2   \r",
@@ -260,8 +264,14 @@ mod tests {
 
     #[test]
     fn names_are_any_word() {
-        assert_eq!(command("obj 2nd_robot_base"), Command::Object("2nd_robot_base".into()));
-        assert_eq!(command("prm größe/ü"), Command::Primitive("größe/ü".into()));
+        assert_eq!(
+            command("obj 2nd_robot_base"),
+            Command::Session(SessionCommand::SelectObject("2nd_robot_base".into()))
+        );
+        assert_eq!(
+            command("prm größe/ü"),
+            Command::Session(SessionCommand::SelectPrimitive("größe/ü".into()))
+        );
         // Columns are counted in characters.
         for (line, columns) in [("delete größe größe", 13..18), ("delete grosse größe # ü", 14..19)] {
             assert_eq!(fault(line).columns, Some(columns), "{line}");
@@ -271,11 +281,14 @@ mod tests {
     #[test]
     fn faults_say_where_what_and_what_would_be_right() {
         let slip = fault("  transalte 1 2 3");
-        assert_eq!((slip.code, slip.columns.clone()), ("unknown-command", Some(2..11)));
+        assert_eq!((slip.code.as_str(), slip.columns.clone()), ("unknown-command", Some(2..11)));
         assert_eq!(slip.help.as_deref(), Some("did you mean 'translate'?"));
 
         let few = fault("coeff 1 2");
-        assert_eq!((few.code, few.message.as_str()), ("argument-count", "setCoeff takes 3 arguments, not 2"));
+        assert_eq!(
+            (few.code.as_str(), few.message.as_str()),
+            ("argument-count", "setCoeff takes 3 arguments, not 2")
+        );
 
         let many = fault("ambient 0.1 0.2 0.3");
         assert_eq!(
@@ -284,10 +297,10 @@ mod tests {
         );
 
         let word = fault("xs 1 two 3");
-        assert_eq!((word.code, word.columns), ("not-a-number", Some(5..8)));
+        assert_eq!((word.code.as_str(), word.columns), ("not-a-number", Some(5..8)));
 
         let range = fault("color 0 0 1.5");
-        assert_eq!((range.code, range.columns), ("out-of-range", Some(10..13)));
+        assert_eq!((range.code.as_str(), range.columns), ("out-of-range", Some(10..13)));
         assert_eq!(range.message, "b of setColor must be from 0 to 1, not 1.5");
     }
 
@@ -339,7 +352,7 @@ mod tests {
             assert_eq!(parse_line(line).unwrap().unwrap().spec.name, name, "{line}");
         }
         // What is wrong with the numbers is said of those.
-        assert_eq!(parse_line("ao 1.5 2").unwrap_err().code, "out-of-range");
+        assert_eq!(parse_line("ao 1.5 2").unwrap_err().code.as_str(), "out-of-range");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use superegg_geom::glam::DVec3;
 use superegg_scene::{Camera, Light, LightKind, Pattern};
 
-use crate::diagnostic::Fault;
+use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::table::CHECKER_SIZE;
 use crate::parse::parser::Parsed;
 
@@ -12,8 +12,20 @@ pub(crate) fn check_direction(direction: DVec3, wanted: &str, parsed: &Parsed) -
     if direction.abs().max_element() > 0.0 {
         return Ok(());
     }
-    let fault = Fault::new("no-direction", "the direction 0 0 0 leads nowhere");
+    let fault = Fault::new(FaultCode::NoDirection, "the direction 0 0 0 leads nowhere");
     Err(fault.help(format!("give {wanted}")).at(parsed.argument_columns()))
+}
+
+/// Refuses a camera without a line of sight.
+pub(crate) fn check_camera(camera: &Camera, parsed: &Parsed) -> Result<(), Fault> {
+    let to_target = camera.target - camera.position;
+    if to_target.is_finite() && to_target.abs().max_element() > 0.0 {
+        return Ok(());
+    }
+    let message = "the camera and its target must be two places, not too far apart";
+    Err(Fault::new(FaultCode::NoDirection, message)
+        .help("the first three numbers place the camera, the next three what it looks at")
+        .at(parsed.argument_columns()))
 }
 
 /// Refuses a spot without an axis and a sun without a direction.
@@ -28,8 +40,10 @@ pub(crate) fn check_light(light: &Light, parsed: &Parsed) -> Result<(), Fault> {
             if axis.is_finite() && axis.abs().max_element() > 0.0 {
                 return Ok(());
             }
-            let fault =
-                Fault::new("no-direction", "a spot and its target must be two places, not too far apart");
+            let fault = Fault::new(
+                FaultCode::NoDirection,
+                "a spot and its target must be two places, not too far apart",
+            );
             Err(fault
                 .help("the first three numbers place the light, the next three what it shines at")
                 .at(parsed.argument_columns()))
@@ -38,10 +52,10 @@ pub(crate) fn check_light(light: &Light, parsed: &Parsed) -> Result<(), Fault> {
 }
 
 /// The distance from a camera to its target; infinite where it is too large for a number.
-pub(crate) fn distance_of_target(camera: &Camera) -> f64 {
-    let way = camera.target - camera.position;
-    let largest = way.abs().max_element();
-    largest * (way / largest).length()
+pub(crate) fn target_distance(camera: &Camera) -> f64 {
+    let to_target = camera.target - camera.position;
+    let largest = to_target.abs().max_element();
+    largest * (to_target / largest).length()
 }
 
 /// The pattern of a word and its numbers: the table lets through more numbers than each word takes.
@@ -52,7 +66,7 @@ pub(crate) fn pattern(word: &str, numbers: &[f64], parsed: &Parsed) -> Result<Pa
         ("checker", 3) => Ok(Pattern::Checker { color: color(), size: CHECKER_SIZE }),
         ("checker", 4) if numbers[3] > 0.0 => Ok(Pattern::Checker { color: color(), size: numbers[3] }),
         ("checker", 4) => {
-            let fault = Fault::new("out-of-range", "size of a checker must be above 0");
+            let fault = Fault::new(FaultCode::OutOfRange, "size of a checker must be above 0");
             Err(fault.help("for example: setPattern checker 0.1 0.1 0.1 0.25").at(parsed.word_columns(5)))
         }
         ("gradient", 3) => Ok(Pattern::Gradient { color: color(), direction: DVec3::Z }),
@@ -70,7 +84,7 @@ pub(crate) fn pattern(word: &str, numbers: &[f64], parsed: &Parsed) -> Result<Pa
                 }
             };
             let message = format!("'{word}' takes {takes}; here are {} numbers", numbers.len());
-            Err(Fault::new("argument-count", message)
+            Err(Fault::new(FaultCode::ArgumentCount, message)
                 .help(format!("for example: {example}"))
                 .at(parsed.argument_columns()))
         }

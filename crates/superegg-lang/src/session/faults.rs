@@ -2,8 +2,8 @@
 
 use superegg_scene::{Scene, SceneError};
 
-use crate::diagnostic::Fault;
-use crate::grammar::spec::{ArgKind, Of};
+use crate::diagnostic::{Fault, FaultCode};
+use crate::grammar::spec::{ArgKind, NameKind};
 use crate::parse::parser::Parsed;
 use crate::suggest::did_you_mean;
 use crate::text::shorten;
@@ -12,42 +12,51 @@ use crate::text::shorten;
 pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) -> Fault {
     let names = || scene.entities().map(|(name, _)| name);
     // Where the name stands that is of something.
-    let place = parsed.spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Name(of) if of != Of::New));
+    let place =
+        parsed.spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Name(of) if of != NameKind::New));
     let place = place.unwrap_or(0) + 1;
     let (code, word, help) = match error {
         SceneError::Unknown(name) => {
-            ("unknown-name", place, did_you_mean(name, names(), "'info' lists what there is"))
+            (FaultCode::UnknownName, place, did_you_mean(name, names(), "'info' lists what there is"))
         }
-        SceneError::NotAnObject(_) => {
-            ("wrong-kind", 1, "addPrimitive adds a primitive, and 'primitive NAME' selects one".to_owned())
-        }
+        SceneError::NotAnObject(_) => (
+            FaultCode::WrongKind,
+            1,
+            "addPrimitive adds a primitive, and 'primitive NAME' selects one".to_owned(),
+        ),
         SceneError::NotAPrimitive(_) if parsed.spec.name == "floor" => {
-            ("wrong-kind", place, "a floor has the surface of a primitive".to_owned())
+            (FaultCode::WrongKind, place, "a floor has the surface of a primitive".to_owned())
         }
-        SceneError::NotAPrimitive(_) => {
-            ("wrong-kind", place, "addObject adds an object, and 'object NAME' selects one".to_owned())
-        }
-        SceneError::AliasTaken { .. } => (
-            "alias-taken",
+        SceneError::NotAPrimitive(_) => (
+            FaultCode::WrongKind,
+            place,
+            "addObject adds an object, and 'object NAME' selects one".to_owned(),
+        ),
+        SceneError::AliasExists { .. } => (
+            FaultCode::AliasExists,
             parsed.columns.len() - 1,
             format!("give another alias as the last word, such as: {} NAME ALIAS", parsed.spec.name),
         ),
         SceneError::UnknownAlias { object, alias } => {
             let children = scene.object(object).ok();
             let aliases = children.iter().flat_map(|object| object.children()).map(|(alias, _)| alias);
-            ("unknown-name", 1, did_you_mean(alias, aliases, "'info selected' lists the children"))
+            (FaultCode::UnknownName, 1, did_you_mean(alias, aliases, "'info selected' lists the children"))
         }
-        SceneError::NoChild(_) => ("no-child", 0, "addPrimitive or addObject adds a child".to_owned()),
-        SceneError::NameTaken(name) => {
-            ("name-taken", 2, format!("take another name; 'show {}' tells what has it", shorten(name)))
+        SceneError::NoChild(_) => {
+            (FaultCode::NoChild, 0, "addPrimitive or addObject adds a child".to_owned())
         }
+        SceneError::NameExists(name) => (
+            FaultCode::NameExists,
+            2,
+            format!("take another name; 'show {}' tells what has it", shorten(name)),
+        ),
         SceneError::UnknownLight(name) => {
             let lights = scene.named_lights().map(|(name, _)| name);
-            ("unknown-name", 1, did_you_mean(name, lights, "'info' lists the lights"))
+            (FaultCode::UnknownName, 1, did_you_mean(name, lights, "'info' lists the lights"))
         }
-        SceneError::KeyNumbers { .. } => ("key-numbers", 0, "'info' lists the keys".to_owned()),
+        SceneError::KeyNumbers { .. } => (FaultCode::KeyNumbers, 0, "'info' lists the keys".to_owned()),
         SceneError::Transform(_) => {
-            let fault = Fault::new("transform", error.to_string()).at(parsed.argument_columns());
+            let fault = Fault::new(FaultCode::Transform, error.to_string()).at(parsed.argument_columns());
             return fault.help(format!("for example: {}", parsed.spec.example));
         }
     };

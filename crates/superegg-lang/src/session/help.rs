@@ -1,7 +1,8 @@
 //! Help, made from the table.
 
-use crate::diagnostic::Fault;
-use crate::grammar::spec::{ArgKind, CommandSpec, Group, Needs, Of};
+use crate::diagnostic::{Fault, FaultCode};
+use crate::grammar::command::Needs;
+use crate::grammar::spec::{ArgKind, CommandSpec, Group, NameKind};
 use crate::grammar::table::{COMMANDS, commands_spelt};
 use crate::session::settings::SETTINGS;
 use crate::suggest::did_you_mean;
@@ -26,7 +27,7 @@ fn explain_named(i: usize, name: &str) -> Result<String, (usize, Fault)> {
     let text = (!texts.is_empty()).then(|| texts.join("\n\n"));
     text.or_else(|| group().map(list_group)).ok_or_else(|| {
         let words = COMMANDS.iter().flat_map(CommandSpec::all_spellings).chain(Group::ALL.map(Group::word));
-        let fault = Fault::new("unknown-command", format!("there is no command '{}'", shorten(name)));
+        let fault = Fault::new(FaultCode::UnknownCommand, format!("there is no command '{}'", shorten(name)));
         (i, fault.help(did_you_mean(name, words, "'help' alone lists the commands")))
     })
 }
@@ -61,12 +62,14 @@ fn explain(spec: &CommandSpec) -> String {
             text.push_str(&format!("\n  {}: {}", arg.name, range.describe()));
         }
     }
-    match spec.needs {
+    match spec.needs() {
         Needs::Nothing => {}
         Needs::Primitive => text.push_str("\n  needs: a selected primitive"),
         Needs::Object => text.push_str("\n  needs: a selected object"),
     }
-    if spec.all_args().any(|arg| matches!(arg.kind, ArgKind::Name(Of::Setting) | ArgKind::Words(Of::Setting)))
+    if spec
+        .all_args()
+        .any(|arg| matches!(arg.kind, ArgKind::Name(NameKind::Setting) | ArgKind::Words(NameKind::Setting)))
     {
         let names = SETTINGS.iter().map(|setting| setting.name).collect::<Vec<_>>().join(" ");
         text.push_str(&format!("\n{}", two_columns("  settings:", &names)));

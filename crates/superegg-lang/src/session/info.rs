@@ -5,7 +5,7 @@ use superegg_scene::{
     Entity, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Track, TrackWord,
 };
 
-use crate::diagnostic::Fault;
+use crate::diagnostic::{Fault, FaultCode};
 use crate::parse::number::{format_number, vector};
 use crate::session::keys::line_of;
 use crate::session::selection::Selection;
@@ -42,7 +42,8 @@ pub(crate) fn info(selection: Selection<'_>, names: &[String]) -> Result<String,
             }
             _ => {
                 let known = scene.entities().map(|(name, _)| name);
-                let fault = Fault::new("unknown-name", format!("nothing is named '{}'", shorten(name)));
+                let fault =
+                    Fault::new(FaultCode::UnknownName, format!("nothing is named '{}'", shorten(name)));
                 return Err((i, fault.help(did_you_mean(name, known, "'info' alone lists what there is"))));
             }
         }
@@ -68,7 +69,7 @@ fn list(selection: Selection<'_>) -> String {
     }
     lines.push(camera_words(scene));
     lines.push(format!("background {}", vector(scene.background)));
-    lines.extend(surroundings_words(scene));
+    lines.extend(environment_words(scene));
     lines.push(format!("depth {}", scene.depth));
     if scene.tracks().len() > 0 {
         lines.push(format!("keys ({})", scene.tracks().map(|track| track.keys().len()).sum::<usize>()));
@@ -145,7 +146,7 @@ fn camera_words(scene: &Scene) -> String {
 }
 
 /// Sky, floor and ambient occlusion, where they are.
-fn surroundings_words(scene: &Scene) -> Vec<String> {
+fn environment_words(scene: &Scene) -> Vec<String> {
     let sky = scene.sky.map(|sky| {
         let (horizon, zenith) = (vector(sky.horizon), vector(sky.zenith));
         format!("sky {horizon} at the horizon, {zenith} at the zenith, up {}", vector(sky.up))

@@ -1,25 +1,45 @@
-//! The interpreter: commands change a scene.
+//! The interpreter: a session and how commands change it.
 
-use superegg_geom::{Exponents, Superquadric};
-use superegg_scene::{Camera, Entity, Floor, Lens, Light, Primitive, Scene, SceneError, TrackSubject};
+use superegg_geom::{Exponents, ShapeError, Superquadric};
+use superegg_scene::{Camera, Entity, Floor, Lens, Light, Scene, SceneError, TrackSubject};
 
-use crate::diagnostic::Fault;
-use crate::grammar::command::{Command, Request};
-use crate::grammar::spec::Needs;
+use crate::diagnostic::{Fault, FaultCode};
+use crate::grammar::command::{
+    Command, Needs, ObjectCommand, PrimitiveCommand, Request, SceneCommand, SessionCommand,
+};
 use crate::grammar::table::{COMMANDS, commands_spelt};
 use crate::parse::number::{format_number, parse_number};
 use crate::parse::parser::{Parsed, parse_line};
-use crate::session::checks::{check_direction, check_light, distance_of_target, pattern};
+use crate::session::checks::{check_camera, check_direction, check_light, pattern, target_distance};
 use crate::session::faults::scene_fault;
-use crate::session::keys::{ALL, subject_of};
+use crate::session::keys::{ALL_FRAMES, subject_of};
 use crate::session::selection::Selection;
 use crate::session::settings::{self, Settings};
 use crate::session::{help, info};
 use crate::suggest::did_you_mean;
 use crate::text::shorten;
 
-/// A scene with what is selected in it, and the settings. Every change goes through [`Session::run_line`] or [`Session::execute`]. A clone
-/// takes no time that grows with the scene.
+/// A scene, the selected name in it, and the settings.
+///
+/// Every change goes through [`Session::run_line`] or [`Session::execute`]. Cloning takes constant time, whatever the
+/// size of the scene.
+///
+/// ```
+/// use superegg_lang::{Effect, Session};
+///
+/// let mut session = Session::default();
+/// for line in ["primitive ball", "setExponent 0.2 1", "object man", "addPrimitive ball head"] {
+///     session.run_line(line)?;
+/// }
+/// assert_eq!(session.run_line("translate 0 0 2")?, Effect::Changed(None));
+/// assert_eq!(session.selected(), Some("man"));
+/// assert_eq!(session.scene().object("man").unwrap().children().len(), 1);
+///
+/// let fault = session.run_line("addPrimitive bal").unwrap_err();
+/// assert_eq!(fault.to_string(), "nothing is named 'bal'");
+/// assert_eq!(fault.help.as_deref(), Some("did you mean 'ball'?"));
+/// # Ok::<(), superegg_lang::Fault>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Session {
     pub(crate) scene: Scene,
@@ -28,17 +48,17 @@ pub struct Session {
     pub settings: Settings,
 }
 
-/// What came of a line.
+/// The result of a line. Exhaustive on purpose: whoever runs a session must handle each of these.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Effect {
-    /// Nothing in the scene or the selection changed: a blank line, or a setting of the session.
+    /// The scene and the selection are unchanged: a blank line, or a setting of the session.
     Done,
-    /// The scene or the selection was changed; perhaps there is something to say about it.
+    /// The scene or the selection has changed. The text, if there is one, is a message for the user.
     Changed(Option<String>),
     /// Show this text.
     Print(String),
-    /// Something that whoever runs the session must do.
-    Ask(Request),
+    /// Whoever runs the session must do this.
+    Request(Request),
 }
 
 impl Session {
@@ -52,20 +72,20 @@ impl Session {
         self.selected.as_deref()
     }
 
-    /// The scene with the selected name, for what only reads them.
+    /// The scene with the selected name, for reading.
     pub fn selection(&self) -> Selection<'_> {
         Selection { scene: &self.scene, selected: self.selected() }
     }
 
-    /// What there is, in words, or the details of each thing named, as the command `info` tells them.
+    /// The text of the command `info`: the contents of the scene, or the details of the named entities.
     ///
     /// # Errors
-    /// A name that nothing has.
+    /// An unknown name.
     pub fn describe(&self, names: &[String]) -> Result<String, Fault> {
         info::info(self.selection(), names).map_err(|(_, fault)| fault)
     }
 
-    /// Back to an empty scene with nothing selected. The session's settings stay.
+    /// Empties the scene and selects nothing. The session's settings stay.
     pub fn clear(&mut self) {
         *self = Self { settings: self.settings, ..Self::default() };
     }
@@ -73,7 +93,7 @@ impl Session {
     /// Reads and carries out one line. A line without a command does nothing.
     ///
     /// # Errors
-    /// The line cannot be read or carried out; then the session is as it was.
+    /// The line cannot be read or carried out. The session is then unchanged.
     pub fn run_line(&mut self, line: &str) -> Result<Effect, Fault> {
         match parse_line(line)? {
             Some(parsed) => self.execute(&parsed),
@@ -84,88 +104,112 @@ impl Session {
     /// Carries out a parsed command.
     ///
     /// # Errors
-    /// What it needs is not selected, a name does not fit, or a transform could not be undone; then the session is as it was.
+    /// The selection is of the wrong kind, a name does not fit, or a transform is not invertible. The session is then
+    /// unchanged.
     pub fn execute(&mut self, parsed: &Parsed) -> Result<Effect, Fault> {
         self.check_selection(parsed)?;
-        let fault_of = |session: &Self, error: SceneError| scene_fault(&session.scene, &error, parsed);
         match &parsed.command {
-            Command::Help(names) => {
-                return help::help(names)
-                    .map(Effect::Print)
-                    .map_err(|(i, fault)| fault.at(parsed.word_columns(i + 1)));
+            Command::Session(command) => self.run_session_command(command, parsed),
+            Command::Scene(command) => self.change_scene(command, parsed).map(Effect::Changed),
+            Command::Primitive(command) => {
+                self.change_primitive(command, parsed)?;
+                Ok(Effect::Changed(None))
             }
-            Command::Info(names) => {
-                return info::info(self.selection(), names)
-                    .map(Effect::Print)
-                    .map_err(|(i, fault)| fault.at(parsed.word_columns(i + 1)));
+            Command::Object(command) => {
+                self.change_object(command).map_err(|error| scene_fault(&self.scene, &error, parsed))?;
+                Ok(Effect::Changed(None))
             }
-            Command::Ask(request) => return Ok(Effect::Ask(request.clone())),
-            Command::Set { setting, value } => {
+            Command::Request(request) => Ok(Effect::Request(request.clone())),
+        }
+    }
+
+    fn run_session_command(&mut self, command: &SessionCommand, parsed: &Parsed) -> Result<Effect, Fault> {
+        // The names of these commands are their arguments from the first on.
+        let printed = |text: Result<String, (usize, Fault)>| match text {
+            Ok(text) => Ok(Effect::Print(text)),
+            Err((i, fault)) => Err(fault.at(parsed.word_columns(i + 1))),
+        };
+        match command {
+            SessionCommand::Help(names) => return printed(help::help(names)),
+            SessionCommand::Info(names) => return printed(info::info(self.selection(), names)),
+            SessionCommand::Get(names) => {
+                return printed(settings::list(&self.scene.picture, &self.settings, names));
+            }
+            SessionCommand::Set { setting, value } => {
                 let set = settings::set(&mut self.scene.picture, &mut self.settings, setting, value);
                 let spec = set.map_err(|(word, fault)| fault.at(parsed.word_columns(word)))?;
                 return Ok(if spec.is_of_scene { Effect::Changed(None) } else { Effect::Done });
             }
-            Command::Get(names) => {
-                return settings::tell(&self.scene.picture, &self.settings, names)
-                    .map(Effect::Print)
-                    .map_err(|(i, fault)| fault.at(parsed.word_columns(i + 1)));
+            SessionCommand::ClearScreen => return Ok(Effect::Request(Request::ClearScreen)),
+            SessionCommand::Clear => self.clear(),
+            SessionCommand::Deselect => self.selected = None,
+            SessionCommand::SelectPrimitive(name) => {
+                let done = self.scene.ensure_primitive(name);
+                done.map_err(|error| scene_fault(&self.scene, &error, parsed))?;
+                self.selected = Some(name.clone());
             }
-            Command::Clear => self.clear(),
-            Command::Delete(name) => {
+            SessionCommand::SelectObject(name) => {
+                let done = self.scene.ensure_object(name);
+                done.map_err(|error| scene_fault(&self.scene, &error, parsed))?;
+                self.selected = Some(name.clone());
+            }
+        }
+        Ok(Effect::Changed(None))
+    }
+
+    /// Returns a message for the user, if there is one.
+    fn change_scene(&mut self, command: &SceneCommand, parsed: &Parsed) -> Result<Option<String>, Fault> {
+        let fault_of = |session: &Self, error: SceneError| scene_fault(&session.scene, &error, parsed);
+        match command {
+            SceneCommand::Delete(name) => {
                 let uses = self.scene.delete(name).map_err(|error| fault_of(self, error))?;
                 self.selected.take_if(|selected| selected == name);
-                return Ok(Effect::Changed(gone_with(name, &uses)));
+                return Ok(deleted_children(name, &uses));
             }
-            Command::Rename { name, new } => {
+            SceneCommand::Rename { name, new } => {
                 self.scene.rename(name, new).map_err(|error| fault_of(self, error))?;
                 if self.selected.as_ref() == Some(name) {
                     self.selected = Some(new.clone());
                 }
             }
-            Command::Copy { name, new } => {
+            SceneCommand::Copy { name, new } => {
                 self.scene.copy(name, new).map_err(|error| fault_of(self, error))?;
             }
-            Command::Deselect => self.selected = None,
-            Command::Primitive(name) => {
-                self.scene.ensure_primitive(name).map_err(|error| fault_of(self, error))?;
-                self.selected = Some(name.clone());
-            }
-            Command::Object(name) => {
-                self.scene.ensure_object(name).map_err(|error| fault_of(self, error))?;
-                self.selected = Some(name.clone());
-            }
-            Command::SetLight(name, light) => {
+            SceneCommand::SetLight(name, light) => {
                 check_light(light, parsed)?;
                 self.scene.set_light(name, *light);
             }
-            Command::SetLightRadius { name, radius } => {
+            SceneCommand::SetLightRadius { name, radius } => {
                 let light = *self.scene.light(name).map_err(|error| fault_of(self, error))?;
                 self.scene.set_light(name, Light { radius: *radius, ..light });
             }
-            Command::RemoveLight(name) => {
+            SceneCommand::RemoveLight(name) => {
                 self.scene.remove_light(name).map_err(|error| fault_of(self, error))?;
             }
-            Command::SetCamera(camera) => self.set_camera(camera, parsed)?,
-            Command::SetCameraUp(up) => {
+            SceneCommand::SetCamera(camera) => {
+                check_camera(camera, parsed)?;
+                let Camera { position, target, fov_deg, .. } = *camera;
+                self.scene.camera = Camera { position, target, fov_deg, ..self.scene.camera };
+            }
+            SceneCommand::SetCameraUp(up) => {
                 check_direction(*up, "the direction that goes up in the picture, such as 0 1 0", parsed)?;
                 self.scene.camera.up = *up;
             }
-            Command::SetOrthographic(height) => {
+            SceneCommand::SetOrthographic(height) => {
                 self.scene.camera.ortho_height = (*height > 0.0).then_some(*height);
             }
-            Command::SetLens { radius, focus } => {
-                let focus = focus.unwrap_or_else(|| distance_of_target(&self.scene.camera));
+            SceneCommand::SetLens { radius, focus } => {
+                let focus = focus.unwrap_or_else(|| target_distance(&self.scene.camera));
                 if !focus.is_finite() {
-                    let fault =
-                        Fault::new("out-of-range", "the camera's target is too far away to be in focus");
-                    return Err(fault
+                    let message = "the camera's target is too far away to be in focus";
+                    return Err(Fault::new(FaultCode::OutOfRange, message)
                         .help("give the distance in focus: lens radius focus")
                         .at(parsed.argument_columns()));
                 }
                 self.scene.camera.lens = (*radius > 0.0).then_some(Lens { radius: *radius, focus });
             }
-            Command::SetBackground(color) => self.scene.background = *color,
-            Command::SetSky(sky) => {
+            SceneCommand::SetBackground(color) => self.scene.background = *color,
+            SceneCommand::SetSky(sky) => {
                 if let Some(sky) = sky {
                     check_direction(sky.up, "the direction that is above, such as 0 1 0", parsed)?;
                 }
@@ -174,123 +218,97 @@ impl Session {
                     self.scene.remove_keys(None, |subject| &*subject.command == "sky");
                 }
             }
-            Command::SetFloor { height, surface, up } => {
+            SceneCommand::SetFloor { height, surface, up } => {
                 if let Some(name) = surface {
-                    self.scene.primitive(name).map_err(|error| scene_fault(&self.scene, &error, parsed))?;
+                    self.scene.primitive(name).map_err(|error| fault_of(self, error))?;
                 }
                 check_direction(*up, "the direction that is up from the floor, such as 0 1 0", parsed)?;
                 let surface = surface.as_deref().map(Into::into);
                 self.scene.floor = Some(Floor { height: *height, up: *up, surface });
             }
-            Command::SetFloorUp(up) => {
+            SceneCommand::SetFloorUp(up) => {
                 check_direction(*up, "the direction that is up from the floor, such as 0 1 0", parsed)?;
                 self.floor_or_fault(parsed)?.up = *up;
             }
-            Command::RemoveFloor => {
+            SceneCommand::RemoveFloor => {
                 self.floor_or_fault(parsed)?;
                 self.scene.floor = None;
                 self.scene.remove_keys(None, |subject| ["floor", "floorUp"].contains(&&*subject.command));
             }
-            Command::SetAmbientOcclusion(occlusion) => self.scene.ambient_occlusion = *occlusion,
-            Command::SetKey { frame, words } => {
-                let Some(keyed) = &parsed.keyed else { return Ok(Effect::Done) };
+            SceneCommand::SetAmbientOcclusion(occlusion) => self.scene.ambient_occlusion = *occlusion,
+            SceneCommand::SetDepth(depth) => self.scene.depth = *depth,
+            SceneCommand::SetKey { frame, words } => {
+                let Some(keyed) = &parsed.keyed else {
+                    return Err(Fault::new(FaultCode::ArgumentCount, "key takes a frame and a command"));
+                };
                 self.set_key(*frame, keyed, words)?;
             }
-            Command::RemoveKeys { frame, command } => {
-                let told = self.remove_keys(frame, command.as_deref(), parsed)?;
-                return Ok(Effect::Changed(Some(told)));
+            SceneCommand::RemoveKeys { frame, command } => {
+                return self.remove_keys(frame, command.as_deref(), parsed).map(Some);
             }
-            Command::SetDepth(depth) => self.scene.depth = *depth,
-            command => match parsed.spec.needs {
-                Needs::Object => {
-                    self.change_object(command).map_err(|error| fault_of(self, error))?;
-                }
-                _ => self.change_primitive(command, parsed)?,
-            },
         }
-        Ok(Effect::Changed(None))
+        Ok(None)
     }
 
-    /// The commands that change the selected primitive.
-    fn change_primitive(&mut self, command: &Command, parsed: &Parsed) -> Result<(), Fault> {
+    fn change_primitive(&mut self, command: &PrimitiveCommand, parsed: &Parsed) -> Result<(), Fault> {
         let name = self.selected.as_deref().unwrap_or_default();
-        let shape_fault = |error: superegg_geom::ShapeError| {
-            Fault::new("out-of-range", error.to_string()).at(parsed.argument_columns())
+        let shape_fault = |error: ShapeError| {
+            Fault::new(FaultCode::OutOfRange, error.to_string()).at(parsed.argument_columns())
         };
-        let primitive: &mut Primitive = match self.scene.primitive_mut(name) {
+        let primitive = match self.scene.primitive_mut(name) {
             Ok(primitive) => primitive,
             Err(error) => return Err(scene_fault(&self.scene, &error, parsed)),
         };
-        let shape = primitive.shape;
+        let (shape, material) = (primitive.shape, &mut primitive.material);
         match command {
-            Command::SetRadii(radii) => {
+            PrimitiveCommand::SetRadii(radii) => {
                 primitive.shape = Superquadric::new(*radii, shape.exponents()).map_err(shape_fault)?;
             }
-            Command::SetExponents { e, n } => {
+            PrimitiveCommand::SetExponents { e, n } => {
                 let exponents = Exponents::new(*e, *n).map_err(shape_fault)?;
                 primitive.shape = Superquadric::new(shape.radii(), exponents).map_err(shape_fault)?;
             }
-            Command::SetPatches(patches) => primitive.patches = *patches,
-            Command::SetColor(color) => primitive.material.color = *color,
-            Command::SetShare(share, value) => primitive.material.set_share(*share, *value),
-            Command::SetIndex(index) => primitive.material.index = *index,
-            Command::SetShininess(exponent) => primitive.material.shininess = Some(*exponent),
-            Command::SetFresnel(on) => primitive.material.fresnel = *on,
-            Command::SetAbsorption(absorb) => primitive.material.absorb = *absorb,
-            Command::SetPattern { word, numbers } => {
-                primitive.material.pattern = pattern(word, numbers, parsed)?;
+            PrimitiveCommand::SetPatches(patches) => primitive.patches = *patches,
+            PrimitiveCommand::SetColor(color) => material.color = *color,
+            PrimitiveCommand::SetWeight(weight, value) => material.set_weight(*weight, *value),
+            PrimitiveCommand::SetIndex(index) => material.index = *index,
+            PrimitiveCommand::SetShininess(exponent) => material.shininess = Some(*exponent),
+            PrimitiveCommand::SetFresnel(on) => material.fresnel = *on,
+            PrimitiveCommand::SetAbsorption(absorb) => material.absorb = *absorb,
+            PrimitiveCommand::SetPattern { word, numbers } => {
+                material.pattern = pattern(word, numbers, parsed)?;
             }
-            _ => {}
         }
         Ok(())
     }
 
-    /// The commands that change the selected object.
-    fn change_object(&mut self, command: &Command) -> Result<(), SceneError> {
+    fn change_object(&mut self, command: &ObjectCommand) -> Result<(), SceneError> {
         let (name, scene) = (self.selected.as_deref().unwrap_or_default(), &mut self.scene);
         match command {
-            Command::AddObject { target, alias } => {
+            ObjectCommand::AddObject { target, alias } => {
                 scene.object(target)?;
                 scene.add_child(name, alias.as_ref().unwrap_or(target), target)
             }
-            Command::AddPrimitive { target, alias } => {
+            ObjectCommand::AddPrimitive { target, alias } => {
                 scene.primitive(target)?;
                 scene.add_child(name, alias.as_ref().unwrap_or(target), target)
             }
-            Command::RemoveChild(alias) => scene.remove_child(name, alias),
-            Command::SetCursor(alias) => scene.move_cursor(name, alias),
-            Command::TransformChild(step) => scene.transform_child(name, *step),
-            Command::TransformWhole(step) => scene.transform_whole(name, *step),
-            _ => Ok(()),
+            ObjectCommand::RemoveChild(alias) => scene.remove_child(name, alias),
+            ObjectCommand::SetCursor(alias) => scene.move_cursor(name, alias),
+            ObjectCommand::TransformChild(step) => scene.transform_child(name, *step),
+            ObjectCommand::TransformWhole(step) => scene.transform_whole(name, *step),
         }
-    }
-
-    fn set_camera(&mut self, camera: &Camera, parsed: &Parsed) -> Result<(), Fault> {
-        let to_target = camera.target - camera.position;
-        if !to_target.is_finite() || to_target.abs().max_element() == 0.0 {
-            let fault =
-                Fault::new("no-direction", "the camera and its target must be two places, not too far apart");
-            return Err(fault
-                .help("the first three numbers place the camera, the next three what it looks at")
-                .at(parsed.argument_columns()));
-        }
-        let Camera { position, target, fov_deg, .. } = *camera;
-        self.scene.camera = Camera { position, target, fov_deg, ..self.scene.camera };
-        Ok(())
     }
 
     fn floor_or_fault(&mut self, parsed: &Parsed) -> Result<&mut Floor, Fault> {
-        let fault = Fault::new("no-floor", "there is no floor");
-        let fault = fault.help("floor lays one, for example: floor -1").at(parsed.columns[0].clone());
+        let fault = Fault::new(FaultCode::NoFloor, "there is no floor");
+        let fault = fault.help("floor lays one, for example: floor -1").at(parsed.word_columns(0));
         self.scene.floor.as_mut().ok_or(fault)
     }
 
     fn check_selection(&self, parsed: &Parsed) -> Result<(), Fault> {
-        if parsed.spec.needs == Needs::Nothing {
-            return Ok(());
-        }
-        let selected = self.selected.as_deref().and_then(|name| Some((name, self.scene.get(name)?)));
-        let (wanted, how) = match (parsed.spec.needs, selected) {
+        let selected = self.selection().entity();
+        let (wanted, how) = match (parsed.command.needs(), selected) {
             (Needs::Nothing, _)
             | (Needs::Primitive, Some((_, Entity::Primitive(_))))
             | (Needs::Object, Some((_, Entity::Object(_)))) => return Ok(()),
@@ -302,40 +320,50 @@ impl Session {
             None => "nothing is selected".to_owned(),
         };
         let message = format!("{} needs a selected {wanted}; {found}", parsed.spec.name);
-        Err(Fault::new("selection", message).help(how).at(parsed.columns[0].clone()))
+        Err(Fault::new(FaultCode::Selection, message).help(how).at(parsed.word_columns(0)))
     }
 
     /// Adds a key of a line.
     ///
     /// # Errors
-    /// The line could not be carried out on its own, or has another count of numbers than the other keys of its track.
+    /// The line cannot be carried out on its own, or its count of numbers differs from that of the track's other keys.
     fn set_key(&mut self, frame: f64, keyed: &Parsed, words: &[String]) -> Result<(), Fault> {
         let (subject, numbers) = subject_of(self.selection(), keyed, words)?;
         self.check_keyed(keyed)?;
         self.scene.set_key(subject, frame, &numbers).map_err(|error| {
             let help = "give as many numbers; or take those keys away, for example: unkey all";
-            Fault::new("key-numbers", error.to_string()).help(help).at(keyed.argument_columns())
+            Fault::new(FaultCode::KeyNumbers, error.to_string()).help(help).at(keyed.argument_columns())
         })
     }
 
-    /// Refuses a line for what it says, and for names that are not there. Whether its transform can be undone depends on what other commands make,
-    /// now and later, and is not looked at: a scene that was saved must load.
+    /// Rejects a keyed line with wrong numbers or unknown names.
+    ///
+    /// Whether its transform is invertible together with those before it is not checked: that depends on what other
+    /// commands do, now and later, and a saved scene must load.
     fn check_keyed(&self, keyed: &Parsed) -> Result<(), Fault> {
-        const OF_NAMES: [&str; 5] = ["selection", "unknown-name", "wrong-kind", "no-child", "no-floor"];
-        match self.clone().execute(keyed) {
-            Err(fault) if OF_NAMES.contains(&fault.code) => return Err(fault),
-            _ => {}
+        const CODES_OF_NAMES: [FaultCode; 5] = [
+            FaultCode::Selection,
+            FaultCode::UnknownName,
+            FaultCode::WrongKind,
+            FaultCode::NoChild,
+            FaultCode::NoFloor,
+        ];
+        if let Err(fault) = self.clone().execute(keyed)
+            && CODES_OF_NAMES.contains(&fault.code)
+        {
+            return Err(fault);
         }
         // A scene with nothing but what the line names.
         let mut alone = Self { selected: self.selected.clone(), ..Self::default() };
         let (selected, cursor) = (self.selected(), self.selection().cursor());
         let mut names: Vec<&str> = selected.into_iter().collect();
-        match &keyed.command {
-            Command::SetFloor { surface: Some(name), .. } => names.push(name),
-            Command::SetLightRadius { name, .. } => alone.scene.set_light(name, Light::DEFAULT),
-            _ => {}
+        if let Command::Scene(SceneCommand::SetFloor { surface: Some(name), .. }) = &keyed.command {
+            names.push(name);
         }
-        // None is there yet, so each can be made.
+        if let Command::Scene(SceneCommand::SetLightRadius { name, .. }) = &keyed.command {
+            alone.scene.set_light(name, Light::DEFAULT);
+        }
+        // The scene is empty, so each name is free.
         for name in names {
             let _ = match self.scene.primitive(name) {
                 Ok(_) => alone.scene.ensure_primitive(name),
@@ -349,16 +377,17 @@ impl Session {
         alone.execute(keyed).map(drop)
     }
 
-    /// Takes away the keys at a frame, or all: of every command, or of one on what is selected. Returns what there is to say.
+    /// Removes the keys at a frame, or at all frames: of every command, or of one on the selected entity. Returns a
+    /// message for the user.
     ///
     /// # Errors
     /// There is no such key.
     fn remove_keys(&mut self, frame: &str, command: Option<&str>, parsed: &Parsed) -> Result<String, Fault> {
-        let at = if frame.eq_ignore_ascii_case(ALL) {
+        let at = if frame.eq_ignore_ascii_case(ALL_FRAMES) {
             None
         } else {
             let number = parse_number(frame).map_err(|error| {
-                let fault = Fault::new("not-a-number", format!("'{}' {error}", shorten(frame)));
+                let fault = Fault::new(FaultCode::NotANumber, format!("'{}' {error}", shorten(frame)));
                 fault.help("give a frame, or 'all'; for example: unkey 24").at(parsed.word_columns(1))
             })?;
             Some(number)
@@ -366,34 +395,34 @@ impl Session {
         let names: Vec<&str> = command.into_iter().flat_map(commands_spelt).map(|spec| spec.name).collect();
         if let Some(word) = command.filter(|_| names.is_empty()) {
             let known = COMMANDS.iter().filter(|spec| spec.is_keyable()).map(|spec| spec.name);
-            let fault = Fault::new("unknown-command", format!("there is no command '{}'", shorten(word)));
-            return Err(fault
+            let message = format!("there is no command '{}'", shorten(word));
+            return Err(Fault::new(FaultCode::UnknownCommand, message)
                 .help(did_you_mean(word, known, "'info' lists the keys"))
                 .at(parsed.word_columns(2)));
         }
         let selected = self.selected.clone();
         let cursor = self.selection().cursor().map(str::to_owned);
-        let is_meant = |subject: &TrackSubject| {
+        let matches = |subject: &TrackSubject| {
             let is_here = |held: Option<&str>, now: &Option<String>| held.is_none() || held == now.as_deref();
             command.is_none()
                 || (names.contains(&&*subject.command)
                     && is_here(subject.selected.as_deref(), &selected)
                     && is_here(subject.cursor.as_deref(), &cursor))
         };
-        let count = self.scene.remove_keys(at, is_meant);
+        let count = self.scene.remove_keys(at, matches);
         if count == 0 {
             let of =
                 command.map_or(String::new(), |word| format!(" of {} for what is selected", shorten(word)));
             let when = at.map_or(String::new(), |at| format!(" at frame {}", format_number(at)));
-            let fault = Fault::new("no-key", format!("there is no key{of}{when}"));
+            let fault = Fault::new(FaultCode::NoKey, format!("there is no key{of}{when}"));
             return Err(fault.help("'info' lists the keys with their frames").at(parsed.word_columns(1)));
         }
         Ok(format!("{count} {} taken away", if count == 1 { "key" } else { "keys" }))
     }
 }
 
-/// What went with a deleted primitive or object, in words.
-fn gone_with(name: &str, uses: &[(String, String)]) -> Option<String> {
+/// The message about the children that were deleted with an entity; `None` if there were none.
+fn deleted_children(name: &str, uses: &[(String, String)]) -> Option<String> {
     const MOST_NAMED: usize = 5;
     let mut named: Vec<String> =
         uses.iter().take(MOST_NAMED).map(|(object, alias)| shorten(&format!("{object}/{alias}"))).collect();

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use superegg_scene::{Scene, Track, TrackSubject, TrackWord};
 
 use crate::diagnostic::Fault;
-use crate::grammar::command::Command;
-use crate::grammar::spec::{ArgKind, CommandSpec, Needs, Of, Range, not_keyable};
+use crate::grammar::command::{Command, Needs, ObjectCommand};
+use crate::grammar::spec::{ArgKind, CommandSpec, NameKind, Range, not_keyable};
 use crate::grammar::table::find_command;
 use crate::parse::number::{format_number, parse_number};
 use crate::parse::parser::Parsed;
@@ -18,7 +18,7 @@ use crate::session::selection::Selection;
 use crate::session::settings::{SettingKind, find_setting};
 
 /// The word for every frame.
-pub(crate) const ALL: &str = "all";
+pub(crate) const ALL_FRAMES: &str = "all";
 
 /// The command with these numbers in their places; those that must be whole are rounded.
 pub(crate) fn line_of(subject: &TrackSubject, numbers: &[f64]) -> String {
@@ -79,8 +79,8 @@ pub(crate) fn subject_of(
                 numbers.push(number);
                 TrackWord::Number
             }
-            ArgKind::Name(Of::Light | Of::New) => TrackWord::Light(name()),
-            ArgKind::Name(Of::Setting) => {
+            ArgKind::Name(NameKind::Light | NameKind::New) => TrackWord::Light(name()),
+            ArgKind::Name(NameKind::Setting) => {
                 TrackWord::Word(find_setting(word).map_or_else(name, |spec| spec.name.into()))
             }
             ArgKind::Name(_) => TrackWord::Entity(name()),
@@ -92,11 +92,11 @@ pub(crate) fn subject_of(
         return Err(not_keyable(keyed.spec).at(keyed.word_columns(0)));
     }
     let (selected, cursor) = (selection.selected, selection.cursor());
-    let moves_child = matches!(keyed.command, Command::TransformChild(_));
+    let moves_child = matches!(keyed.command, Command::Object(ObjectCommand::TransformChild(_)));
     let subject = TrackSubject {
         command: keyed.spec.name.into(),
         words: track_words,
-        selected: selected.filter(|_| keyed.spec.needs != Needs::Nothing).map(Into::into),
+        selected: selected.filter(|_| keyed.spec.needs() != Needs::Nothing).map(Into::into),
         cursor: cursor.filter(|_| moves_child).map(Into::into),
     };
     Ok((subject, numbers))

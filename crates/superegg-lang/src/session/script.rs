@@ -1,6 +1,6 @@
 //! Files of commands.
 
-use crate::diagnostic::{Diagnostic, Fault};
+use crate::diagnostic::{Diagnostic, Fault, FaultCode};
 use crate::grammar::command::Request;
 use crate::session::interpreter::{Effect, Session};
 
@@ -48,7 +48,7 @@ pub fn run_script(
 /// What is wrong with a line of bytes that is UTF-8 only so far.
 pub fn not_text(line: &[u8], valid_up_to: usize) -> Fault {
     let column = String::from_utf8_lossy(&line[..valid_up_to]).chars().count();
-    Fault::new("not-text", "this is not UTF-8 text")
+    Fault::new(FaultCode::NotText, "this is not UTF-8 text")
         .help("scene files are plain text; save it as UTF-8")
         .at(column..column + 1)
 }
@@ -58,7 +58,7 @@ pub fn load_text(file: &str, text: &str) -> (Session, Vec<Diagnostic>) {
     let mut session = Session::default();
     let mut diagnostics = Vec::new();
     run_script(&mut session, file, text.as_bytes(), &mut diagnostics, &mut |_, _, effect, _| {
-        Ok(if effect == Effect::Ask(Request::Stop) { Flow::Stop } else { Flow::Continue })
+        Ok(if effect == Effect::Request(Request::Stop) { Flow::Stop } else { Flow::Continue })
     });
     (session, diagnostics)
 }

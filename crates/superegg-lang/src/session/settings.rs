@@ -2,7 +2,7 @@
 
 use superegg_scene::{Encoding, Filter, Picture, Shading, Tone, ViewSettings};
 
-use crate::diagnostic::Fault;
+use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::spec::{Range, parse_size};
 use crate::parse::number::{format_number, parse_number};
 use crate::suggest::did_you_mean;
@@ -287,7 +287,7 @@ pub(crate) fn can_be(name: &str, word: &str) -> bool {
     find_setting(name).is_some_and(|spec| read(spec.kind, word).is_some())
 }
 
-/// Changes a setting, and says which.
+/// Changes a setting and returns its row.
 ///
 /// # Errors
 /// No setting has this name (word 1 of the command), or it cannot have this value (word 2).
@@ -303,9 +303,12 @@ pub(crate) fn set(
             (SettingKind::Size, Err(why)) => format!("{} cannot be {}: {why}", spec.name, shorten(word)),
             _ => format!("{} must be {}, not {}", spec.name, spec.kind.describe(), shorten(word)),
         };
-        let help =
-            format!("for example: set {} {}", spec.name, told((spec.get)(picture, settings), spec.kind));
-        (2, Fault::new("out-of-range", message).help(help))
+        let help = format!(
+            "for example: set {} {}",
+            spec.name,
+            value_text((spec.get)(picture, settings), spec.kind)
+        );
+        (2, Fault::new(FaultCode::OutOfRange, message).help(help))
     })?;
     (spec.set)(picture, settings, value);
     Ok(spec)
@@ -315,7 +318,7 @@ pub(crate) fn set(
 ///
 /// # Errors
 /// A name that no setting has, with its place in `names`.
-pub(crate) fn tell(
+pub(crate) fn list(
     picture: &Picture,
     settings: &Settings,
     names: &[String],
@@ -330,7 +333,7 @@ pub(crate) fn tell(
         specs = SETTINGS.iter().collect();
     }
     let line = |spec: &&SettingSpec| {
-        let value = told((spec.get)(picture, settings), spec.kind);
+        let value = value_text((spec.get)(picture, settings), spec.kind);
         two_columns(
             &format!("{:<14} {value}", spec.name),
             &format!("{} ({})", spec.summary, spec.kind.describe()),
@@ -345,17 +348,14 @@ pub(crate) fn lines_of_scene(picture: &Picture) -> impl Iterator<Item = String> 
     SETTINGS.iter().filter(|spec| spec.is_of_scene).filter_map(move |spec| {
         let value = (spec.get)(picture, &settings);
         let is_default = value == (spec.get)(&Picture::default(), &settings);
-        (!is_default).then(|| format!("set {} {}", spec.name, told(value, spec.kind)))
+        (!is_default).then(|| format!("set {} {}", spec.name, value_text(value, spec.kind)))
     })
 }
 
 fn unknown_setting(name: &str) -> Fault {
     let names = SETTINGS.iter().map(|spec| spec.name);
-    Fault::new("unknown-setting", format!("there is no setting '{}'", shorten(name))).help(did_you_mean(
-        name,
-        names,
-        "'get' lists the settings",
-    ))
+    Fault::new(FaultCode::UnknownSetting, format!("there is no setting '{}'", shorten(name)))
+        .help(did_you_mean(name, names, "'get' lists the settings"))
 }
 
 fn read(kind: SettingKind, word: &str) -> Option<Value> {
@@ -378,7 +378,7 @@ fn read(kind: SettingKind, word: &str) -> Option<Value> {
     }
 }
 
-fn told(value: Value, kind: SettingKind) -> String {
+fn value_text(value: Value, kind: SettingKind) -> String {
     match (value, kind) {
         (Value::Switch(on), _) => if on { "on" } else { "off" }.to_owned(),
         (Value::Number(number), _) => format_number(number),
@@ -405,7 +405,7 @@ mod tests {
             };
             for word in words {
                 set(&mut picture, &mut settings, &spec.name.to_uppercase(), word).unwrap();
-                assert_eq!(told((spec.get)(&picture, &settings), spec.kind), word, "{}", spec.name);
+                assert_eq!(value_text((spec.get)(&picture, &settings), spec.kind), word, "{}", spec.name);
             }
             let before = (picture, settings);
             for bad in ["", "maybe", "-99", "nan", "0x0", "1e999"] {

@@ -2,8 +2,8 @@
 
 use superegg_scene::Scene;
 
-use crate::diagnostic::Fault;
-use crate::grammar::command::{Command, Request};
+use crate::diagnostic::{Fault, FaultCode};
+use crate::grammar::command::{Command, Request, SessionCommand};
 use crate::parse::parser::{Parsed, parse_line};
 use crate::session::interpreter::{Effect, Session};
 use crate::session::selection::Selection;
@@ -111,8 +111,8 @@ impl Timeline {
     pub fn run_line(&mut self, line: &str) -> Result<Effect, Fault> {
         let Some(parsed) = parse_line(line)? else { return Ok(Effect::Done) };
         match parsed.command {
-            Command::Ask(Request::Undo(count)) => self.undo(count, &parsed),
-            Command::Ask(Request::Redo(count)) => self.redo(count, &parsed),
+            Command::Request(Request::Undo(count)) => self.undo(count, &parsed),
+            Command::Request(Request::Redo(count)) => self.redo(count, &parsed),
             _ => self.execute(&parsed, line),
         }
     }
@@ -123,10 +123,7 @@ impl Timeline {
         let effect = self.now.execute(parsed)?;
         if matches!(effect, Effect::Changed(_)) {
             let is_same = self.now.scene.entities().len() == entity_count;
-            let selects = matches!(
-                parsed.command,
-                Command::Deselect | Command::Primitive(_) | Command::Object(_) | Command::SetCursor(_)
-            );
+            let selects = parsed.command.is_selection();
             if is_same
                 && selects
                 && before.selected.as_deref() == self.now.selected()
@@ -135,7 +132,7 @@ impl Timeline {
                 return Ok(Effect::Done);
             }
             let line = line.trim();
-            let starts_anew = parsed.command == Command::Clear;
+            let starts_anew = parsed.command == Command::Session(SessionCommand::Clear);
             let lines = if starts_anew { "" } else { line };
             self.push(before, line, lines, starts_anew, is_same && selects);
         }
@@ -182,7 +179,7 @@ impl Timeline {
             before.bring_back(&mut self.now);
         }
         let label = self.future.last().map_or("", |undone| &undone.step.label);
-        Ok(Effect::Changed(Some(told("undone", count, label))))
+        Ok(Effect::Changed(Some(summary("undone", count, label))))
     }
 
     fn redo(&mut self, count: u32, parsed: &Parsed) -> Result<Effect, Fault> {
@@ -197,7 +194,7 @@ impl Timeline {
             after.bring_back(&mut self.now);
         }
         let label = self.past.last().map_or("", |step| &step.label);
-        Ok(Effect::Changed(Some(told("made again", count, label))))
+        Ok(Effect::Changed(Some(summary("made again", count, label))))
     }
 
     /// Finds what was before a step that no longer keeps it, and before those since the nearest that does.
@@ -249,7 +246,7 @@ impl Timeline {
     }
 }
 
-fn told(verb: &str, count: usize, label: &str) -> String {
+fn summary(verb: &str, count: usize, label: &str) -> String {
     if count == 1 {
         format!("{verb}: {label}")
     } else {
@@ -258,7 +255,9 @@ fn told(verb: &str, count: usize, label: &str) -> String {
 }
 
 fn nothing(verb: &str, why: &str, parsed: &Parsed) -> Fault {
-    Fault::new("nothing-left", format!("there is nothing to {verb}")).help(why).at(parsed.columns[0].clone())
+    Fault::new(FaultCode::NothingLeft, format!("there is nothing to {verb}"))
+        .help(why)
+        .at(parsed.columns[0].clone())
 }
 
 #[cfg(test)]
@@ -288,7 +287,7 @@ mod tests {
             run(&mut timeline, "undo");
             assert_eq!(timeline.session(), expected);
         }
-        assert_eq!(timeline.run_line("undo").unwrap_err().code, "nothing-left");
+        assert_eq!(timeline.run_line("undo").unwrap_err().code.as_str(), "nothing-left");
         for expected in moments.iter().skip(1) {
             run(&mut timeline, "redo");
             assert_eq!(timeline.session(), expected);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use superegg_lang::{Fault, write_session};
+use superegg_lang::{Fault, FaultCode, write_session};
 
 use crate::files;
 use crate::files::scene::load_into;
@@ -33,16 +33,18 @@ impl Modeller {
             self.report(Message::Diagnostic(text));
         }
         if loaded.is_interrupted {
-            return Err(Fault::new("interrupted", "the load was interrupted; the scene is as it was")
-                .help("load it again, and let it end"));
+            return Err(Fault::new(
+                FaultCode::Interrupted,
+                "the load was interrupted; the scene is as it was",
+            )
+            .help("load it again, and let it end"));
         }
         let errors = counted(loaded.error_count(), "error");
         if loaded.has_errors() && !is_forced {
             let message = format!("'{}' has {errors}; the scene is as it was", path.display());
             let name = file.map_or_else(String::new, |file| format!(" {}", quoted(file)));
-            return Err(
-                Fault::new("not-loaded", message).help(format!("'load!{name}' takes what is good in it"))
-            );
+            return Err(Fault::new(FaultCode::NotLoaded, message)
+                .help(format!("'load!{name}' takes what is good in it")));
         }
         if loaded.has_errors() {
             self.print(&format!(
@@ -73,7 +75,8 @@ impl Modeller {
                 let option = if as_history { "--history " } else { "" };
                 self.known_files.check_overwrite(&path).map_err(|reason| {
                     let name = quoted(&path.display().to_string());
-                    Fault::new("not-ours", reason).help(format!("'save! {option}{name}' overwrites it"))
+                    Fault::new(FaultCode::NotOurs, reason)
+                        .help(format!("'save! {option}{name}' overwrites it"))
                 })?;
             }
         }
@@ -95,7 +98,7 @@ impl Modeller {
     /// The path of the quicksave; creates its folder.
     fn prepare_quicksave(&self) -> Result<PathBuf, Fault> {
         let path = self.folders.quicksave().ok_or_else(|| {
-            Fault::new("unwritable", "the system has no folder for the quicksave")
+            Fault::new(FaultCode::Unwritable, "the system has no folder for the quicksave")
                 .help("name a file: save NAME.scn")
         })?;
         let folder = path.parent().unwrap_or(Path::new("."));
@@ -133,7 +136,9 @@ impl Modeller {
             (Some(folder), _) => self.folders.expand(folder),
             (None, Some(home)) => home.clone(),
             (None, None) => {
-                return Err(Fault::new("unreadable", "the system has no home folder").help("name a folder"));
+                return Err(
+                    Fault::new(FaultCode::Unreadable, "the system has no home folder").help("name a folder")
+                );
             }
         };
         std::env::set_current_dir(&path).map_err(|error| {

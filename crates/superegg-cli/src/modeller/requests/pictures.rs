@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use superegg_lang::{Fault, scene_at};
+use superegg_lang::{Fault, FaultCode, scene_at};
 use superegg_render::{Development, RenderOptions, RenderSettings, render};
 use superegg_scene::{Encoding, Picture};
 use superegg_trace::CompiledScene;
@@ -28,7 +28,7 @@ impl Modeller {
         if self.stop_renders() {
             return Ok(());
         }
-        let fault = Fault::new("nothing-left", "nothing is being rendered");
+        let fault = Fault::new(FaultCode::NothingLeft, "nothing is being rendered");
         Err(fault.help("'render' begins a picture; 'stop' alone leaves").warning())
     }
 
@@ -105,12 +105,12 @@ impl Modeller {
         }
         let options = RenderOptions::default().with_threads(threads).with_cancel(&self.interrupt);
         let cannot_draw = |error: &dyn std::fmt::Display| {
-            Fault::new("preview", format!("the preview cannot be drawn: {error}"))
+            Fault::new(FaultCode::Preview, format!("the preview cannot be drawn: {error}"))
                 .help("'render' writes a picture")
         };
         let rendered = render(&compiled, &settings, &options).map_err(|error| cannot_draw(&error))?;
         if self.interrupt.load(Ordering::Relaxed) {
-            return Err(Fault::new("interrupted", "the preview was interrupted").warning());
+            return Err(Fault::new(FaultCode::Interrupted, "the preview was interrupted").warning());
         }
         let text = canvas.draw(&rendered.film, &development).map_err(|error| cannot_draw(&error))?;
         self.print_raw(&text);
@@ -142,14 +142,14 @@ fn picture_path(path: PathBuf) -> Result<PathBuf, Fault> {
     let path = if path.extension().is_none() && !path.is_dir() { path.with_extension("png") } else { path };
     let format = PictureFormat::of(&path).ok().filter(|_| path.extension().is_some()).ok_or_else(|| {
         let message = format!("'{}' is no name for a picture", path.display());
-        Fault::new("not-a-picture", message).help(format!("names end in {}", PictureFormat::ENDINGS))
+        Fault::new(FaultCode::NotAPicture, message).help(format!("names end in {}", PictureFormat::ENDINGS))
     })?;
     let is_other = path.is_file()
         && path.metadata().is_ok_and(|m| m.len() > 0)
         && !files::begins_with(&path, format.signature());
     if is_other {
         let message = format!("'{}' exists and is not a picture", path.display());
-        return Err(Fault::new("not-a-picture", message).help("take another name"));
+        return Err(Fault::new(FaultCode::NotAPicture, message).help("take another name"));
     }
     Ok(path)
 }

@@ -2,7 +2,7 @@
 
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
-use superegg_lang::{Fault, format_number};
+use superegg_lang::{Fault, FaultCode, format_number};
 use superegg_trace::CompiledScene;
 
 use crate::inspect::grid::Grid;
@@ -69,7 +69,7 @@ impl Modeller {
     fn count_grid(&mut self, compiled: &CompiledScene) -> Result<(), Fault> {
         let view = self.session().settings.view;
         let grid = Grid::new(view.io_step, view.io_half).map_err(|error| {
-            Fault::new("out-of-range", error.to_string()).help("for example: set ioStep 0.5")
+            Fault::new(FaultCode::OutOfRange, error.to_string()).help("for example: set ioStep 0.5")
         })?;
         let (mut inside, mut count) = (0u64, 0u64);
         for point in grid.points() {
@@ -95,7 +95,7 @@ impl Modeller {
         let text = match ray {
             None => describe_camera_ray(&compiled, &self.session().scene().camera, false),
             Some((_, direction)) if direction == DVec3::ZERO => {
-                let fault = Fault::new("no-direction", "the direction 0 0 0 leads nowhere");
+                let fault = Fault::new(FaultCode::NoDirection, "the direction 0 0 0 leads nowhere");
                 return Err(fault.help("the last three numbers are the direction, such as 0 0 -1"));
             }
             Some((origin, direction)) => {

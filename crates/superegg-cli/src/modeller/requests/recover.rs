@@ -1,6 +1,6 @@
 //! Lists, restores and discards the sessions that ended without a save.
 
-use superegg_lang::{Fault, Recovery};
+use superegg_lang::{Fault, FaultCode, Recovery};
 
 use crate::modeller::journal::UnsavedSession;
 use crate::modeller::state::{Modeller, Pending};
@@ -11,7 +11,7 @@ impl Modeller {
     pub(super) fn recover(&mut self, action: Recovery) -> Result<(), Fault> {
         let mut unsaved = self.unsaved_sessions();
         if unsaved.is_empty() {
-            return Err(Fault::new("nothing-left", "there is no session to recover")
+            return Err(Fault::new(FaultCode::NothingLeft, "there is no session to recover")
                 .help("every session that ended was saved, or has been recovered")
                 .warning());
         }
@@ -22,9 +22,8 @@ impl Modeller {
         if number > unsaved.len() {
             let verb = if unsaved.len() == 1 { "is" } else { "are" };
             let message = format!("there {verb} {} to recover", counted(unsaved.len(), "session"));
-            return Err(
-                Fault::new("out-of-range", message).help("'recover list' lists them with their numbers")
-            );
+            return Err(Fault::new(FaultCode::OutOfRange, message)
+                .help("'recover list' lists them with their numbers"));
         }
         match action {
             Recovery::List => {

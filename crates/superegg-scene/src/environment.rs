@@ -1,45 +1,46 @@
-//! What is around the objects of a scene: the sky, the floor, the light that comes from everywhere.
+//! The environment of a scene: sky, floor, ambient occlusion.
 
 use std::sync::Arc;
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 
-/// What rays see that meet nothing: one colour, or one that goes over into another from the horizon up.
+/// The colour of rays that hit nothing: a gradient from the horizon to the zenith.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
-    /// The linear colour at the horizon and below it, each part >= 0.
+    /// The linear colour at the horizon and below it, each channel >= 0.
     pub horizon: DVec3,
-    /// The linear colour straight above, each part >= 0.
+    /// The linear colour at the zenith, each channel >= 0.
     pub zenith: DVec3,
-    /// The direction that is above; not zero, of any length.
+    /// The direction of the zenith; not zero, of any length.
     pub up: DVec3,
 }
 
 impl Sky {
-    /// The colour in a unit direction: from the horizon to the zenith in proportion to the sine of the height.
+    /// The colour in a unit direction: linear in the sine of the elevation.
     pub fn color(&self, direction: DVec3) -> DVec3 {
         let up = unit_vector(self.up).unwrap_or(DVec3::Y);
         self.horizon.lerp(self.zenith, direction.dot(up).clamp(0.0, 1.0))
     }
 }
 
-/// A plane without end, seen from both sides.
+/// An infinite two-sided plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Floor {
-    /// Its height above the origin along `up`, in world units.
+    /// The height above the origin along `up`, in world units.
     pub height: f64,
-    /// The direction at right angles to it; not zero, of any length.
+    /// The normal; not zero, of any length.
     pub up: DVec3,
-    /// The primitive whose surface it has; that of a new primitive where there is none of this name.
+    /// The primitive whose material the floor has; the default material if `None` or unknown.
     pub surface: Option<Arc<str>>,
 }
 
 impl Floor {
-    /// Three unit vectors: two along the floor and the one up. For y up they are z, x, y.
+    /// A right-handed orthonormal frame: two axes in the floor, then its normal. For a normal of y it
+    /// is (z, x, y).
     pub fn axes(&self) -> [DVec3; 3] {
         let up = unit_vector(self.up).unwrap_or(DVec3::Y);
-        // The axis after the largest part of up, so that y gives z.
+        // The axis after the largest component of up, so that y gives z.
         let towards = match up.abs().max_position() {
             0 => DVec3::Y,
             1 => DVec3::Z,
@@ -50,12 +51,13 @@ impl Floor {
     }
 }
 
-/// How ambient light is kept from corners: the share of rays to all sides that get so far.
+/// Ambient occlusion: ambient light is scaled by the fraction of hemisphere rays that are free up to a
+/// distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AmbientOcclusion {
-    /// Rays for each point that is seen, at least 1.
+    /// Rays for each visible point, at least 1.
     pub samples: u32,
-    /// What is farther away shades no corner, above 0, in world units.
+    /// The length of the rays in world units, above 0: surfaces farther away do not occlude.
     pub distance: f64,
 }
 
