@@ -1,19 +1,4 @@
-//! The geometry of superquadrics, without input or output.
-//!
-//! A superquadric (Barr 1981) with semi-axes `radii` and exponents `e` (longitude, the xy plane) and `n` (latitude,
-//! towards z) is the set of points where the inside-outside function
-//!
-//! ```text
-//! io(x, y, z) = ((x^2)^(1/e) + (y^2)^(1/e))^(e/n) + (z^2)^(1/n) - 1
-//! ```
-//!
-//! vanishes, in coordinates divided by the radii. The solvers here work on its norm form `N` ([`NormForm`]), which
-//! has the same zero set and neither overflows nor goes flat where `io` does.
-//!
-//! - [`Superquadric`]: the shape; value, gradient, normal, point at (u, v), bounds, and its meeting with a [`Ray`].
-//! - [`Transform`]: an affine map kept with its inverse, built from an ordered list of [`TransformStep`]s.
-//! - `textbook`, with the feature `baseline`: the course text's method, kept as a baseline for
-//!   benchmarks and teaching. It is wrong where its module says so.
+#![doc = include_str!("../README.md")]
 
 mod batch;
 #[cfg(feature = "simd")]

@@ -88,6 +88,15 @@ impl PowerNorm {
 ///
 /// with `io = N^q - 1`: N is below 1 inside, 1 on the surface, above 1 outside, and homogeneous of degree one. For e, n <= 2 it is
 /// a norm in the strict sense, hence convex.
+///
+/// ```
+/// use superegg_geom::{Exponents, NormForm, glam::DVec3};
+/// let octahedron = NormForm::new(Exponents::new(2.0, 2.0)?);
+/// assert_eq!(octahedron.value(DVec3::new(0.5, -0.25, 1.0)), 1.75);
+/// // The farthest point of the shape along a direction, and how far it is.
+/// assert_eq!(octahedron.support(DVec3::new(1.0, 2.0, 0.0)), 2.0);
+/// # Ok::<(), superegg_geom::ShapeError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormForm {
     /// Joins |x| and |y| to R.

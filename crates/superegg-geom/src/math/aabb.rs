@@ -6,6 +6,14 @@ use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 
 /// The box `min..=max`. Empty where `min > max` in some coordinate.
+///
+/// ```
+/// use superegg_geom::{Aabb, Ray, glam::DVec3};
+/// let unit = Aabb::around(DVec3::ZERO, DVec3::ONE);
+/// assert!(unit.contains(DVec3::ONE) && Aabb::EMPTY.union(&unit) == unit);
+/// let ray = Ray::new(DVec3::new(-3.0, 0.0, 0.0), DVec3::X);
+/// assert_eq!(unit.clip(&(&ray).into(), f64::INFINITY), Some(2.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// The corner with the smallest coordinates.

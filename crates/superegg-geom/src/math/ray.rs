@@ -6,6 +6,15 @@ use crate::math::transform::{Transform, error_through};
 
 /// The half line `origin + t direction`, t >= 0. The direction need not be of unit length; every `t` of this crate counts in
 /// its length, so that a ray keeps its `t` through any affine map.
+///
+/// ```
+/// use superegg_geom::{Ray, Transform, TransformStep, glam::DVec3};
+/// let ray = Ray::new(DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0));
+/// assert_eq!(ray.point_at(1.5), DVec3::new(3.0, 0.0, 0.0));
+/// let doubled = Transform::from_steps(&[TransformStep::Scale(DVec3::splat(2.0))])?;
+/// assert_eq!(ray.to_local(&doubled).point_at(1.5), DVec3::new(1.5, 0.0, 0.0));
+/// # Ok::<(), superegg_geom::TransformError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Where the ray starts.

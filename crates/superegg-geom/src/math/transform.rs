@@ -21,8 +21,9 @@ pub enum TransformStep {
     Scale(DVec3),
 }
 
-/// Why a list of steps is not a usable transform.
+/// The reason why a list of steps is not a usable transform.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum TransformError {
     /// A scale of zero flattens space.
     #[error("a scale of 0 flattens the shape: no factor may be 0")]
@@ -72,6 +73,20 @@ fn rotation(axis: DVec3, angle_deg: f64) -> DMat3 {
 }
 
 /// An invertible affine map, kept with its inverse. Both are finite.
+///
+/// ```
+/// use superegg_geom::{Transform, TransformError, TransformStep, glam::DVec3};
+/// let steps = [
+///     TransformStep::Scale(DVec3::splat(2.0)),
+///     TransformStep::Translate(DVec3::X),
+/// ];
+/// let transform = Transform::from_steps(&steps)?;
+/// assert_eq!(transform.forward().transform_point3(DVec3::X), DVec3::new(3.0, 0.0, 0.0));
+/// assert_eq!(transform.inverse().transform_point3(DVec3::X), DVec3::ZERO);
+/// let flat = TransformStep::Scale(DVec3::new(1.0, 0.0, 1.0));
+/// assert_eq!(Transform::from_steps([&flat]), Err(TransformError::ZeroScale));
+/// # Ok::<(), TransformError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
     forward: DAffine3,

@@ -76,7 +76,7 @@ impl AreaElement {
 
     /// The largest s, with t = sinh(s), of the two parameters.
     pub(super) fn ends(&self) -> [f64; 2] {
-        self.far.map(|far| far.asinh())
+        self.far.map(f64::asinh)
     }
 
     /// The factor that brings the element back to the unit of the shape.

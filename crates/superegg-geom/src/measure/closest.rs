@@ -351,10 +351,11 @@ impl Search {
                 }
             }
             best = best.max(least);
-            if best >= enough || length - least <= 1e-16 {
+            let step = support - at;
+            // Without a step `at` is the closest point, and the fraction is no number.
+            if best >= enough || length - least <= 1e-16 || step.length_squared() == 0.0 {
                 return best;
             }
-            let step = support - at;
             let fraction = (-at.dot(step) / step.length_squared()).clamp(0.0, 1.0);
             at += fraction * step;
         }
