@@ -1,4 +1,4 @@
-//! `superegg animate`: a scene into the frames of a film, and those into the film.
+//! `superegg animate`: renders the frames of an animation and encodes them as a film.
 
 mod film_file;
 mod frame_folder;
@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
+use indicatif::ProgressBar;
 use superegg_lang::{Session, write_scene};
 use superegg_render::{RenderOptions, RenderSettings, Shard, render};
 use superegg_scene::{Picture, Scene, Track};
@@ -30,12 +31,13 @@ use film_file::FilmFormat;
 use frame_folder::FrameFolder;
 
 pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
-    let target = Target::of(args)?;
+    let target = Target::from_args(args)?;
     let loaded = load(&args.scene)?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
-    let plan = Plan::of(args, loaded.session.scene())?;
-    // Before hours of work are done for frames up to the one that cannot be.
+    let scene = loaded.session.scene();
+    let plan = Plan::from_args(args, scene)?;
+    // Find a frame that cannot be rendered before hours of work on the frames before it.
     for frame in plan.frames() {
         plan.still(&loaded.session, frame)?;
     }
@@ -43,32 +45,23 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     let interrupt = Interrupt::listen()?;
 
     let start = Instant::now();
-    let made = make_frames(args, &plan, &loaded.session, root.as_deref(), &mut folder, interrupt.flag())?;
+    let renderer = FrameRenderer { args, plan: &plan, session: &loaded.session, root: root.as_deref() };
+    let counts = renderer.render_frames(&mut folder, interrupt.flag())?;
     interrupt.work_ended();
     if interrupt.flag().load(Ordering::Relaxed) {
         console::warn(format_args!(
             "superegg: stopped: {} of {} are in '{}'; the same command goes on from there",
-            made.rendered + made.kept,
+            counts.rendered + counts.kept,
             counted(plan.own_frames().count(), "frame"),
             target.folder.display()
         ));
         return Ok(Outcome::Stopped(interrupt.exit_code()));
     }
     if !args.quiet {
-        let kept = if made.kept > 0 { format!(", {} kept from before", made.kept) } else { String::new() };
-        console::print(format_args!(
-            "{}: {}{} of {}x{}, {} rendered{kept}, {:.1} s",
-            target.folder.display(),
-            plan.share.map_or_else(String::new, |share| format!("shard {share}, ")),
-            counted(plan.own_frames().count(), "frame"),
-            plan.size.0,
-            plan.size.1,
-            made.rendered,
-            start.elapsed().as_secs_f64()
-        ))?;
+        report_frames(&target, &plan, &counts, start.elapsed().as_secs_f64())?;
     }
-    if let Some((path, format)) = target.film.as_ref().filter(|_| plan.share.is_none()) {
-        format.make(path, &folder, plan.frames(), args.fps, loaded.session.scene().picture.transparent)?;
+    if let Some((path, format)) = target.film.as_ref().filter(|_| plan.shard.is_none()) {
+        format.encode(path, &folder, plan.frames(), args.fps, scene.picture.transparent)?;
         if !args.quiet {
             let seconds = plan.frames().len() as f64 / args.fps;
             console::print(format_args!(
@@ -81,15 +74,29 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     Ok(Outcome::of_input(loaded.has_errors()))
 }
 
-/// Where frames and film go.
+fn report_frames(target: &Target, plan: &Plan, counts: &FrameCounts, seconds: f64) -> Result<()> {
+    let kept = if counts.kept > 0 { format!(", {} kept from before", counts.kept) } else { String::new() };
+    console::print(format_args!(
+        "{}: {}{} of {}x{}, {} rendered{kept}, {seconds:.1} s",
+        target.folder.display(),
+        plan.shard.map_or_else(String::new, |shard| format!("shard {shard}, ")),
+        counted(plan.own_frames().count(), "frame"),
+        plan.size.0,
+        plan.size.1,
+        counts.rendered,
+    ))
+}
+
+/// The outputs: the folder of the frames, and the film if there is one.
 struct Target {
     folder: PathBuf,
     film: Option<(PathBuf, FilmFormat)>,
 }
 
 impl Target {
-    /// A name that ends as a film does is the film's, with its frames in a folder beside it; any other is the folder's.
-    fn of(args: &AnimateArgs) -> Result<Self> {
+    /// An output with the extension of a film is the film, with its frames in a folder beside it; any
+    /// other output is the folder.
+    fn from_args(args: &AnimateArgs) -> Result<Self> {
         let frames_of = |path: &Path| {
             let stem = path.file_stem().filter(|_| !files::is_standard_stream(path));
             let mut name = stem.unwrap_or("scene".as_ref()).to_owned();
@@ -105,42 +112,40 @@ impl Target {
         match FilmFormat::of(output) {
             Some(format) => {
                 files::check_output(Some(output), &args.scene)?;
-                Ok(Self {
-                    folder: output.with_file_name(frames_of(output)),
-                    film: Some((output.clone(), format)),
-                })
+                let folder = output.with_file_name(frames_of(output));
+                Ok(Self { folder, film: Some((output.clone(), format)) })
             }
             None if output.extension().is_some() && !output.is_dir() => bail!(
-                "'{}' names no film that can be made; end it in {}, or name a folder without an ending",
+                "'{}' names no film that can be made; end it in {}, or name a folder without an extension",
                 output.display(),
-                FilmFormat::ENDINGS
+                FilmFormat::EXTENSIONS
             ),
             None => Ok(Self { folder: output.clone(), film: None }),
         }
     }
 }
 
-/// What frames there are, and what is seen in each.
+/// The frames of an animation and their settings.
 struct Plan {
     range: FrameRange,
-    /// In so many frames the camera goes round once.
-    turn: Option<u32>,
-    /// Width and height in pixels, the same for the whole film.
+    /// The number of frames of one orbit of the camera.
+    turntable: Option<u32>,
+    /// Width and height in pixels, equal for all frames.
     size: (u32, u32),
-    /// Samples a pixel, instead of what the scene says.
+    /// The samples per pixel, if the arguments set them.
     samples: Option<u32>,
-    /// The share of the frames that is made here, where not all are.
-    share: Option<Shard>,
+    /// The shard of the frames to render; `None` for all.
+    shard: Option<Shard>,
 }
 
 impl Plan {
-    fn of(args: &AnimateArgs, scene: &Scene) -> Result<Self> {
+    fn from_args(args: &AnimateArgs, scene: &Scene) -> Result<Self> {
         let range = match (args.frames, args.turntable) {
             (Some(range), _) => range,
             (None, Some(count)) => FrameRange { first: 0, last: count - 1 },
             (None, None) => keyed_range(scene).ok_or_else(|| {
                 anyhow!(
-                    "the scene has no keys, so nothing moves: --turntable N lets the camera go round in N frames; \
+                    "the scene has no keys, so nothing moves: --turntable N orbits the camera in N frames; \
                      'key FRAME COMMAND' in the scene sets keys"
                 )
             })?,
@@ -150,36 +155,37 @@ impl Plan {
         }
         let Picture { width, height, .. } = scene.picture;
         let size = args.size.map_or((width, height), |size| (size.width, size.height));
-        let share = args.tiles.map(ShardArg::resolve).transpose().context("cannot determine the shard")?;
-        Ok(Self { range, turn: args.turntable, size, samples: args.samples, share })
+        let shard = args.shard.map(ShardArg::resolve).transpose().context("cannot determine the shard")?;
+        Ok(Self { range, turntable: args.turntable, size, samples: args.samples, shard })
     }
 
+    /// All frames of the animation.
     fn frames(&self) -> impl ExactSizeIterator<Item = u32> + use<> {
-        // A range that has its end would not know its length.
+        // An inclusive range of u32 has no exact size.
         let first = self.range.first;
         (0..(self.range.last - first + 1) as usize).map(move |i| first + i as u32)
     }
 
-    /// Those that are made here.
+    /// The frames of the shard.
     fn own_frames(&self) -> impl Iterator<Item = u32> + use<> {
-        let share = self.share.unwrap_or(Shard::WHOLE);
-        self.frames().enumerate().filter(move |(place, _)| share.takes(*place)).map(|(_, frame)| frame)
+        let shard = self.shard.unwrap_or(Shard::WHOLE);
+        self.frames().enumerate().filter(move |(index, _)| shard.takes(*index)).map(|(_, frame)| frame)
     }
 
-    /// The scene at a frame, as the camera sees it on its way round.
+    /// The scene at a frame, with the camera on its orbit.
     fn still(&self, session: &Session, frame: u32) -> Result<Scene> {
         let mut still = still_at(session, f64::from(frame))?;
         (still.picture.width, still.picture.height) = self.size;
         still.picture.samples = self.samples.unwrap_or(still.picture.samples);
-        if let Some(count) = self.turn {
-            let share = f64::from((frame - self.range.first) % count) / f64::from(count);
-            still.camera = still.camera.orbited(360.0 * share);
+        if let Some(count) = self.turntable {
+            let turns = f64::from((frame - self.range.first) % count) / f64::from(count);
+            still.camera = still.camera.orbited(360.0 * turns);
         }
         Ok(still)
     }
 }
 
-/// From the first key to the last.
+/// The range from the first keyframe to the last; `None` without keyframes.
 fn keyed_range(scene: &Scene) -> Option<FrameRange> {
     let frames = || scene.tracks().flat_map(Track::keys).map(|key| key.frame);
     let first = frames().reduce(f64::min)?.floor().clamp(0.0, f64::from(FrameRange::MOST));
@@ -187,62 +193,73 @@ fn keyed_range(scene: &Scene) -> Option<FrameRange> {
     Some(FrameRange { first: first as u32, last: last as u32 })
 }
 
-/// How many frames were made, and how many were there.
+/// The number of rendered frames, and of frames that existed already.
 #[derive(Default)]
 struct FrameCounts {
     rendered: usize,
     kept: usize,
 }
 
-/// Makes the frames that are not there, until there are all or `cancel` turns true.
-fn make_frames(
-    args: &AnimateArgs,
-    plan: &Plan,
-    session: &Session,
-    root: Option<&str>,
-    folder: &mut FrameFolder,
-    cancel: &AtomicBool,
-) -> Result<FrameCounts> {
-    let pixels = u64::from(plan.size.0) * u64::from(plan.size.1);
-    let bar = progress_bar(pixels * plan.own_frames().count() as u64, args.quiet, "frame {msg}");
-    let threads = args.threads.map_or_else(available_threads, usize::from);
-    let mut made = FrameCounts::default();
-    let mut before: Option<CompiledScene> = None;
-    for (place, frame) in plan.own_frames().enumerate() {
-        let start = pixels * place as u64;
-        bar.set_position(start);
-        bar.set_message(frame.to_string());
-        let still = plan.still(session, frame)?;
-        let depth = args.depth.unwrap_or(still.depth);
-        let signature = signature(&still, root, depth);
-        if folder.has(frame, signature) {
-            made.kept += 1;
-            continue;
-        }
-        let compiled = match &before {
-            Some(before) => before.recompile(&still, root, depth),
-            None => CompiledScene::compile(&still, root, depth),
-        };
-        let settings = RenderSettings::of(&still).with_layers(false);
-        for concern in picture_warnings(&compiled, &settings).iter().filter(|_| before.is_none()) {
-            bar.suspend(|| console::warn(format_args!("superegg: warning: frame {frame}: {concern}")));
-        }
-        let progress = |pixels| bar.set_position(start + pixels);
-        let options =
-            RenderOptions::default().with_threads(threads).with_cancel(cancel).with_progress(&progress);
-        let rendered = render(&compiled, &settings, &options)?;
-        if cancel.load(Ordering::Relaxed) {
-            break;
-        }
-        folder.write(frame, signature, &PictureFormat::Png.encode(&rendered.film, &settings)?)?;
-        made.rendered += 1;
-        before = Some(compiled);
-    }
-    bar.finish_and_clear();
-    Ok(made)
+/// Renders the frames of a plan.
+struct FrameRenderer<'a> {
+    args: &'a AnimateArgs,
+    plan: &'a Plan,
+    session: &'a Session,
+    root: Option<&'a str>,
 }
 
-/// What tells frames apart: all that a picture depends on.
+impl FrameRenderer<'_> {
+    /// Renders the frames that the folder does not have, until `cancel` becomes true.
+    fn render_frames(&self, folder: &mut FrameFolder, cancel: &AtomicBool) -> Result<FrameCounts> {
+        let pixels = u64::from(self.plan.size.0) * u64::from(self.plan.size.1);
+        let total = pixels * self.plan.own_frames().count() as u64;
+        let bar = progress_bar(total, self.args.quiet, "frame {msg}");
+        let threads = self.args.threads.map_or_else(available_threads, usize::from);
+        let mut counts = FrameCounts::default();
+        let mut previous: Option<CompiledScene> = None;
+        for (index, frame) in self.plan.own_frames().enumerate() {
+            let start = pixels * index as u64;
+            bar.set_position(start);
+            bar.set_message(frame.to_string());
+            let still = self.plan.still(self.session, frame)?;
+            let depth = self.args.depth.unwrap_or(still.depth);
+            let signature = signature(&still, self.root, depth);
+            if folder.has(frame, signature) {
+                counts.kept += 1;
+                continue;
+            }
+            let compiled = match &previous {
+                Some(previous) => previous.recompile(&still, self.root, depth),
+                None => CompiledScene::compile(&still, self.root, depth),
+            };
+            let settings = RenderSettings::of(&still).with_layers(false);
+            if previous.is_none() {
+                warn_of_frame(frame, &compiled, &settings, &bar);
+            }
+            let progress = |pixels| bar.set_position(start + pixels);
+            let options =
+                RenderOptions::default().with_threads(threads).with_cancel(cancel).with_progress(&progress);
+            let rendered = render(&compiled, &settings, &options)?;
+            if cancel.load(Ordering::Relaxed) {
+                break;
+            }
+            folder.write(frame, signature, &PictureFormat::Png.encode(&rendered.film, &settings)?)?;
+            counts.rendered += 1;
+            previous = Some(compiled);
+        }
+        bar.finish_and_clear();
+        Ok(counts)
+    }
+}
+
+/// Warns of a frame that is probably not what the user wants.
+fn warn_of_frame(frame: u32, compiled: &CompiledScene, settings: &RenderSettings, bar: &ProgressBar) {
+    for warning in picture_warnings(compiled, settings) {
+        bar.suspend(|| console::warn(format_args!("superegg: warning: frame {frame}: {warning}")));
+    }
+}
+
+/// A hash of everything that determines the picture of a frame.
 fn signature(still: &Scene, root: Option<&str>, depth: u32) -> u64 {
     let text = format!("{} {root:?} {depth}\n{}", env!("CARGO_PKG_VERSION"), write_scene(still, root));
     frame_folder::hash(text.as_bytes())

@@ -16,7 +16,7 @@ const POINT_COLUMNS: [&str; 3] = ["x", "y", "z"];
 const RESULT_COLUMNS: [&str; 6] = ["x", "y", "z", "inside", "value", "path"];
 
 pub(crate) fn run(args: &IotestArgs) -> Result<Outcome> {
-    let grid = Grid::new(args.step, args.half)?;
+    let grid = Grid::new(args.step, args.extent)?;
     let (loaded, compiled) = load_compiled(&args.scene, &args.root, args.output.as_deref())?;
     let points: Box<dyn Iterator<Item = DVec3>> = match &args.points {
         None => Box::new(grid.points()),

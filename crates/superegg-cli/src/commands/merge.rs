@@ -1,10 +1,10 @@
-//! `superegg merge`: shares of a picture into the picture.
+//! `superegg merge`: merges the shards of a picture.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use superegg_render::{Film, PartHeader, Pixel, RenderSettings};
 use superegg_scene::Scene;
 
@@ -12,7 +12,7 @@ use crate::args::MergeArgs;
 use crate::console;
 use crate::files;
 use crate::files::picture::PictureFormat;
-use crate::long::checkpoint::{self, describe_difference};
+use crate::long::checkpoint::{CheckpointData, describe_difference, read};
 use crate::long::resumable::tile_progress;
 use crate::outcome::Outcome;
 use crate::text::counted;
@@ -22,23 +22,22 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
         files::check_output(Some(&args.output), part)?;
     }
     let format = PictureFormat::of(&args.output)?;
-    let merged = Merged::read(&args.parts)?;
-    let missing = merged.missing();
-    if let Some(missing) = &missing {
+    let merged = MergedTiles::read(&args.parts)?;
+    if let Some(missing) = merged.describe_missing() {
         ensure!(args.partial, "{missing}; --partial writes what there is");
         console::warn(format_args!("superegg: warning: {missing}"));
     }
-    let picture = args.develop.change(*merged.header.picture());
-    // What else a scene has is in the tiles already.
+    let picture = args.develop.apply(*merged.header.picture());
+    // The tiles contain the effect of all other settings of the scene.
     let settings = RenderSettings::of(&Scene::default())
         .with_picture(picture)
         .with_output(merged.header.output())
         .with_layers(merged.has_layers);
     ensure!(
         settings.keeps_layers() || format != PictureFormat::Exr,
-        "not all tiles have depth and normals, for some were made for a .png; name one of those, or render them again for an .exr"
+        "not all tiles have depth and normals, because some come from a .png render; name a .png, or render them again for an .exr"
     );
-    files::write(&args.output, &format.encode(&merged.film(settings.film()), &settings)?)?;
+    files::write(&args.output, &format.encode(&merged.into_film(settings.film()), &settings)?)?;
     if !args.quiet && !files::is_standard_stream(&args.output) {
         let (width, height) = (picture.width, picture.height);
         let parts = counted(args.parts.len(), "partial file");
@@ -47,78 +46,88 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
     Ok(Outcome::Fine)
 }
 
-/// Tiles of one picture.
-struct Merged {
+/// The tiles of one picture from several partial files.
+struct MergedTiles {
     header: PartHeader,
     tiles: HashMap<usize, Film>,
-    /// How many shares there are, where all files agree on it.
-    shares: Option<u32>,
-    /// Whether all pixels have more than their light.
+    /// The number of shards, if all files agree.
+    shard_count: Option<u32>,
+    /// Whether all pixels have AOV layers.
     has_layers: bool,
 }
 
-impl Merged {
-    /// All tiles of these files.
+impl MergedTiles {
+    /// Reads all tiles of these files.
+    ///
+    /// # Errors
+    /// A file is unreadable, belongs to another picture, or has other pixels for the same tile.
     fn read(paths: &[PathBuf]) -> Result<Self> {
         let mut merged: Option<Self> = None;
         for path in paths {
-            let part = checkpoint::read(path)?;
-            if part.damaged_bytes > 0 {
-                let (name, bytes) = (path.display(), counted(part.damaged_bytes, "byte"));
+            let data = read(path)?;
+            if data.damaged_bytes > 0 {
                 console::warn(format_args!(
-                    "superegg: warning: {bytes} of '{name}' are damaged and left out"
+                    "superegg: warning: {} of '{}' are damaged and left out",
+                    counted(data.damaged_bytes, "byte"),
+                    path.display()
                 ));
             }
-            let shares = part.header.shard.count();
-            let merged = merged.get_or_insert_with(|| Self {
-                header: part.header.clone(),
-                tiles: HashMap::new(),
-                shares: Some(shares),
-                has_layers: true,
-            });
-            merged.has_layers &= part.header.has_layers();
-            merged.shares = merged.shares.filter(|known| *known == shares);
-            let (one, two) = (paths[0].display(), path.display());
-            if let Some(difference) = merged.header.difference_of_light(&part.header) {
-                let told = describe_difference(&difference, &format!("in '{one}'"), &format!("in '{two}'"));
-                bail!("'{one}' and '{two}' are of different pictures: {told}");
-            }
-            for (index, pixels) in part.tiles {
-                let bytes = |pixel: Pixel| {
-                    let Pixel { color, alpha, samples, .. } = pixel;
-                    let light = Pixel { color, alpha, samples, ..Pixel::EMPTY };
-                    if merged.has_layers { pixel.to_bytes() } else { light.to_bytes() }
-                };
-                let is_same = |known: &Film| known.pixels().map(bytes).eq(pixels.pixels().map(bytes));
-                ensure!(
-                    merged.tiles.get(&index).is_none_or(is_same),
-                    "tile {index} is in '{two}' and in a file before it, and not the same: they were made by different programs or on different kinds of machines; leave one of them out"
-                );
-                merged.tiles.insert(index, pixels);
-            }
+            merged.get_or_insert_with(|| Self::empty(&data.header)).add(data, &paths[0], path)?;
         }
-        match merged {
-            Some(merged) => Ok(merged),
-            None => bail!("there is nothing to merge"),
-        }
+        merged.ok_or_else(|| anyhow!("there is nothing to merge"))
     }
 
-    /// What is missing of the picture, in words.
-    fn missing(&self) -> Option<String> {
+    fn empty(header: &PartHeader) -> Self {
+        let shard_count = Some(header.shard.count());
+        Self { header: header.clone(), tiles: HashMap::new(), shard_count, has_layers: true }
+    }
+
+    /// Adds the tiles of the file at `path`; `first` is the path of the first file.
+    fn add(&mut self, data: CheckpointData, first: &Path, path: &Path) -> Result<()> {
+        self.has_layers &= data.header.has_layers();
+        self.shard_count = self.shard_count.filter(|known| *known == data.header.shard.count());
+        let (one, two) = (first.display(), path.display());
+        if let Some(difference) = self.header.difference_of_light(&data.header) {
+            let text = describe_difference(&difference, &format!("in '{one}'"), &format!("in '{two}'"));
+            bail!("'{one}' and '{two}' are of different pictures: {text}");
+        }
+        for (index, pixels) in data.tiles {
+            ensure!(
+                self.tiles.get(&index).is_none_or(|known| self.is_same(known, &pixels)),
+                "tile {index} is in '{two}' and in a file before it, and not the same: they were made by different programs or on different kinds of machines; leave one of them out"
+            );
+            self.tiles.insert(index, pixels);
+        }
+        Ok(())
+    }
+
+    /// Whether two tiles have equal pixels; layers count only if all files have them.
+    fn is_same(&self, a: &Film, b: &Film) -> bool {
+        let bytes = |pixel: Pixel| {
+            let Pixel { color, alpha, samples, .. } = pixel;
+            let light = Pixel { color, alpha, samples, ..Pixel::EMPTY };
+            if self.has_layers { pixel.to_bytes() } else { light.to_bytes() }
+        };
+        a.pixels().map(bytes).eq(b.pixels().map(bytes))
+    }
+
+    /// Describes the missing tiles and shards; `None` for a complete picture.
+    fn describe_missing(&self) -> Option<String> {
         let total = self.header.tiles().len();
         let missing: Vec<usize> = (0..total).filter(|tile| !self.tiles.contains_key(tile)).collect();
         if missing.is_empty() {
             return None;
         }
-        let told =
+        let text =
             format!("the picture is not complete: there are {}", tile_progress(self.tiles.len(), total));
-        let Some(count) = self.shares.filter(|&count| count > 1) else { return Some(told) };
-        let short: BTreeSet<u32> =
+        let Some(count) = self.shard_count.filter(|&count| count > 1) else { return Some(text) };
+        let shards: BTreeSet<u32> =
             missing.iter().map(|tile| (*tile as u64 % u64::from(count)) as u32 + 1).collect();
-        Some(format!("{told}; of {count} shards these are missing or not complete: {}", in_ranges(&short)))
+        Some(format!("{text}; of {count} shards these are missing or not complete: {}", in_ranges(&shards)))
     }
 
-    fn film(mut self, mut film: Film) -> Film {
+    /// Copies the tiles into an empty film.
+    fn into_film(mut self, mut film: Film) -> Film {
         for (index, tile) in self.header.tiles().iter().enumerate() {
             if let Some(pixels) = self.tiles.remove(&index) {
                 film.set_tile(tile, &pixels);
@@ -128,7 +137,7 @@ impl Merged {
     }
 }
 
-/// Numbers as schedulers take them: "1,3-5".
+/// Formats numbers as ranges, as schedulers accept them: "1,3-5".
 fn in_ranges(numbers: &BTreeSet<u32>) -> String {
     let mut text = String::new();
     for &number in numbers {

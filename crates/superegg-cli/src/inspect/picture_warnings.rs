@@ -1,4 +1,4 @@
-//! What makes a picture empty, dark or odd, told before it is made.
+//! Warnings about pictures that will be empty, dark or seen from inside a shape.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
@@ -11,47 +11,50 @@ use superegg_render::{Output, RenderSettings};
 use superegg_scene::{Camera, Light, LightKind};
 use superegg_trace::CompiledScene;
 
-/// Asking whether the camera is inside of something may take so long; a deep fractal around it could take for ever.
-const LONGEST_ASKED: Duration = Duration::from_millis(500);
+/// The maximum time of the test whether the camera is inside a shape, which a deep fractal can make very
+/// long.
+const TEST_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Sentences about a picture that is likely not what was meant. Nothing of an empty scene, which is told apart.
+/// Warnings about a picture that is probably not what the user wants. An empty scene has none; the caller
+/// reports it.
 pub(crate) fn picture_warnings(compiled: &CompiledScene, settings: &RenderSettings) -> Vec<String> {
     let Some(bounds) = compiled.bounds() else { return Vec::new() };
     let environment = &settings.environment;
     let has_floor = environment.floor.is_some();
-    let mut found = Vec::new();
+    let mut warnings = Vec::new();
     if settings.output == Output::Light
         && environment.ambient_occlusion.is_none()
         && !environment.lights.iter().any(|light| shines_on(light, &bounds, has_floor))
     {
-        let which = match environment.lights.len() {
+        let cause = match environment.lights.len() {
             0 => "there is no light",
             1 => "the only light does not reach anything",
             _ => "no light reaches anything",
         };
-        found.push(format!("{which}: surfaces show only their ambient part"));
+        warnings.push(format!("{cause}: surfaces show only their ambient part"));
     }
     let picture = &settings.picture;
     let aspect = f64::from(picture.width) / f64::from(picture.height);
     match out_of_view(&settings.camera, &bounds, aspect).filter(|_| !has_floor) {
-        Some(Missed::Behind) => {
-            found.push(
+        Some(OutOfView::Behind) => {
+            warnings.push(
                 "nothing is in view: all of it is behind the camera; look at it with 'camera'".to_owned(),
             );
         }
-        Some(Missed::Beside) => {
-            found.push("nothing is in view: the camera looks past it; look at it with 'camera'".to_owned());
+        Some(OutOfView::Beside) => {
+            warnings
+                .push("nothing is in view: the camera looks past it; look at it with 'camera'".to_owned());
         }
         None => {
             if let Some(name) = shape_around(compiled, &settings.camera) {
-                found.push(format!("the camera is inside '{name}', and sees it from within"));
+                warnings.push(format!("the camera is inside '{name}', and sees it from within"));
             }
         }
     }
-    found
+    warnings
 }
 
-/// Whether any of a light comes to a box, or where there is a floor, at all.
+/// Whether a light reaches the box or the floor.
 fn shines_on(light: &Light, bounds: &Aabb, has_floor: bool) -> bool {
     if light.color.max_element() <= 0.0 {
         return false;
@@ -61,7 +64,7 @@ fn shines_on(light: &Light, bounds: &Aabb, has_floor: bool) -> bool {
     if has_floor || to_middle.length() <= radius {
         return true;
     }
-    // The ball around the box, as seen from the light.
+    // The bounding sphere of the box, as seen from the light.
     let (Some(axis), Some(middle)) = (unit_vector(target - position), unit_vector(to_middle)) else {
         return true;
     };
@@ -69,15 +72,15 @@ fn shines_on(light: &Light, bounds: &Aabb, has_floor: bool) -> bool {
     off_axis_rad - (radius / to_middle.length()).asin() <= 0.5 * cone_deg.to_radians()
 }
 
-/// Where a box is that no ray of the camera comes near.
+/// Where a box outside the view lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Missed {
+enum OutOfView {
     Behind,
     Beside,
 }
 
-/// Whether a box lies wholly behind one of the planes that bound what the camera sees.
-fn out_of_view(camera: &Camera, bounds: &Aabb, aspect: f64) -> Option<Missed> {
+/// Tests whether a box lies completely outside one plane of the view frustum.
+fn out_of_view(camera: &Camera, bounds: &Aabb, aspect: f64) -> Option<OutOfView> {
     let (right, up, forward) = camera.frame();
     let half = bounds.half_extent();
     let corners: [DVec3; 8] = std::array::from_fn(|i| {
@@ -85,33 +88,33 @@ fn out_of_view(camera: &Camera, bounds: &Aabb, aspect: f64) -> Option<Missed> {
         bounds.center() + DVec3::new(sign(0), sign(1), sign(2)) * half - camera.position
     });
     if corners.iter().all(|corner| corner.dot(forward) < 0.0) {
-        return Some(Missed::Behind);
+        return Some(OutOfView::Behind);
     }
-    // Rays through a lens leave these planes.
+    // Depth of field widens the frustum.
     if camera.lens.is_some() {
         return None;
     }
-    // How far the picture goes to a side: so much, and so much more for each unit of depth.
+    // The half height of the frustum: `fixed + slope * depth`.
     let (fixed, slope) = match camera.ortho_height {
         Some(height) => (0.5 * height, 0.0),
         None => (0.0, (0.5 * camera.fov_deg.to_radians()).tan()),
     };
-    let is_past = |side: DVec3, share: f64| {
-        let reach = |corner: &DVec3| share * (fixed + slope * corner.dot(forward));
+    let is_outside = |side: DVec3, scale: f64| {
+        let reach = |corner: &DVec3| scale * (fixed + slope * corner.dot(forward));
         corners.iter().all(|corner| corner.dot(side) > reach(corner))
     };
     let sides = [(right, aspect), (-right, aspect), (up, 1.0), (-up, 1.0)];
-    sides.into_iter().any(|(side, share)| is_past(side, share)).then_some(Missed::Beside)
+    sides.into_iter().any(|(side, scale)| is_outside(side, scale)).then_some(OutOfView::Beside)
 }
 
-/// The name of a shape that the camera is inside of, unless light goes through it, or it takes too long to tell.
+/// The opaque shape that contains the camera; `None` also if the test takes too long.
 fn shape_around(compiled: &CompiledScene, camera: &Camera) -> Option<String> {
     let cancel = AtomicBool::new(false);
     let answer = std::thread::scope(|scope| {
         let (done, is_done) = channel::<()>();
         let cancel = &cancel;
         scope.spawn(move || {
-            if is_done.recv_timeout(LONGEST_ASKED).is_err() {
+            if is_done.recv_timeout(TEST_TIMEOUT).is_err() {
                 cancel.store(true, Ordering::Relaxed);
             }
         });
@@ -129,7 +132,7 @@ mod tests {
 
     use super::*;
 
-    fn told(text: &str) -> Vec<String> {
+    fn warnings(text: &str) -> Vec<String> {
         let (session, diagnostics) = load_text("odd.scn", text);
         assert!(diagnostics.is_empty(), "{diagnostics:?}");
         let scene = session.scene();
@@ -138,13 +141,13 @@ mod tests {
     }
 
     fn one(text: &str, part: &str) {
-        let told = told(text);
-        assert!(told.len() == 1 && told[0].contains(part), "{text}: {told:?}");
+        let warnings = warnings(text);
+        assert!(warnings.len() == 1 && warnings[0].contains(part), "{text}: {warnings:?}");
     }
 
     #[test]
-    fn what_is_pointless_is_told() {
-        assert_eq!(told("prm s\n"), [""; 0]);
+    fn a_pointless_picture_has_a_warning() {
+        assert_eq!(warnings("prm s\n"), [""; 0]);
         one("prm s\nlight l 0 0 9 0 0 0\n", "does not reach");
         one("prm s\nlight l 0 0 9 0 0 0\nlight m 0 9 9 0 0 0\n", "no light reaches");
         one("prm s\ncamera 0 0 10 0 0 20\n", "behind the camera");
@@ -153,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_a_point_is_not() {
+    fn a_useful_picture_has_none() {
         for fine in [
             "prm s\nlight l 0 0 9 0 0 0\nlight m 0 9 9 0 .1 0\n",
             "prm s\ncamera 0 0 .5 0 0 0\nrefracted .8\n",
@@ -162,7 +165,7 @@ mod tests {
             "prm s\ncamera 0 0 10 0 0 20\nfloor -1\n",
             "obj o\n",
         ] {
-            assert_eq!(told(fine), [""; 0], "{fine}");
+            assert_eq!(warnings(fine), [""; 0], "{fine}");
         }
     }
 

@@ -209,7 +209,7 @@ fn wrong_shares_are_refused_before_the_work() {
         ("--tiles auto/3", "JOB_COMPLETION_INDEX"),
         ("--tiles 1/3 -o x.png", "NAME.part"),
         ("--tiles 1/3 -o -", "NAME.part"),
-        ("-o x.part", "--tiles K/N"),
+        ("-o x.part", "--shard K/N"),
         ("--resume -o -", "is none"),
     ] {
         let said = ended(&start(&place, &format!("{words} {options}")).wait_with_output().unwrap(), 2);

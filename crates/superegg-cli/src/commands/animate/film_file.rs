@@ -1,4 +1,4 @@
-//! Frames into a film, by ffmpeg.
+//! Encodes frames as a film with ffmpeg.
 
 use std::ffi::OsString;
 use std::io::ErrorKind;
@@ -9,22 +9,22 @@ use anyhow::{Context, Result, bail};
 
 use crate::commands::animate::frame_folder::FrameFolder;
 
-/// A format of films.
+/// A film format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FilmFormat {
-    /// H.264, which everything plays.
+    /// H.264, supported by every player.
     Mp4,
-    /// VP9, which browsers play; keeps transparency.
+    /// VP9, for browsers; supports transparency.
     WebM,
-    /// 256 colours, over and over.
+    /// 256 colours, in a loop.
     Gif,
 }
 
 impl FilmFormat {
-    /// The endings of names that there are, as a person reads them.
-    pub(crate) const ENDINGS: &str = ".mp4, .webm or .gif";
+    /// The known extensions, for messages.
+    pub(crate) const EXTENSIONS: &str = ".mp4, .webm or .gif";
 
-    /// The format of a file by its name's ending.
+    /// The format of a path by its extension.
     pub(crate) fn of(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "mp4" => Some(Self::Mp4),
@@ -34,11 +34,11 @@ impl FilmFormat {
         }
     }
 
-    /// Makes the film of the frames, whole or not at all.
+    /// Encodes the frames, completely or not at all.
     ///
     /// # Errors
-    /// ffmpeg is not there, or refuses; the frames stay, and the error says how to go on.
-    pub(crate) fn make(
+    /// ffmpeg is not installed or fails. The frames stay, and the error has the command.
+    pub(crate) fn encode(
         self,
         path: &Path,
         folder: &FrameFolder,
@@ -46,20 +46,20 @@ impl FilmFormat {
         fps: f64,
         transparent: bool,
     ) -> Result<()> {
-        // Beside the film, and of its ending, by which ffmpeg knows what to write.
+        // A file beside the film with the same extension, which determines ffmpeg's format.
         let mut name = OsString::from(format!(".superegg-{}-", std::process::id()));
         name.push(path.file_name().unwrap_or_default());
         let unfinished = path.with_file_name(name);
         let mut args = self.arguments(folder.path(), frames, fps, transparent);
-        let by_hand = shown(&args, path);
+        let by_hand = shell_command(&args, path);
         args.push(unfinished.clone().into_os_string());
         let ran = Command::new("ffmpeg").args(&args).stdin(Stdio::null()).stdout(Stdio::null()).output();
         let done = match ran {
             Ok(output) if output.status.success() => std::fs::rename(&unfinished, path)
                 .with_context(|| format!("cannot write '{}'", path.display())),
             Ok(output) => {
-                let told = String::from_utf8_lossy(&output.stderr);
-                let last = told.trim().lines().last().unwrap_or("it does not say why");
+                let errors = String::from_utf8_lossy(&output.stderr);
+                let last = errors.trim().lines().last().unwrap_or("it reports no reason");
                 Err(anyhow::anyhow!(
                     "ffmpeg cannot make '{}': {last}\nthe frames are in '{}'; by hand: {by_hand}",
                     path.display(),
@@ -67,7 +67,7 @@ impl FilmFormat {
                 ))
             }
             Err(error) if error.kind() == ErrorKind::NotFound => bail!(
-                "ffmpeg, which makes films of frames, is not installed; the frames are in '{}'. With ffmpeg run the same command \
+                "ffmpeg, which encodes the film, is not installed; the frames are in '{}'. With ffmpeg run the same command \
                  again, or: {by_hand}",
                 folder.path().display()
             ),
@@ -79,7 +79,7 @@ impl FilmFormat {
         done
     }
 
-    /// The words for ffmpeg, but for the film's name.
+    /// The arguments of ffmpeg without the name of the film.
     fn arguments(
         self,
         folder: &Path,
@@ -89,7 +89,7 @@ impl FilmFormat {
     ) -> Vec<OsString> {
         let count = frames.len();
         let first = frames.next().unwrap_or(0);
-        // Sides of H.264 and VP9 are even; colours are those of high definition.
+        // H.264 and VP9 need even sizes; the colours are those of high definition (BT.709).
         let plain = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv";
         let colors = "-colorspace bt709 -color_primaries bt709 -color_trc bt709";
         let codec = match self {
@@ -107,7 +107,7 @@ impl FilmFormat {
                 .split(' ')
                 .map(OsString::from)
                 .collect();
-        // A percent sign in a folder's name would be taken for a number's place.
+        // Escape percent signs, which ffmpeg reads as a number pattern.
         let folder = folder.to_string_lossy().replace('%', "%%");
         args.push(Path::new(&folder).join(FrameFolder::PATTERN).into_os_string());
         args.extend(["-frames:v".into(), count.to_string().into()]);
@@ -116,8 +116,8 @@ impl FilmFormat {
     }
 }
 
-/// A command as it is typed in a shell.
-fn shown(args: &[OsString], path: &Path) -> String {
+/// The command as typed in a shell.
+fn shell_command(args: &[OsString], path: &Path) -> String {
     let mut text = String::from("ffmpeg");
     for word in args.iter().map(|word| word.to_string_lossy()).chain([path.to_string_lossy()]) {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./%:+=,".contains(c);
@@ -133,9 +133,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_shown_can_be_typed() {
+    fn the_shown_command_can_be_typed() {
         let args = FilmFormat::Mp4.arguments(Path::new("my 100% film"), 3..8, 12.5, false);
-        let text = shown(&args, Path::new("it's.mp4"));
+        let text = shell_command(&args, Path::new("it's.mp4"));
         assert!(
             text.starts_with("ffmpeg -y -hide_banner -loglevel error -framerate 12.5 -start_number 3 -i 'my 100%% film/frame_%04d.png' -frames:v 5 "),
             "{text}"
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ending_says_the_format() {
+    fn the_extension_determines_the_format() {
         for (name, format) in [
             ("a.MP4", Some(FilmFormat::Mp4)),
             ("b.webm", Some(FilmFormat::WebM)),

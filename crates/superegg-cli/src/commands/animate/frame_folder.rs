@@ -1,4 +1,4 @@
-//! A folder of frames that knows what each was made of, so that work which was broken off goes on.
+//! A folder of frames with the signature of each, so that an interrupted animation can be resumed.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -9,44 +9,50 @@ use anyhow::{Context, Result, bail};
 
 use crate::files;
 
-/// The list of the frames in a folder: lines of a file's name, the signature of what it shows and the hash of its bytes, the last line of a name counts.
+/// The list of the frames. Each line has a file name, the signature of the picture and the hash of the
+/// file; the last line of a name is valid.
 const LIST: &str = "superegg_frames.txt";
 
-/// A folder of numbered pictures, and what each of them shows.
+/// A folder of numbered pictures with their signatures.
 pub(crate) struct FrameFolder {
     path: PathBuf,
+    /// [`LIST`], open for appending.
     list: File,
-    /// Signature and hash of each file by its name.
+    /// Signature and hash of each file, by name.
     known: HashMap<String, (u64, u64)>,
 }
 
 impl FrameFolder {
-    /// Opens a folder, or makes it.
+    /// Opens or creates a folder.
+    ///
+    /// # Errors
+    /// The path is not a folder, or the list cannot be written.
     pub(crate) fn open(path: &Path) -> Result<Self> {
         if path.exists() && !path.is_dir() {
             bail!("cannot write frames into '{}': it is not a folder", path.display());
         }
         std::fs::create_dir_all(path)
             .with_context(|| format!("cannot make the folder '{}'", path.display()))?;
-        let at = path.join(LIST);
-        let (list, text) = open_list(&at).with_context(|| format!("cannot write '{}'", at.display()))?;
+        let list_path = path.join(LIST);
+        let (list, text) =
+            open_list(&list_path).with_context(|| format!("cannot write '{}'", list_path.display()))?;
         let known = text.lines().filter_map(read_line).collect();
         Ok(Self { path: path.to_owned(), list, known })
     }
 
-    /// The name of a frame's file; ffmpeg knows it as [`FrameFolder::PATTERN`].
+    /// The file name of a frame; [`FrameFolder::PATTERN`] for ffmpeg.
     pub(crate) fn name(frame: u32) -> String {
         format!("frame_{frame:04}.png")
     }
 
-    /// How names are made of numbers.
+    /// The pattern of file names.
     pub(crate) const PATTERN: &str = "frame_%04d.png";
 
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether the frame is there and shows this: its file is the one that was written then, to the byte.
+    /// Whether the frame exists with this signature and its file is unchanged.
     pub(crate) fn has(&self, frame: u32, signature: u64) -> bool {
         let name = Self::name(frame);
         self.known.get(&name).is_some_and(|(known, bytes)| {
@@ -55,7 +61,8 @@ impl FrameFolder {
         })
     }
 
-    /// Writes a frame, whole or not at all, and then what it shows: broken off between the two, it is made again.
+    /// Writes a frame completely or not at all, then its line in the list. An interruption between the two
+    /// only renders the frame again.
     pub(crate) fn write(&mut self, frame: u32, signature: u64, png: &[u8]) -> Result<()> {
         let name = Self::name(frame);
         files::write(&self.path.join(&name), png)?;
@@ -65,7 +72,7 @@ impl FrameFolder {
     }
 }
 
-/// The list, to be added to, and what it says so far. A line that was broken off is ended.
+/// Opens the list for appending and returns its text. Ends an incomplete last line.
 fn open_list(path: &Path) -> std::io::Result<(File, String)> {
     let mut list = File::options().read(true).append(true).create(true).open(path)?;
     let mut bytes = Vec::new();
@@ -77,6 +84,7 @@ fn open_list(path: &Path) -> std::io::Result<(File, String)> {
     Ok((list, String::from_utf8_lossy(&bytes).into_owned()))
 }
 
+/// Parses a line of the list.
 fn read_line(line: &str) -> Option<(String, (u64, u64))> {
     let mut words = line.split(' ');
     let name = words.next()?;
@@ -86,7 +94,8 @@ fn read_line(line: &str) -> Option<(String, (u64, u64))> {
     Some((name.to_owned(), numbers))
 }
 
-/// The 64-bit FNV-1a hash (Fowler, Noll, Vo), which stays the same from version to version: against chance, not against malice.
+/// The 64-bit FNV-1a hash (Fowler, Noll, Vo). It is stable between versions, and detects accidents, not
+/// attacks.
 pub(crate) fn hash(bytes: &[u8]) -> u64 {
     bytes
         .iter()
@@ -107,13 +116,13 @@ mod tests {
 
     #[test]
     fn a_frame_is_there_only_as_it_was_written() {
-        let place = tempfile::tempdir().unwrap();
-        let mut folder = FrameFolder::open(&place.path().join("a/b")).unwrap();
+        let parent = tempfile::tempdir().unwrap();
+        let mut folder = FrameFolder::open(&parent.path().join("a/b")).unwrap();
         folder.write(7, 1, b"one").unwrap();
         folder.write(7, 2, b"two").unwrap();
         folder.write(12345, 3, b"three").unwrap();
         let path = folder.path().to_owned();
-        // A line that was broken off.
+        // An incomplete line.
         std::fs::write(
             path.join(LIST),
             std::fs::read_to_string(path.join(LIST)).unwrap() + "frame_0008.png 00",

@@ -1,4 +1,4 @@
-//! Scenes made by rule for benchmarks, from a seed: clouds, grids of glyphs, fractals.
+//! Procedural scenes for benchmarks: random clouds, grids of glyphs and fractals.
 
 use std::fmt::Write;
 
@@ -7,21 +7,21 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, Superquadric, TransformStep};
 use superegg_scene::{Camera, Light, LightKind, MAX_DEPTH, Scene};
 
-/// The object that a made scene shows.
+/// The root object of every generated scene.
 pub(crate) const ROOT: &str = "all";
 
-/// A scene by its name.
+/// A generated scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum GeneratedScene {
-    /// `cloud:N`: N superquadrics with e, n in [0.1, 2], turned at random, in a cube.
+    /// `cloud:N`: N superquadrics with e, n in [0.1, 2] and random rotations, in a cube.
     Cloud(u32),
-    /// `glyphs:N`: N glyphs of 64 shapes on a grid.
+    /// `glyphs:N`: N instances of 64 shapes on a grid.
     Glyphs(u32),
-    /// `fractal:B,D`: a ball that bears B smaller ones of its kind, D levels deep.
+    /// `fractal:B,D`: a ball with B smaller copies of the whole, D levels deep.
     Fractal(u32, u32),
 }
 
-/// Random numbers, the same from the same seed (SplitMix64).
+/// The SplitMix64 random number generator.
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -37,17 +37,18 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
+    /// A number in [low, high).
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.next() >> 11) as f64 / (1u64 << 53) as f64)
     }
 
-    /// A number that has as many digits in text as it needs, and no more than six.
+    /// A number rounded to six decimals, so that text keeps it exactly.
     fn rounded(&mut self, low: f64, high: f64) -> f64 {
         (self.between(low, high) * 1e6).round() / 1e6
     }
 }
 
-/// A primitive of a made scene.
+/// A primitive of a generated scene.
 struct Shape {
     name: String,
     radii: [f64; 3],
@@ -55,17 +56,17 @@ struct Shape {
     color: [f64; 3],
 }
 
-/// A child of its root object.
-struct Placed {
+/// A child of the root object.
+struct Child {
     target: String,
     alias: String,
     steps: Vec<TransformStep>,
 }
 
-/// Where parts of a scene go: into a scene, or into text.
+/// Receives the parts of a scene: as a scene, or as text.
 trait Sink {
     fn shape(&mut self, shape: &Shape) -> Result<()>;
-    fn child(&mut self, child: &Placed) -> Result<()>;
+    fn child(&mut self, child: &Child) -> Result<()>;
 }
 
 const COLORS: [[f64; 3]; 8] = [
@@ -80,7 +81,10 @@ const COLORS: [[f64; 3]; 8] = [
 ];
 
 impl GeneratedScene {
-    /// The scene of a name; `None` for a name of another kind.
+    /// The generated scene of a name; `None` for other names.
+    ///
+    /// # Errors
+    /// A number in the name is missing or out of range.
     pub(crate) fn parse(name: &str) -> Result<Option<Self>> {
         let Some((kind, numbers)) = name.split_once(':') else { return Ok(None) };
         let count = |text: &str, most: u32| -> Result<u32> {
@@ -95,16 +99,16 @@ impl GeneratedScene {
             "cloud" => Some(Self::Cloud(count(numbers, 10_000_000)?)),
             "glyphs" => Some(Self::Glyphs(count(numbers, 10_000_000)?)),
             "fractal" => {
-                let (branches, depth) = numbers.split_once(',').with_context(|| {
-                    format!("'{name}' should say branches and depth, as in fractal:20,64")
-                })?;
+                let (branches, depth) = numbers
+                    .split_once(',')
+                    .with_context(|| format!("'{name}' needs branches and depth, as in fractal:20,64"))?;
                 Some(Self::Fractal(count(branches, 1000)?, count(depth, MAX_DEPTH)?))
             }
             _ => None,
         })
     }
 
-    /// The scene itself.
+    /// Generates the scene.
     pub(crate) fn scene(self, seed: u64) -> Result<Scene> {
         let mut scene = Scene::default();
         scene.camera = self.camera();
@@ -118,11 +122,11 @@ impl GeneratedScene {
         Ok(scene)
     }
 
-    /// The scene as commands.
+    /// Generates the commands of the scene.
     pub(crate) fn text(self, seed: u64) -> String {
         let mut text = String::new();
         let Camera { position: p, target: t, up, fov_deg, .. } = self.camera();
-        let _ = writeln!(text, "# GeneratedScene by rule: {self:?}, seed {seed}.\n");
+        let _ = writeln!(text, "# Generated scene: {self:?}, seed {seed}.\n");
         let _ = writeln!(text, "camera {} {} {} {} {} {} {fov_deg}", p.x, p.y, p.z, t.x, t.y, t.z);
         let _ = writeln!(
             text,
@@ -137,7 +141,7 @@ impl GeneratedScene {
             let _ = writeln!(text, "light {name} {} {} {} {} {} {} {falloff}", p.x, p.y, p.z, c.x, c.y, c.z);
         }
         let mut sink = TextSink { shapes: String::new(), children: String::new() };
-        // Text takes everything.
+        // Writing to a String cannot fail.
         let _ = self.fill(seed, &mut sink);
         let _ = write!(text, "\n{}\nobject {ROOT}\n{}", sink.shapes, sink.children);
         text
@@ -146,7 +150,7 @@ impl GeneratedScene {
     fn depth(self) -> u32 {
         match self {
             Self::Fractal(_, depth) => depth,
-            _ => superegg_scene::DEFAULT_DEPTH,
+            Self::Cloud(_) | Self::Glyphs(_) => superegg_scene::DEFAULT_DEPTH,
         }
     }
 
@@ -178,7 +182,7 @@ impl GeneratedScene {
     }
 }
 
-/// The spacing is that of N points on a grid; semi-axes are 0.15 to 0.45 of it.
+/// Semi-axes are 0.15 to 0.45 of the spacing of N points on a grid.
 fn cloud(count: u32, random: &mut Random, sink: &mut dyn Sink) -> Result<()> {
     let spacing = 2.0 / f64::from(count).cbrt();
     for i in 0..count {
@@ -192,15 +196,15 @@ fn cloud(count: u32, random: &mut Random, sink: &mut dyn Sink) -> Result<()> {
         sink.shape(&shape)?;
         let mut within = || DVec3::from_array(std::array::from_fn(|_| random.rounded(-1.0, 1.0)));
         let axis = within() + DVec3::splat(1e-3);
-        let place = within();
+        let position = within();
         let angle_deg = random.rounded(0.0, 360.0);
-        let steps = vec![TransformStep::Rotate { axis, angle_deg }, TransformStep::Translate(place)];
-        sink.child(&Placed { target: name.clone(), alias: name, steps })?;
+        let steps = vec![TransformStep::Rotate { axis, angle_deg }, TransformStep::Translate(position)];
+        sink.child(&Child { target: name.clone(), alias: name, steps })?;
     }
     Ok(())
 }
 
-/// Glyphs of 64 shapes, sized and turned by a smooth field.
+/// Size and rotation follow a smooth field.
 fn glyphs(count: u32, random: &mut Random, sink: &mut dyn Sink) -> Result<()> {
     for i in 0..64u32 {
         sink.shape(&Shape {
@@ -223,15 +227,15 @@ fn glyphs(count: u32, random: &mut Random, sink: &mut dyn Sink) -> Result<()> {
             TransformStep::Rotate { axis: DVec3::new(x, y, 1.0), angle_deg: 120.0 * field },
             TransformStep::Translate(DVec3::new(x, y, 0.1 * field)),
         ];
-        sink.child(&Placed { target: format!("g{kind}"), alias: format!("a{i}"), steps })?;
+        sink.child(&Child { target: format!("g{kind}"), alias: format!("a{i}"), steps })?;
     }
     Ok(())
 }
 
-/// A ball with smaller ones of its kind evenly all over it, on a spiral from pole to pole, as large as find place.
+/// The copies lie evenly on a spiral from pole to pole, as large as fits.
 fn fractal(branches: u32, sink: &mut dyn Sink) -> Result<()> {
     sink.shape(&Shape { name: "ball".to_owned(), radii: [0.6; 3], exponents: [1.0; 2], color: COLORS[1] })?;
-    sink.child(&Placed { target: "ball".to_owned(), alias: "ball".to_owned(), steps: Vec::new() })?;
+    sink.child(&Child { target: "ball".to_owned(), alias: "ball".to_owned(), steps: Vec::new() })?;
     let golden = 180.0 * (3.0 - 5f64.sqrt());
     let scale = (0.9 / f64::from(branches).sqrt()).min(0.45);
     for i in 0..branches {
@@ -243,7 +247,7 @@ fn fractal(branches: u32, sink: &mut dyn Sink) -> Result<()> {
             TransformStep::Rotate { axis: DVec3::Y, angle_deg: polar_deg },
             TransformStep::Rotate { axis: DVec3::Z, angle_deg: golden * f64::from(i) },
         ];
-        sink.child(&Placed { target: ROOT.to_owned(), alias: format!("c{i}"), steps })?;
+        sink.child(&Child { target: ROOT.to_owned(), alias: format!("c{i}"), steps })?;
     }
     Ok(())
 }
@@ -260,7 +264,7 @@ impl Sink for SceneSink<'_> {
         Ok(())
     }
 
-    fn child(&mut self, child: &Placed) -> Result<()> {
+    fn child(&mut self, child: &Child) -> Result<()> {
         self.0.add_child(ROOT, &child.alias, &child.target)?;
         for step in &child.steps {
             self.0.transform_child(ROOT, *step)?;
@@ -281,7 +285,7 @@ impl Sink for TextSink {
         Ok(())
     }
 
-    fn child(&mut self, child: &Placed) -> Result<()> {
+    fn child(&mut self, child: &Child) -> Result<()> {
         let word = if child.target == ROOT { "addObject" } else { "addPrimitive" };
         writeln!(self.children, "{word} {} {}", child.target, child.alias)?;
         for step in &child.steps {
@@ -307,9 +311,9 @@ mod tests {
     #[test]
     fn text_and_scene_are_the_same() {
         for name in ["cloud:50", "glyphs:30", "fractal:7,5"] {
-            let made = GeneratedScene::parse(name).unwrap().unwrap();
-            let scene = made.scene(3).unwrap();
-            let (session, diagnostics) = load_text(name, &made.text(3));
+            let generated = GeneratedScene::parse(name).unwrap().unwrap();
+            let scene = generated.scene(3).unwrap();
+            let (session, diagnostics) = load_text(name, &generated.text(3));
             assert!(diagnostics.is_empty(), "{diagnostics:?}");
             assert_eq!(session.selected(), Some(ROOT));
             let count = |scene: &Scene| {
@@ -325,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_are_none_say_why() {
+    fn wrong_names_are_errors() {
         for bad in [
             "cloud:",
             "cloud:0",

@@ -1,0 +1,292 @@
+//! The arguments of each subcommand.
+
+use std::path::PathBuf;
+
+use clap::value_parser;
+use superegg_scene::Picture;
+
+use crate::args::values::{
+    AovArg, EncodingArg, FilterArg, FrameRange, Size, ToneArg, bits, depth, exposure, finite, frame_rate,
+    noise_threshold, non_negative, positive,
+};
+use crate::long::shard::ShardArg;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct RenderArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    /// Write the picture to this file: .png for screens, or .exr for linear light with depth, normals, albedo and instance ids; - for
+    /// standard output; default: the scene's name with .png in the current folder
+    #[arg(short, long, value_name = "OUT.png|.exr")]
+    pub(crate) output: Option<PathBuf>,
+    /// Set width and height in pixels; default: the size of the scene, or 1280x960
+    #[arg(long, value_name = "WxH")]
+    pub(crate) size: Option<Size>,
+    /// Set the samples per pixel; default: those of the scene, or 4
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
+    pub(crate) samples: Option<u32>,
+    /// Sample each pixel until the standard error of its value (0 to 1, as displayed) is below this noise threshold; 0 for a fixed number
+    /// of samples
+    #[arg(long, value_name = "T", visible_alias = "noise-threshold", allow_negative_numbers = true, value_parser = noise_threshold)]
+    pub(crate) noise: Option<f64>,
+    /// Set the maximum samples per pixel for --noise
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
+    pub(crate) max_samples: Option<u32>,
+    /// Choose the reconstruction filter
+    #[arg(long, value_enum)]
+    pub(crate) filter: Option<FilterArg>,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Set the recursion depth of objects, 0 to 64; default: that of the scene
+    #[arg(long, value_name = "D", value_parser = depth)]
+    pub(crate) depth: Option<u32>,
+    /// Set the maximum number of reflections and refractions of a path, 0 to 256; after them a ray sees the sky
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=256))]
+    pub(crate) bounces: Option<u32>,
+    /// Set the number of threads; default: one for each core
+    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    #[command(flatten)]
+    pub(crate) develop: DevelopArgs,
+    /// Make the background transparent
+    #[arg(long)]
+    pub(crate) transparent: bool,
+    /// Render an AOV (arbitrary output variable, render pass) instead of light
+    #[arg(long, value_enum, value_name = "NAME", visible_alias = "view")]
+    pub(crate) aov: Option<AovArg>,
+    /// Render this frame of the keyframes; default: the scene without keyframes
+    #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) frame: Option<f64>,
+    /// Write counts, times and memory as JSON to this file
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) stats: Option<PathBuf>,
+    /// Print only errors and warnings
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) long: LongArgs,
+}
+
+/// The conversion of a film to a picture.
+#[derive(Debug, clap::Args)]
+pub(crate) struct DevelopArgs {
+    /// Choose the encoding of linear values as bytes; default: that of the scene, or srgb
+    #[arg(long, value_enum)]
+    pub(crate) encoding: Option<EncodingArg>,
+    /// Set the exposure in stops, -32 to 32; each stop doubles the light
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
+    pub(crate) exposure: Option<f64>,
+    /// Choose the tone mapping
+    #[arg(long, value_enum, visible_alias = "tone-mapping")]
+    pub(crate) tone: Option<ToneArg>,
+    /// Set the bits per channel of a PNG file
+    #[arg(long, value_name = "8|16", visible_alias = "bit-depth", value_parser = bits)]
+    pub(crate) bits: Option<u32>,
+}
+
+impl DevelopArgs {
+    /// The picture settings, overridden by the arguments.
+    pub(crate) fn apply(&self, picture: Picture) -> Picture {
+        Picture {
+            encoding: self.encoding.map_or(picture.encoding, Into::into),
+            exposure: self.exposure.unwrap_or(picture.exposure),
+            tone: self.tone.map_or(picture.tone, Into::into),
+            bits: self.bits.unwrap_or(picture.bits),
+            ..picture
+        }
+    }
+}
+
+/// Resumption and division of long renders.
+#[derive(Debug, clap::Args)]
+pub(crate) struct LongArgs {
+    /// Resume a stopped or killed render from its partial file, OUT.png.part; start again if there is none
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Render shard K of N (1/N to N/N) into the partial file named by -o; 'superegg merge' merges the shards. 'auto' takes the shard of
+    /// this job in a Slurm array or an indexed Kubernetes job; auto/N sets the number of shards
+    #[arg(long, value_name = "K/N", visible_alias = "tiles", alias = "share")]
+    pub(crate) shard: Option<ShardArg>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct MergeArgs {
+    /// The partial files: shards of one picture, or the checkpoint of a stopped render
+    #[arg(required = true, value_name = "FILE.part")]
+    pub(crate) parts: Vec<PathBuf>,
+    /// Write the picture to this file: .png, or .exr if the partial files are shards or come from an .exr render; - for standard output
+    #[arg(short, long, value_name = "OUT.png|.exr")]
+    pub(crate) output: PathBuf,
+    /// Write the picture even if tiles are missing; missing tiles are black or transparent
+    #[arg(long)]
+    pub(crate) partial: bool,
+    #[command(flatten)]
+    pub(crate) develop: DevelopArgs,
+    /// Print only errors and warnings
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct AnimateArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    /// Orbit the camera once around its target in N frames, from its position in the scene
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(FrameRange::MOST)))]
+    pub(crate) turntable: Option<u32>,
+    /// Render these frames, both included; default: from the first keyframe to the last
+    #[arg(long, value_name = "A..B")]
+    pub(crate) frames: Option<FrameRange>,
+    /// Write the frames into this folder, or encode a film .mp4, .webm or .gif (by ffmpeg) with its frames in a folder beside it; default:
+    /// the scene's name with _frames in the current folder
+    #[arg(short, long, value_name = "FOLDER|FILM")]
+    pub(crate) output: Option<PathBuf>,
+    /// Render shard K of N of the frames (1/N to N/N), every Nth, into the same folder; the same command without --shard encodes the film
+    /// when all frames exist. 'auto' takes the shard of this job in a Slurm array or an indexed Kubernetes job; auto/N sets the number of
+    /// shards
+    #[arg(long, value_name = "K/N", visible_alias = "tiles", alias = "share")]
+    pub(crate) shard: Option<ShardArg>,
+    /// Set the frame rate of the film in frames per second
+    #[arg(long, value_name = "F", default_value = "24", value_parser = frame_rate)]
+    pub(crate) fps: f64,
+    /// Set width and height in pixels; default: the size of the scene, or 1280x960
+    #[arg(long, value_name = "WxH")]
+    pub(crate) size: Option<Size>,
+    /// Set the samples per pixel; default: those of the scene, or 4
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
+    pub(crate) samples: Option<u32>,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Set the recursion depth of objects, 0 to 64; default: that of the scene
+    #[arg(long, value_name = "D", value_parser = depth)]
+    pub(crate) depth: Option<u32>,
+    /// Set the number of threads; default: one for each core
+    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Print only errors and warnings
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+/// The root of the picture.
+#[derive(Debug, clap::Args)]
+pub(crate) struct RootArgs {
+    /// Select this object or primitive; default: the last selection of the scene
+    #[arg(long, value_name = "NAME")]
+    pub(crate) object: Option<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct IntersectArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Read rays from this file, rows of ox,oy,oz,dx,dy,dz below a header; - for standard input; default: describe the hit of the central
+    /// camera ray in words
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) rays: Option<PathBuf>,
+    /// Write the hits to this file; default: standard output
+    #[arg(short, long, value_name = "OUT.csv")]
+    pub(crate) output: Option<PathBuf>,
+    /// Intersect convex shapes with the f32 kernels instead of the f64 reference path, for comparison
+    #[arg(long)]
+    pub(crate) fast: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct IotestArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Read points from this file, rows of x,y,z below a header; - for standard input; default: a grid
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["step", "extent"])]
+    pub(crate) points: Option<PathBuf>,
+    /// Set the spacing of the grid
+    #[arg(long, value_name = "S", default_value = "0.5", allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) step: f64,
+    /// Set the extent of the grid from the origin along each axis
+    #[arg(long, value_name = "H", visible_alias = "half", default_value = "5", allow_negative_numbers = true, value_parser = non_negative)]
+    pub(crate) extent: f64,
+    /// Write the results to this file; default: standard output
+    #[arg(short, long, value_name = "OUT.csv")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct InfoArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    /// Show the details of these primitives and objects; 'all' and 'selected' are names too
+    #[arg(value_name = "NAME")]
+    pub(crate) names: Vec<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct CheckArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    /// Count warnings as errors
+    #[arg(long)]
+    pub(crate) strict: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct BenchArgs {
+    /// The scenes to measure: robot, cloud:N, glyphs:N, fractal:B,D, or a scene file
+    #[arg(value_name = "SCENE", default_values = ["robot", "cloud:1000", "cloud:10000", "glyphs:10000", "fractal:20,64"])]
+    pub(crate) scenes: Vec<String>,
+    /// Set width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x960")]
+    pub(crate) size: Size,
+    /// Set the number of rounds; each figure is the best of them
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(1..=1000))]
+    pub(crate) rounds: u32,
+    /// Set the seed of random scenes and rays
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Write the figures as JSON to this file; - for standard output instead of the table
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the generated scenes as NAME.scn into this folder, and measure nothing
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) save: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ExportArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Write to this file; the extension determines the format: .pov for POV-Ray
+    #[arg(short, long, value_name = "OUT.pov")]
+    pub(crate) output: PathBuf,
+    /// Set the recursion depth of objects, 0 to 64; default: that of the scene
+    #[arg(long, value_name = "D", value_parser = depth)]
+    pub(crate) depth: Option<u32>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct RunArgs {
+    /// The file of commands, - for standard input
+    pub(crate) file: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ViewArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Open no window; print the frame times of the preview and of the live ray traced view
+    #[arg(long)]
+    pub(crate) bench: bool,
+    /// Set width and height of the frames in pixels
+    #[arg(long, value_name = "WxH", default_value = "1000x1000", requires = "bench")]
+    pub(crate) size: Size,
+    /// Set the number of frames
+    #[arg(long, value_name = "N", default_value_t = 60, requires = "bench", value_parser = value_parser!(u16).range(1..))]
+    pub(crate) frames: u16,
+}
