@@ -663,7 +663,7 @@ fn a_slurm_cluster_makes_a_picture() {
     let told =
         format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{told}");
-    assert!(told.contains("(shares 1-3)"), "{told}");
+    assert!(told.contains("(shards 1-3)"), "{told}");
     for picture in ["first.png", "second.png"] {
         assert!(bytes(&place, picture) == whole, "{picture}: {told}");
     }
