@@ -32,9 +32,9 @@ pub enum BatchError {
 /// | `t_min`, optional | `f64` | the smallest t that counts, default: 0 |
 /// | `t_max`, optional | `f64` | hits count below this t, default: infinity |
 ///
-/// All t count in lengths of the ray's direction. Only the lengths of the columns are checked: a ray
-/// that is not finite, or whose direction is zero, hits nothing. A numpy array of shape (n, 3) and
-/// type float64 has the layout of a column of `[f64; 3]`.
+/// All t count in lengths of the ray's direction. Only the lengths of the columns are checked: a
+/// ray that is not finite, or whose direction is zero, hits nothing. A numpy array of shape (n, 3)
+/// and type float64 has the layout of a column of `[f64; 3]`.
 ///
 /// ```
 /// use superegg_geom::{BatchError, RayBatch};
@@ -117,8 +117,8 @@ impl<'a> RayBatch<'a> {
         self.directions
     }
 
-    /// The rays `range` of the batch, for a query that is split over threads. `None` if the range is
-    /// not within the batch.
+    /// The rays `range` of the batch, for a query that is split over threads. `None` if the range
+    /// is not within the batch.
     pub fn slice(&self, range: std::ops::Range<usize>) -> Option<Self> {
         let of = |column: Option<&'a [f64]>| column.map(|column| column.get(range.clone()));
         Some(Self {
@@ -167,8 +167,9 @@ impl BatchHit {
 /// | [`uv`](Self::uv) | `[f64; 2]` | NaN |
 /// | [`leaving`](Self::leaving) | `bool` | false |
 ///
-/// A query empties the batch before it fills it, so that no row of an earlier query stays. The memory
-/// is kept. A batch that no query has filled is empty, and [`HitBatch::hit`] of any row is `None`.
+/// A query empties the batch before it fills it, so that no row of an earlier query stays. The
+/// memory is kept. A batch that no query has filled is empty, and [`HitBatch::hit`] of any row is
+/// `None`.
 ///
 /// ```
 /// use superegg_geom::{HitBatch, RayBatch, Superquadric};
@@ -310,8 +311,9 @@ impl HitBatch {
 }
 
 impl Superquadric {
-    /// The first crossing in its range of t of each ray with this shape: [`Superquadric::intersect`]
-    /// for many rays, with normals and (u, v). The rows of `hits` are replaced by those of `rays`.
+    /// The first crossing in its range of t of each ray with this shape:
+    /// [`Superquadric::intersect`] for many rays, with normals and (u, v). The rows of `hits` are
+    /// replaced by those of `rays`.
     ///
     /// Any number of rays and every shape are allowed, convex or not; equal rays give equal rows,
     /// whatever else is in the batch.

@@ -1,11 +1,12 @@
-//! The norm form of the superquadric: a function with the zero set of `io` that scales like a distance.
+//! The norm form of the superquadric: a function with the zero set of `io` that scales like a
+//! distance.
 
 use glam::DVec3;
 
 use crate::shape::Exponents;
 
-/// The two-term norm `|(a, b)|_p = (a^p + b^p)^(1/p)` of non-negative numbers, p > 0. A norm for p >= 1; for p < 1 it is
-/// homogeneous still, but concave along lines of the quadrant.
+/// The two-term norm `|(a, b)|_p = (a^p + b^p)^(1/p)` of non-negative numbers, p > 0. A norm for p
+/// >= 1; for p < 1 it is homogeneous too, but concave along lines of the quadrant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PowerNorm {
     pub(crate) p: f64,
@@ -14,12 +15,14 @@ pub(crate) struct PowerNorm {
 
 impl PowerNorm {
     pub(crate) fn new(p: f64) -> Self {
-        // Exponents below 1e-300 are boxes like that of 1e-300; an infinite power would make 0 times infinity.
+        // Exponents below 1e-300 are boxes like that of 1e-300; an infinite power would make 0
+        // times infinity.
         let p = p.min(1e300);
         Self { p, inverse_p: 1.0 / p }
     }
 
-    /// The norm. The larger argument is taken out, so that nothing overflows: `m (1 + r^p)^(1/p)`, `r = min / m` in [0, 1].
+    /// The norm. Divides by the larger argument first, so that nothing overflows: `m (1 +
+    /// r^p)^(1/p)`, `r = min / m` in [0, 1].
     pub(crate) fn value(&self, a: f64, b: f64) -> f64 {
         let larger = a.max(b);
         let smaller = a.min(b);
@@ -43,8 +46,8 @@ impl PowerNorm {
         }
     }
 
-    /// The norm and its partial derivatives by `a` and `b`. At (0, 0) the derivatives are 0, one of its subgradients for p >= 1. For
-    /// p < 1 the derivative by an argument that is 0 is infinite.
+    /// The norm and its partial derivatives by `a` and `b`. At (0, 0) the derivatives are 0, one of
+    /// its subgradients for p >= 1. For p < 1 the derivative by an argument that is 0 is infinite.
     pub(crate) fn value_and_gradient(&self, a: f64, b: f64) -> (f64, f64, f64) {
         let (larger, smaller) = (a.max(b), a.min(b));
         if larger == 0.0 {
@@ -73,8 +76,8 @@ impl PowerNorm {
         (larger * growth, by_a, by_b)
     }
 
-    /// The norm whose unit ball's support function is this one's dual: p' with 1/p + 1/p' = 1, and infinity for p <= 1, where the
-    /// convex hull of the ball is that of its corners.
+    /// The norm whose unit ball's support function is this one's dual: p' with 1/p + 1/p' = 1, and
+    /// infinity for p <= 1, where the convex hull of the ball is that of its corners.
     pub(crate) fn dual(&self) -> Self {
         Self::new(if self.p > 1.0 { self.p / (self.p - 1.0) } else { f64::INFINITY })
     }
@@ -86,8 +89,8 @@ impl PowerNorm {
 /// R(x, y) = (|x|^p + |y|^p)^(1/p),   N(x, y, z) = (R^q + |z|^q)^(1/q),   p = 2/e, q = 2/n,
 /// ```
 ///
-/// with `io = N^q - 1`: N is below 1 inside, 1 on the surface, above 1 outside, and homogeneous of degree one. For e, n <= 2 it is
-/// a norm in the strict sense, hence convex.
+/// with `io = N^q - 1`: N is below 1 inside, 1 on the surface, above 1 outside, and homogeneous of
+/// degree one. For e, n <= 2 it is a norm in the strict sense, hence convex.
 ///
 /// ```
 /// use superegg_geom::{Exponents, NormForm, glam::DVec3};
@@ -111,14 +114,16 @@ impl NormForm {
         Self { xy: PowerNorm::new(2.0 / exponents.e()), rz: PowerNorm::new(2.0 / exponents.n()) }
     }
 
-    /// `N(v)`, >= 0, to a few ulps; infinite only where the true value leaves the range of f64.
+    /// `N(v)` >= 0, with an error of a few ulps. Infinite only where the true value leaves the
+    /// range of f64.
     pub fn value(&self, v: DVec3) -> f64 {
         let v = v.abs();
         self.rz.value(self.xy.value(v.x, v.y), v.z)
     }
 
-    /// `N(v)` and its gradient. Where the gradient is not unique (edges, poles, the coordinate planes of shapes with e or
-    /// n >= 2) a fixed finite choice: the component of a coordinate that is 0 is 0.
+    /// `N(v)` and its gradient. Where the gradient is not unique (edges, poles, the coordinate
+    /// planes of shapes with e or n >= 2) a fixed finite choice: the component of a coordinate that
+    /// is 0 is 0.
     pub fn value_and_gradient(&self, v: DVec3) -> (f64, DVec3) {
         let m = v.abs();
         let (r, r_by_x, r_by_y) = self.xy.value_and_gradient(m.x, m.y);
@@ -131,8 +136,9 @@ impl NormForm {
         (norm, gradient)
     }
 
-    /// The inside-outside function `io(v) = N^q - 1`, by way of N, so that powers that underflow on the way do no harm; +inf where
-    /// the true value leaves the range of f64 (for e = n = 0.0001 four per cent outside the surface).
+    /// The inside-outside function `io(v) = N^q - 1`, computed from N, so that intermediate powers
+    /// do not underflow. Infinite where the true value leaves the range of f64: for e = n = 0.0001,
+    /// four per cent outside the surface.
     pub fn inside_outside(&self, v: DVec3) -> f64 {
         let norm = self.value(v);
         if norm.is_finite() {
@@ -144,7 +150,8 @@ impl NormForm {
         (self.rz.p * self.rz.log_value(log_r, v.z.ln())).exp_m1()
     }
 
-    /// The support function of the unit shape: the largest `u . v` over its points v. It is the dual norm of u.
+    /// The support function of the unit shape: the largest `u . v` over its points v. It is the
+    /// dual norm of u.
     pub fn support(&self, u: DVec3) -> f64 {
         let u = u.abs();
         self.rz.dual().value(self.xy.dual().value(u.x, u.y), u.z)

@@ -11,8 +11,8 @@ use crate::shape::{Exponents, ShapeError, ShapeHit, is_positive};
 use crate::solve::span::BoxSpan;
 use crate::solve::{certified, convex};
 
-/// A superquadric centred at the origin, its axes along x, y and z. In coordinates divided by `radii` it is the unit shape, which
-/// lies in the box [-1, 1]^3 and touches all six faces.
+/// A superquadric centred at the origin, its axes along x, y and z. In coordinates divided by
+/// `radii` it is the unit shape, which lies in the box [-1, 1]^3 and touches all six faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Superquadric {
     radii: DVec3,
@@ -20,8 +20,8 @@ pub struct Superquadric {
     norm: NormForm,
 }
 
-/// A superquadric that is known to be convex (e <= 2 and n <= 2): what a solver takes that is right
-/// for no other. [`Superquadric::as_convex`] alone makes one.
+/// A superquadric that is known to be convex (e <= 2 and n <= 2): the argument of solvers that are
+/// right for convex shapes alone. Only [`Superquadric::as_convex`] makes one.
 ///
 /// ```compile_fail,E0423
 /// use superegg_geom::{Convex, Exponents, Superquadric};
@@ -106,8 +106,8 @@ impl Superquadric {
         self.is_convex().then_some(Convex(*self))
     }
 
-    /// The inside-outside function at a point of the shape's space: < 0 inside, 0 on the surface, > 0 outside, +inf where it
-    /// leaves the range of f64 (course text, 4.1.1).
+    /// The inside-outside function at a point of the shape's space: < 0 inside, 0 on the surface, >
+    /// 0 outside, +inf where it leaves the range of f64 (course text, 4.1.1).
     ///
     /// ```
     /// use superegg_geom::{Superquadric, glam::DVec3};
@@ -119,14 +119,16 @@ impl Superquadric {
         self.norm.inside_outside(point / self.radii)
     }
 
-    /// The unit outward normal at a point of the surface (or the direction of the gradient at any other). Where it is not
-    /// unique, on edges, creases and poles, a fixed finite choice among those that fit; at the centre +z.
+    /// The unit outward normal at a point of the surface; at any other point, the direction of the
+    /// gradient. Where the normal is not unique (edges, creases, poles) it is a fixed choice among
+    /// the valid ones; at the centre it is +z.
     pub fn normal(&self, point: DVec3) -> DVec3 {
         let (_, gradient) = self.norm.value_and_gradient(point / self.radii);
         unit_vector(gradient / self.radii).unwrap_or(DVec3::Z)
     }
 
-    /// The point with longitude u in (-pi, pi] and latitude v in [-pi/2, pi/2], in radians (course text, 4.1.3):
+    /// The point with longitude u in (-pi, pi] and latitude v in [-pi/2, pi/2], in radians (course
+    /// text, 4.1.3):
     ///
     /// ```text
     /// (c(v, n) c(u, e),  c(v, n) s(u, e),  s(v, n)) * radii,   c(t, w) = sign(cos t) |cos t|^w,  s likewise with sin
@@ -165,8 +167,9 @@ impl Superquadric {
         (u, power_angle(around, unit.z, 1.0 / self.exponents.n()))
     }
 
-    /// Half the edges of the smallest axis-aligned box around the shape's image under a linear map (the box is centred
-    /// on the image of the origin). From the support function, so it is tight for every pair of exponents.
+    /// Half the edges of the smallest axis-aligned box around the shape's image under a linear map.
+    /// The box is centred on the image of the origin, and tight for every pair of exponents: its
+    /// size is the support function.
     pub fn half_extent_under(&self, linear: &DMat3) -> DVec3 {
         let rows = linear.transpose();
         DVec3::new(
@@ -176,9 +179,12 @@ impl Superquadric {
         )
     }
 
-    /// The first place with t >= 0 where the ray crosses the surface: from outside to inside, or from inside out. Touching without
-    /// crossing is no hit. For e, n <= 2 Newton's method on the norm form from the box, which cannot miss; beyond, roots are isolated
-    /// with bounds (see ARCHITECTURE.md). `t` is right to about 1e-12 (1 + t) unless the ray grazes the shape.
+    /// The first crossing of the ray with the surface at t >= 0, inwards or outwards. A ray that
+    /// touches the surface without crossing it has no hit there.
+    ///
+    /// For e, n <= 2 Newton's method on the norm form starts at the unit box and cannot miss. For
+    /// other exponents the search isolates roots with bounds (see ARCHITECTURE.md). The error of
+    /// `t` is about 1e-12 (1 + t) unless the ray grazes the shape.
     ///
     /// A ray that is not finite, or whose direction is zero, hits nothing.
     ///
@@ -193,8 +199,8 @@ impl Superquadric {
         self.intersect_by(self.solver(), ray, start)
     }
 
-    /// The number of Newton steps that [`Superquadric::intersect`] takes to its hit. `None` without a hit, and for a shape that is not convex,
-    /// whose roots are isolated by bounds instead.
+    /// The number of Newton steps that [`Superquadric::intersect`] takes to its hit. `None` without
+    /// a hit, and for a shape that is not convex: its solver isolates roots with bounds instead.
     ///
     /// ```
     /// use superegg_geom::{Ray, RayStart, Superquadric, glam::DVec3};
@@ -209,15 +215,17 @@ impl Superquadric {
         convex::solve(&self.norm, &span, local.start).map(|(_, steps)| steps)
     }
 
-    /// Whether the surface is crossed with 0 <= t < `t_max`: for shadow rays. For a ray from outside of the box a point inside proves it, so most
-    /// answers cost one evaluation of N there; the others are those of [`Superquadric::intersect`].
+    /// Whether the ray crosses the surface with 0 <= t < `t_max`: the query of a shadow ray. For a
+    /// ray from outside the unit box a point inside the shape proves a crossing, so most answers
+    /// cost one evaluation of N. The other answers are those of [`Superquadric::intersect`].
     pub fn occluded(&self, ray: &Ray, start: RayStart, t_max: f64) -> bool {
         let Some(local) = self.unit_ray(ray, start) else { return false };
         let Some(span) = BoxSpan::of(local.origin, local.direction) else { return false };
         let t_max = t_max / local.t_scale;
         let length = span.length.min(t_max - span.t_in);
-        // Who comes from outside of the box and is inside at one place has crossed the surface before it. A start on the surface proves
-        // nothing: there rounding may put the first stretch on either side.
+        // A ray from outside the box that has a point inside the shape crosses the surface before
+        // it. A start on the surface proves nothing: rounding may put the first stretch on either
+        // side.
         if local.start == RayStart::Free && !span.starts_inside_box && length > 0.0 {
             let middle = span.point_in + (0.5 * length) * span.direction;
             if self.norm.value(middle) < 1.0 {
@@ -238,7 +246,7 @@ impl Superquadric {
         self.intersect_by(certified::intersect, ray, start)
     }
 
-    /// Brings the ray to unit space and the box [-1, 1]^3, solves there, and brings the answer back.
+    /// Solves in the space of the unit shape and maps the hit back.
     fn intersect_by(&self, solve: Solver, ray: &Ray, start: RayStart) -> Option<ShapeHit> {
         let local = self.unit_ray(ray, start)?;
         let hit = solve(&self.norm, &BoxSpan::of(local.origin, local.direction)?, local.start)?;
@@ -248,7 +256,8 @@ impl Superquadric {
     /// The ray in the space of the unit shape; `None` where it is not finite or has no direction.
     fn unit_ray(&self, ray: &Ray, start: RayStart) -> Option<UnitRay> {
         let origin = ray.origin / self.radii;
-        // Twice, since a quotient may leave the range of f64 where the direction is long and the radii small.
+        // Twice, since a quotient may leave the range of f64 where the direction is long and the
+        // radii small.
         let (direction, first_scale) = scale_to_unit(ray.direction)?;
         let (direction, second_scale) = scale_to_unit(direction / self.radii)?;
         if !origin.is_finite() {
@@ -262,7 +271,8 @@ impl Superquadric {
         Some(UnitRay { origin, direction, start, t_scale: second_scale * first_scale })
     }
 
-    /// A computed origin that lies on this surface as far as its error can tell, and leaves it, starts on the surface.
+    /// The start of a ray whose origin is a computed point: on this surface if it lies within its
+    /// error of the surface and the ray leads outwards.
     fn start_within_error(&self, origin: DVec3, direction: DVec3, error: f64) -> RayStart {
         let (norm, gradient) = self.norm.value_and_gradient(origin);
         let slope: f64 = gradient.abs().to_array().iter().sum();
@@ -281,7 +291,7 @@ fn power_angle(x: f64, y: f64, w: f64) -> f64 {
         return 0.0;
     }
     let power = |c: f64| (c.abs() / larger).powf(w).copysign(c);
-    // Adding 0 makes 0 of -0, and so pi of -pi.
+    // Adding 0 turns -0 into 0, and so -pi into pi.
     (power(y) + 0.0).atan2(power(x))
 }
 
@@ -294,6 +304,6 @@ struct UnitRay {
     /// Its largest component is in [1, 2).
     direction: DVec3,
     start: RayStart,
-    /// What brings t back to lengths of the ray's own direction.
+    /// Converts t here to lengths of the ray's own direction.
     t_scale: f64,
 }

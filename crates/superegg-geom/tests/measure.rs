@@ -180,7 +180,7 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// The signed distance grows by no more than the way gone, and its sign is that of `io`.
+    /// The signed distance grows by no more than the step, and its sign is that of `io`.
     #[test]
     fn the_distance_is_1_lipschitz(shape in any_shape(), from in vector(12.0), step in vector(3.0)) {
         let to = from + step;

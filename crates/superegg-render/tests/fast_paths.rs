@@ -80,7 +80,7 @@ proptest! {
         let mut expected: Vec<String> = flatten::flatten(&scene, "all", 5, 10_000).unwrap().into_iter()
             .filter(|flat| {
                 let forward = flat.world_from_local.forward();
-                Aabb::around(forward.translation, flat.shape.half_extent_under(&forward.matrix3)).meets(&query)
+                Aabb::around(forward.translation, flat.shape.half_extent_under(&forward.matrix3)).intersects(&query)
             })
             .map(|flat| flat.path).collect();
         found.sort();

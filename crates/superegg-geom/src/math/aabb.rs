@@ -42,8 +42,14 @@ impl Aabb {
     }
 
     /// Whether the two have a point in common, their faces included.
-    pub fn meets(&self, other: &Self) -> bool {
+    pub fn intersects(&self, other: &Self) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
+    /// [`Aabb::intersects`] by its old name.
+    #[doc(hidden)]
+    pub fn meets(&self, other: &Self) -> bool {
+        self.intersects(other)
     }
 
     /// The smallest box that holds both.
@@ -86,20 +92,22 @@ impl Aabb {
         }
     }
 
-    /// The box grown by the rounding error that may have gone into it, so that a bound stays a bound.
+    /// The box grown by the rounding error that may have gone into it, so that a bound stays a
+    /// bound.
     #[must_use]
     pub fn rounded_outward(&self) -> Self {
         let slack = 16.0 * f64::EPSILON * self.min.abs().max(self.max.abs());
         Self { min: self.min - slack, max: self.max + slack }
     }
 
-    /// The part `t_in..=t_out` of `0..=t_max` for which the ray is in the box, or `None`. Conservative: rounding never turns a
-    /// meeting into a miss (Ize 2013).
+    /// The part `t_in..=t_out` of `0..=t_max` for which the ray is in the box, or `None`.
+    /// Conservative: rounding never turns a meeting into a miss (Ize 2013).
     pub fn clip(&self, ray: &RayReciprocal, t_max: f64) -> Option<f64> {
         let to_min = (self.min - ray.origin) * ray.inverse_direction;
         let to_max = (self.max - ray.origin) * ray.inverse_direction;
         let slab = |a: f64, b: f64| {
-            // The sum is NaN for a ray within the planes of the slab, or in one of them: no bound from this axis.
+            // The sum is NaN for a ray within the planes of the slab, or in one of them: no bound
+            // from this axis.
             if (a + b).is_nan() { (f64::NEG_INFINITY, f64::INFINITY) } else { (a.min(b), a.max(b)) }
         };
         let (near_x, far_x) = slab(to_min.x, to_max.x);

@@ -2,16 +2,17 @@
 
 use glam::DVec3;
 
-/// `a b - c d` with an error of at most 1.5 ulp of the result (Kahan's algorithm; Jeannerod, Louvet and Muller 2013),
-/// however much the two products cancel.
+/// `a b - c d` with an error of at most 1.5 ulp of the result (Kahan's algorithm; Jeannerod, Louvet
+/// and Muller 2013), however much the two products cancel.
 pub(crate) fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let cd = c * d;
     let cd_error = (-c).mul_add(d, cd);
     a.mul_add(b, -cd) + cd_error
 }
 
-/// A vector times the power of two that brings its largest component into [1, 2), as far as the range of f64 lets it, and that power:
-/// the scaling is exact. `None` for zero and for what is not finite.
+/// A vector times the power of two that brings its largest component into [1, 2), as far as the
+/// range of f64 lets it, and that power: the scaling is exact. `None` for zero and for what is not
+/// finite.
 #[inline]
 pub fn scale_to_unit(v: DVec3) -> Option<(DVec3, f64)> {
     let largest = v.abs().max_element();
@@ -24,8 +25,9 @@ pub fn scale_to_unit(v: DVec3) -> Option<(DVec3, f64)> {
     Some((v * scale, scale))
 }
 
-/// `v` at unit length, however long it is: the largest component is divided out first, so that no square leaves the range of f64.
-/// Infinite components count as equal among themselves. `None` for zero.
+/// `v` at unit length, however long it is: the largest component is divided out first, so that no
+/// square leaves the range of f64. Infinite components count as equal among themselves. `None` for
+/// zero.
 pub fn unit_vector(v: DVec3) -> Option<DVec3> {
     let square = v.length_squared();
     if (1e-200..1e200).contains(&square) {

@@ -4,8 +4,8 @@ use glam::{DAffine3, DVec3};
 
 use crate::math::transform::{Transform, error_through};
 
-/// The half line `origin + t direction`, t >= 0. The direction need not be of unit length; every `t` of this crate counts in
-/// its length, so that a ray keeps its `t` through any affine map.
+/// The half line `origin + t direction`, t >= 0. The direction need not be of unit length; every
+/// `t` of this crate counts in its length, so that a ray keeps its `t` through any affine map.
 ///
 /// ```
 /// use superegg_geom::{Ray, Transform, TransformStep, glam::DVec3};
@@ -21,10 +21,10 @@ pub struct Ray {
     pub origin: DVec3,
     /// Where it goes; any length but zero.
     pub direction: DVec3,
-    /// A bound on the rounding error of each coordinate of `origin`, in the units of the ray's space: 0 for a ray that
-    /// someone gave, a few ulps for one that starts at a computed point of a surface. It is used for one thing: a start that lies
-    /// within it of *another* surface counts as on that surface, so that two surfaces in the same place do not shadow
-    /// each other.
+    /// A bound on the rounding error of each coordinate of `origin`, in the units of the ray's
+    /// space: 0 for a ray from user input, a few ulps for one that starts at a computed point of a
+    /// surface. It is used for one thing: a start that lies within it of *another* surface counts
+    /// as on that surface, so that two coincident surfaces do not shadow each other.
     pub origin_error: f64,
 }
 
@@ -59,13 +59,15 @@ impl Ray {
     }
 }
 
-/// What is known of a ray's start and one shape.
+/// The position of a ray's start relative to one shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayStart {
-    /// Nothing: the origin is where its coordinates say.
+    /// Unknown: the coordinates of the origin decide.
     Free,
-    /// The origin is on the shape's surface and the ray leaves to the outside. A convex shape is not met again.
+    /// The origin is on the shape's surface and the ray leaves to the outside. It does not hit a
+    /// convex shape again.
     SurfaceOutward,
-    /// The origin is on the shape's surface and the ray goes into the shape: its first crossing is an exit.
+    /// The origin is on the shape's surface and the ray goes into the shape: its first crossing is
+    /// an exit.
     SurfaceInward,
 }

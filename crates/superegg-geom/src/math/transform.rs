@@ -1,4 +1,4 @@
-//! Affine maps with their inverses, built from the steps that a user writes.
+//! Affine maps with their inverses, built from a list of steps.
 
 use glam::{DAffine3, DMat3, DVec3};
 use thiserror::Error;
@@ -39,7 +39,8 @@ pub enum TransformError {
 }
 
 impl TransformStep {
-    /// Forward map and inverse, each exact to rounding; the inverse is written down, not computed from the forward map.
+    /// Forward map and inverse, each exact to rounding; the inverse is written down, not computed
+    /// from the forward map.
     fn maps(&self) -> Result<(DAffine3, DAffine3), TransformError> {
         match *self {
             Self::Translate(by) => Ok((DAffine3::from_translation(by), DAffine3::from_translation(-by))),
@@ -140,19 +141,21 @@ impl Transform {
         &self.inverse
     }
 
-    /// Takes a local gradient (or normal) to world: by the inverse transpose. The length has no meaning.
+    /// Takes a local gradient (or normal) to world: by the inverse transpose. The length has no
+    /// meaning.
     pub fn normal_to_world(&self, local: DVec3) -> DVec3 {
         self.inverse.matrix3.transpose() * local
     }
 
-    /// A bound on the coordinate error of a world point whose local point `point` is known to `error` in each coordinate.
+    /// A bound on the coordinate error of a world point whose local point `point` is known to
+    /// `error` in each coordinate.
     pub fn world_error(&self, point: DVec3, error: f64) -> f64 {
         error_through(&self.forward, point, error)
     }
 }
 
-/// A bound on the coordinate error of a point's image, whose own coordinates are known to `error`: what error was there, stretched by the map, and
-/// the rounding of the map itself.
+/// A bound on the coordinate error of a point's image, whose own coordinates are known to `error`:
+/// the given error, stretched by the map, plus the rounding of the map itself.
 pub fn error_through(map: &DAffine3, point: DVec3, error: f64) -> f64 {
     let m = &map.matrix3;
     let row_sums = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
@@ -161,8 +164,9 @@ pub fn error_through(map: &DAffine3, point: DVec3, error: f64) -> f64 {
         + rounding * map.translation.abs().max_element()
 }
 
-/// The inverse of an affine map, right to rounding of its own entries where the map is a rotation between scales of any size; rows and
-/// columns are brought to the same size before anything is subtracted. Not finite for a map that cannot be undone.
+/// The inverse of an affine map, right to rounding of its own entries where the map is a rotation
+/// between scales of any size; rows and columns are brought to the same size before anything is
+/// subtracted. Not finite for a singular map.
 pub fn inverse_of(map: &DAffine3) -> DAffine3 {
     let scale = |v: DVec3| scale_to_unit(v).map_or(f64::NAN, |(_, scale)| scale);
     let rows = map.matrix3.transpose();

@@ -1,13 +1,14 @@
 //! A quarter of a superellipse, in a parametrisation without cancellation.
 
-/// The arc `X^(2/w) + Y^(2/w) = 1`, X, Y >= 0, from (1, 0) to (0, 1), for a superellipse exponent w:
+/// The arc `X^(2/w) + Y^(2/w) = 1`, X, Y >= 0, from (1, 0) to (0, 1), for a superellipse exponent
+/// w:
 ///
 /// ```text
 /// X = S(-t)^(w/2),   Y = S(t)^(w/2),   S(t) = 1 / (1 + exp(-t)),   t from -infinity to infinity
 /// ```
 ///
-/// Both are right to a few ulps of themselves, on the longest spike and in the sharpest corner. With
-/// an angle, `t = 2 ln tan(angle)`.
+/// Both are right to a few ulps of themselves, on the longest spike and in the sharpest corner.
+/// With an angle, `t = 2 ln tan(angle)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
     half_exponent: f64,

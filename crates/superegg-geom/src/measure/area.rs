@@ -11,8 +11,8 @@ use crate::superquadric::Superquadric;
 pub struct SurfaceArea {
     /// The area, in squares of the unit of the semi-axes.
     pub value: f64,
-    /// The estimated relative error: the difference of the last two steps of the quadrature, of which
-    /// the better one is the answer.
+    /// The estimated relative error: the difference of the last two steps of the quadrature, of
+    /// which the better one is the answer.
     pub relative_error: f64,
 }
 
@@ -106,7 +106,8 @@ impl AreaElement {
         profile.rho * wall.mul_add(wall, cap * cap).sqrt()
     }
 
-    /// The trapezoidal sum over both arcs with about `nodes` nodes along each, in s with t = sinh(s).
+    /// The trapezoidal sum over both arcs with about `nodes` nodes along each, in s with t =
+    /// sinh(s).
     fn trapezoidal_sum(&self, nodes: usize) -> f64 {
         let half = nodes / 2;
         let [around_step, profile_step] = self.ends().map(|end| end / half as f64);
@@ -147,9 +148,9 @@ impl Superquadric {
     /// There is no closed form. The area element over two superellipse arcs, each in the parameter
     /// `t = 2 ln tan(angle)`, is analytic and falls off exponentially, so that the trapezoidal rule
     /// after the substitution t = sinh(s) converges exponentially (H. Takahasi and M. Mori, Double
-    /// exponential formulas for numerical integration, 1974), at spikes, in corners and on flat faces
-    /// alike. Steps are halved until two sums agree. It takes about a millisecond, and up to a tenth
-    /// of a second for extreme shapes.
+    /// exponential formulas for numerical integration, 1974), at spikes, in corners and on flat
+    /// faces alike. Steps are halved until two sums agree. It takes about a millisecond, and up to
+    /// a tenth of a second for extreme shapes.
     ///
     /// ```
     /// use superegg_geom::{Exponents, Superquadric, glam::DVec3};

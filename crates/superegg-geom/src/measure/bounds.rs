@@ -5,15 +5,15 @@ use crate::math::transform::Transform;
 use crate::superquadric::Superquadric;
 
 impl Superquadric {
-    /// The smallest axis-aligned box around the shape's image under an affine map, for every pair of
-    /// exponents:
+    /// The smallest axis-aligned box around the shape's image under an affine map, for every pair
+    /// of exponents:
     ///
     /// ```text
     /// center = translation,   half edge along i = h(radii * row i of the linear part)
     /// ```
     ///
-    /// with the support function h ([`crate::NormForm::support`]). The faces are right to a few ulps
-    /// of their coordinates; [`Aabb::rounded_outward`] makes the box a strict bound.
+    /// with the support function h ([`crate::NormForm::support`]). The faces are right to a few
+    /// ulps of their coordinates; [`Aabb::rounded_outward`] makes the box a strict bound.
     ///
     /// ```
     /// use superegg_geom::{Superquadric, Transform, TransformStep, glam::DVec3};

@@ -46,8 +46,8 @@ const NEWTON_STEPS: usize = 40;
 
 impl Superquadric {
     /// The closest point of the surface and the signed distance, to a relative error of 1e-9:
-    /// [`Superquadric::closest_point_within`] with the default limits. `None` for a point that is not
-    /// finite.
+    /// [`Superquadric::closest_point_within`] with the default limits. `None` for a point that is
+    /// not finite.
     ///
     /// ```
     /// use superegg_geom::{Exponents, Superquadric, glam::DVec3};
@@ -60,22 +60,23 @@ impl Superquadric {
         self.closest_point_within(point, &SearchLimits::default())
     }
 
-    /// The closest point of the surface and the signed distance, for every pair of exponents, with a
-    /// proven error. `None` for a point that is not finite.
+    /// The closest point of the surface and the signed distance, for every pair of exponents, with
+    /// a proven error. `None` for a point that is not finite.
     ///
-    /// Branch and bound. The closest point lies in the octant of the given one, and the surface there
-    /// is a product of two superellipse arcs (see [`Superquadric::surface_area_with_error`]). A piece
-    /// of an arc is convex or concave, so it lies in the triangle of its chord and its end tangents, and
-    /// a cell of the surface lies in the convex hull of nine points; the gap shrinks with the
-    /// square of the cell's size, at spikes, creases and edges too. The distance to the hull, from
-    /// below by a separating plane, bounds the distance to the cell. The cell with the smallest
-    /// bound is halved, until the bound is the distance to the best point found, which Newton's
-    /// method has improved.
+    /// Branch and bound. The closest point lies in the octant of the given one, and the surface
+    /// there is a product of two superellipse arcs (see [`Superquadric::surface_area_with_error`]).
+    /// A piece of an arc is convex or concave, so it lies in the triangle of its chord and its end
+    /// tangents, and a cell of the surface lies in the convex hull of nine points; the gap shrinks
+    /// with the square of the cell's size, at spikes, creases and edges too. The distance to the
+    /// hull, from below by a separating plane, bounds the distance to the cell. The cell with the
+    /// smallest bound is halved, until the bound is the distance to the best point found, which
+    /// Newton's method has improved.
     ///
     /// The error is larger than the tolerance only where a whole patch of the surface is closest to
     /// within less than the bounds resolve, as near the centre of what is nearly a sphere. Around a
-    /// shape of revolution (e = 1 and equal semi-axes) only its profile is searched; a sphere has a closed form.
-    /// Of several closest points, such as those of a point in a plane of symmetry, one is returned.
+    /// shape of revolution (e = 1 and equal semi-axes) only its profile is searched; a sphere has a
+    /// closed form. Of several closest points, such as those of a point in a plane of symmetry, one
+    /// is returned.
     ///
     /// ```
     /// use superegg_geom::{SearchLimits, Superquadric, glam::DVec3};
@@ -331,8 +332,8 @@ impl Search {
         hull
     }
 
-    /// A lower bound on the distance to a hull: that to a separating plane. The planes are those of the
-    /// Frank-Wolfe method for the closest point of the hull; it stops at a bound of `enough`.
+    /// A lower bound on the distance to a hull: that to a separating plane. The planes are those of
+    /// the Frank-Wolfe method for the closest point of the hull; it stops at a bound of `enough`.
     fn distance_to_hull(&self, hull: &[DVec3; 9], enough: f64) -> f64 {
         let relative = hull.map(|corner| corner - self.query);
         let mut best = 0f64;
@@ -362,8 +363,8 @@ impl Search {
         best
     }
 
-    /// Newton's method for the closest point in the parameters t and tau, from a found point. A step
-    /// is taken only if it leads closer.
+    /// Newton's method for the closest point in the parameters t and tau, from a found point. A
+    /// step is taken only if it leads closer.
     fn improved(&self, found: Found, [s, sigma]: [f64; 2]) -> Found {
         let (mut best, mut t, mut tau) = (found, s.sinh(), sigma.sinh());
         let mut damping = 0.0;

@@ -20,10 +20,10 @@ pub struct SurfacePoint {
 /// same library functions.
 ///
 /// The density is exact, by rejection: the parameter plane of the surface (see
-/// [`Superquadric::surface_area_with_error`]) is cut into cells, on each of which the area element has
-/// a proven upper bound. A cell is drawn in proportion to its bound, a point of it evenly, and the
-/// point is accepted with the ratio of area element to bound. The bounds are products of monotone
-/// factors, so they hold for spikes, creases and boxes too.
+/// [`Superquadric::surface_area_with_error`]) is cut into cells, on each of which the area element
+/// has a proven upper bound. A cell is drawn in proportion to its bound, a point of it evenly, and
+/// the point is accepted with the ratio of area element to bound. The bounds are products of
+/// monotone factors, so they hold for spikes, creases and boxes too.
 ///
 /// ```
 /// use superegg_geom::{Exponents, Superquadric, SurfaceSampler};

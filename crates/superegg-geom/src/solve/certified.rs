@@ -1,21 +1,27 @@
 //! Ray against unit shape for any exponents, by isolating the first root with bounds.
 //!
-//! The ray is cut where it crosses x = 0, y = 0 and z = 0. On a piece |x|, |y|, |z| are linear, and with
+//! The ray is cut where it crosses x = 0, y = 0 and z = 0. On a piece |x|, |y|, |z| are linear, and
+//! with
 //!
 //! ```text
 //! R(x, y) = (|x|^p + |y|^p)^(1/p)    convex along the piece for p >= 1, concave for p <= 1,
 //! C(z)    = (1 - |z|^q)^(1/q)        concave for q >= 1, convex for q <= 1,
 //! ```
 //!
-//! `h = R - C` has the sign of `io`. With `f = h` for an outside start and `f = -h` for an inside one, the search is for the first place
-//! where f falls below 0, and f is a sum of two terms each convex or concave. On an interval a convex term lies above
-//! its tangents and a concave one above its chord: a lower bound whose gap shrinks with the square of the width. Derivatives are bounded by
-//! their values at the ends, since each term's is monotone. An interval is dismissed only on proof: the bound is above 0, or f does not
-//! decrease on it, or it decreases and ends above 0. A root is taken only where f decreases over the whole interval and changes
-//! sign, so it is the only one there; everything before it has been dismissed. What is left is halved, down to the spacing of f64.
+//! `h = R - C` has the sign of `io`. Let `f = h` for a start outside and `f = -h` for a start
+//! inside. The search finds the first t at which f falls below 0. f is a sum of two terms, each
+//! convex or concave. On an interval a convex term lies above its tangents and a concave one above
+//! its chord: a lower bound whose gap shrinks with the square of the width. Each term's derivative
+//! is monotone, so its values at the ends bound it.
 //!
-//! Near the coordinate planes f is cusp-like where p or q < 1, and crossings may lie 1e-20 from the cut. Each half of a piece therefore
-//! measures from the cut at its own end, where the crossing coordinate is exactly 0 and the others are exact to rounding.
+//! An interval is discarded only on proof: the bound is above 0, or f does not decrease on it, or f
+//! decreases and ends above 0. A root is accepted only where f decreases over the whole interval
+//! and changes sign: it is the only root there, and every interval before it has been discarded.
+//! All other intervals are halved, down to the spacing of f64.
+//!
+//! Near the coordinate planes f has a cusp where p or q < 1, and crossings may lie 1e-20 from the
+//! cut. Each half of a piece therefore measures from the cut at its own end, where the crossing
+//! coordinate is exactly 0 and the others are exact to rounding.
 
 use glam::DVec3;
 
@@ -25,7 +31,7 @@ use crate::norm::{NormForm, PowerNorm};
 use crate::shape::ShapeHit;
 use crate::solve::span::{BoxSpan, point_on_plane, t_between};
 
-/// A bound on the intervals looked at for one half piece. Hostile rays need some hundreds (a test counts them).
+/// The most intervals that are examined for one half piece. Hostile rays need some hundreds.
 const MAX_INTERVALS: usize = 20_000;
 
 /// The first crossing in unit space.
@@ -64,11 +70,12 @@ pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Opt
             }
         }
     }
-    // Whoever starts inside leaves: at the latest with the box, where rounding may have hidden the crossing.
+    // A ray that starts inside leaves the shape, at the latest with the box: rounding may have
+    // hidden the crossing.
     inside.then_some(ShapeHit { t: span.t_out, point: span.point_out, leaving: true })
 }
 
-/// A place where a piece begins or ends.
+/// An end of a piece.
 #[derive(Clone, Copy, Debug)]
 struct Cut {
     t: f64,
@@ -77,7 +84,8 @@ struct Cut {
     axis: Option<usize>,
 }
 
-/// The places where the ray's span begins, crosses a coordinate plane, and ends, in order.
+/// The ends of the pieces in order: where the ray's span begins, crosses a coordinate plane, and
+/// ends.
 struct Cuts {
     origin: DVec3,
     direction: DVec3,
@@ -92,7 +100,7 @@ impl Cuts {
         let mut count = 1;
         for axis in 0..3 {
             let d = span.direction[axis];
-            // By the signs at both ends, which are exact, rather than by comparing t.
+            // The signs at both ends are exact, a comparison of t is not.
             if d == 0.0 || span.point_in[axis] * d >= 0.0 || span.point_out[axis] * d <= 0.0 {
                 continue;
             }
@@ -123,7 +131,8 @@ impl Cuts {
         self.cuts[..self.count].windows(2).map(|pair| (&pair[0], &pair[1]))
     }
 
-    /// The length of t from one cut to a later one, exact to rounding between two crossings however close they are.
+    /// The length of t from one cut to a later one, exact to rounding between two crossings however
+    /// close they are.
     fn gap(&self, from: &Cut, to: &Cut) -> f64 {
         self.signed_gap(from, to).max(0.0)
     }
@@ -137,7 +146,8 @@ impl Cuts {
     }
 }
 
-/// A coordinate's magnitude along half a piece: `at_anchor + slope s`, both >= 0 in effect for s in the half piece.
+/// A coordinate's magnitude along half a piece: `at_anchor + slope s`, both >= 0 in effect for s in
+/// the half piece.
 #[derive(Clone, Copy, Debug)]
 struct Magnitude {
     at_anchor: f64,
@@ -161,7 +171,8 @@ struct HalfPiece {
 }
 
 impl HalfPiece {
-    /// `quadrant` has the signs of the coordinates within the piece, `direction` leads from the anchor into the half piece.
+    /// `quadrant` has the signs of the coordinates within the piece, `direction` leads from the
+    /// anchor into the half piece.
     fn new(anchor: &Cut, quadrant: DVec3, direction: DVec3, length: f64) -> Self {
         let magnitude = |axis: usize| {
             let sign = if quadrant[axis] < 0.0 { -1.0 } else { 1.0 };
@@ -175,14 +186,15 @@ impl HalfPiece {
     }
 }
 
-/// A term's value and its derivative by s at one place. The derivative may be infinite at an end of a piece.
+/// A term's value and its derivative by s at one s. The derivative may be infinite at an end of a
+/// piece.
 #[derive(Clone, Copy, Debug)]
 struct Term {
     value: f64,
     derivative: f64,
 }
 
-/// The two terms of f at one place.
+/// The two terms of f at one s.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     s: f64,
@@ -200,13 +212,13 @@ impl Sample {
     }
 }
 
-/// What an interval holds.
+/// The result of examining an interval.
 enum Finding {
     /// f does not fall below 0 on it.
     Nothing,
     /// f falls below 0 first at this s.
     Fall(f64),
-    /// It must be cut here to know.
+    /// Undecided: cut the interval here.
     Unknown(f64),
 }
 
@@ -235,7 +247,7 @@ impl Function {
     fn radial(&self, half: &HalfPiece, s: f64) -> Term {
         let (x, y) = (half.x.at(s), half.y.at(s));
         if x == 0.0 && y == 0.0 {
-            // On the z axis R is the norm of the way gone from it.
+            // On the z axis R is the norm of the displacement from it.
             return Term { value: 0.0, derivative: self.xy.value(half.x.slope.abs(), half.y.slope.abs()) };
         }
         let (value, by_x, by_y) = self.xy.value_and_gradient(x, y);
@@ -255,8 +267,9 @@ impl Function {
         Term { value, derivative: chain(-steepness, slope) }
     }
 
-    /// Whether the piece between two cuts lies outside of a hull of the shape. For p <= 1, R >= |x| + |y|, and for q <= 1, N >= R + |z|; these
-    /// sums are linear along a piece, so a piece whose ends have 1 or more of one of them does not meet the shape.
+    /// Whether the piece between two cuts lies outside of a hull of the shape. For p <= 1, R >= |x|
+    /// + |y|, and for q <= 1, N >= R + |z|; these sums are linear along a piece, so a piece with
+    /// one of them >= 1 at both ends does not intersect the shape.
     fn is_outside_hull(&self, from: DVec3, to: DVec3) -> bool {
         let (from, to) = (from.abs(), to.abs());
         let exceeds = |sum: fn(DVec3) -> f64| sum(from) >= 1.0 && sum(to) >= 1.0;
@@ -268,7 +281,7 @@ impl Function {
         }
     }
 
-    /// The first s in time at which f falls below 0, or `None`, proved.
+    /// The first s in time at which f falls below 0. `None` is proved.
     fn first_fall(&self, half: &HalfPiece, forward: bool) -> Option<f64> {
         let mut pending = Vec::new();
         let mut next = Some((self.sample(half, 0.0), self.sample(half, half.length)));
@@ -289,7 +302,7 @@ impl Function {
         None
     }
 
-    /// What can be said of one interval.
+    /// Examines one interval.
     fn look_at(&self, half: &HalfPiece, low: &Sample, high: &Sample, forward: bool) -> Finding {
         let (first, last) = if forward { (low, high) } else { (high, low) };
         let (least, greatest) = self.derivative_range(low, high, forward);
@@ -305,7 +318,8 @@ impl Function {
                 Finding::Nothing
             };
         }
-        // Far beyond any exponent of use R itself overflows; a concave term with infinite ends is infinite.
+        // Far beyond any exponent of use R itself overflows; a concave term with infinite ends is
+        // infinite.
         if self.lower_bound(low, high) > 0.0 || low.f().min(high.f()) == f64::INFINITY {
             return Finding::Nothing;
         }
@@ -316,7 +330,8 @@ impl Function {
         }
     }
 
-    /// Bounds of df/dt in time over an interval: each term's derivative is monotone, so its range is that of its ends.
+    /// Bounds of df/dt in time over an interval: each term's derivative is monotone, so its range
+    /// is that of its ends.
     fn derivative_range(&self, low: &Sample, high: &Sample, forward: bool) -> (f64, f64) {
         let range = |low: f64, high: f64, is_convex: bool| if is_convex { (low, high) } else { (high, low) };
         let r = range(low.r_term.derivative, high.r_term.derivative, self.r_term_is_convex);
@@ -345,14 +360,16 @@ impl Function {
                 at_high += b.value;
             }
         }
-        // The chord of the concave terms plus a tangent of the convex ones is a line; f is above both such lines.
+        // The chord of the concave terms plus a tangent of the convex ones is a line; f is above
+        // both such lines.
         let chord = (at_high - at_low) / width;
         let line_low = (at_low + tangent_low.value, chord + tangent_low.derivative);
         let line_high = (at_high + tangent_high.value, chord + tangent_high.derivative);
         least_of_upper_envelope(line_low, line_high, width)
     }
 
-    /// The root in an interval over which f is monotone and changes sign: Newton's method kept within the bracket.
+    /// The root in an interval over which f is monotone and changes sign: Newton's method kept
+    /// within the bracket.
     fn root_between(&self, half: &HalfPiece, low: Sample, high: Sample) -> f64 {
         let rises = low.f() < 0.0;
         let (mut low_s, mut high_s) = (low.s, high.s);
@@ -385,13 +402,14 @@ impl Function {
     }
 }
 
-/// `derivative * slope`, where a coordinate that does not change contributes nothing, however steep the function is.
+/// `derivative * slope`, where a coordinate that does not change contributes nothing, however steep
+/// the function is.
 fn chain(derivative: f64, slope: f64) -> f64 {
     if slope == 0.0 { 0.0 } else { derivative * slope }
 }
 
-/// The least value over 0..=width of the larger of two lines, the first given by value and slope at 0, the second at
-/// `width`; a line with an infinite slope does not count. NaN where neither does.
+/// The least value over 0..=width of the larger of two lines, the first given by value and slope at
+/// 0, the second at `width`; a line with an infinite slope does not count. NaN where neither does.
 fn least_of_upper_envelope(low: (f64, f64), high: (f64, f64), width: f64) -> f64 {
     let low_at_width = low.0 + low.1 * width;
     let high_at_zero = high.0 - high.1 * width;
@@ -413,8 +431,8 @@ fn least_of_upper_envelope(low: (f64, f64), high: (f64, f64), width: f64) -> f64
     }
 }
 
-/// Where to cut an interval: towards the anchor, where f may be cusp-like, in ratios; else in the middle. `None` when it is as narrow
-/// as it can usefully be.
+/// The s at which to cut an interval: near the anchor, where f may have a cusp, in ratios; else the
+/// middle. `None` if the interval is at the spacing of f64.
 fn split(low: f64, high: f64, length: f64) -> Option<f64> {
     if low == 0.0 {
         return (high > 1e-30 * length).then_some(high / 16.0);

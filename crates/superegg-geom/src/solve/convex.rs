@@ -1,8 +1,9 @@
 //! Ray against unit shape for e, n <= 2, where the norm form is convex.
 //!
-//! Along the ray `g(t) = N - 1` is convex. From a place before the shape, with g >= 0 and g' < 0, Newton's method goes
-//! monotonically up to the first root and cannot pass it; `g' >= 0` while `g > 0` proves that there is none. From the far side of
-//! the box, backwards, the same leads to the exit.
+//! Along the ray `g(t) = N - 1` is convex. From a point before the shape, with g >= 0 and g' < 0,
+//! Newton's method moves monotonically to the first root and cannot pass it. `g' >= 0` while `g >
+//! 0` proves that there is no root. The exit is the first root of the reversed ray from the far
+//! side of the box.
 
 use glam::DVec3;
 
@@ -11,7 +12,8 @@ use crate::norm::NormForm;
 use crate::shape::ShapeHit;
 use crate::solve::span::BoxSpan;
 
-/// Each step divides g g' by four at least (convexity), so sixty reach the last digit even from a double root.
+/// Convexity makes each step divide g g' by at least four, so 60 steps reach the last digit of a
+/// double root.
 const MAX_STEPS: u32 = 100;
 
 /// The first crossing in unit space.
@@ -22,15 +24,15 @@ pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Opt
 /// The first crossing in unit space, and the number of Newton steps to it.
 pub(crate) fn solve(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Option<(ShapeHit, u32)> {
     let inside = match start {
-        // What leaves a convex shape does not meet it again.
+        // A ray that leaves a convex shape does not hit it again.
         RayStart::SurfaceOutward => return None,
         RayStart::SurfaceInward => true,
         RayStart::Free => span.starts_inside_box && norm.value(span.origin) < 1.0,
     };
     let length = span.length;
     if inside {
-        // An inside start has exactly one exit. Where there is no way back from the far side the start is on the surface to rounding,
-        // and so is the exit.
+        // A start inside has exactly one exit. If the reversed ray finds no root, the start and the
+        // exit are on the surface within rounding.
         let back = first_root(norm, span.point_out, -span.direction, length);
         let (back, steps) = back.unwrap_or((length, 0));
         let point = span.point_out - back * span.direction;
@@ -42,7 +44,8 @@ pub(crate) fn solve(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Option<
     }
 }
 
-/// The smallest s in 0..=length with N(from + s direction) = 1, from a point outside of the shape or on it; and the number of Newton steps.
+/// The smallest s in 0..=length with N(from + s direction) = 1, from a point outside of the shape
+/// or on it; and the number of Newton steps.
 fn first_root(norm: &NormForm, from: DVec3, direction: DVec3, length: f64) -> Option<(f64, u32)> {
     let mut s = 0.0;
     for steps in 0..MAX_STEPS {

@@ -1,16 +1,18 @@
-//! The course text's method: Newton's method on `io` from the bounding sphere (sections 5.1.1 to 5.1.4).
+//! The course text's method: Newton's method on `io` from the bounding sphere (sections 5.1.1 to
+//! 5.1.4).
 //!
-//! It is here as the baseline of benchmarks and as what a teacher shows; nothing in the renderer uses it. Its failures
-//! are part of the story: `io` and its gradient leave the range of f64 a few per cent outside of a shape with small exponents, so at
-//! e = n = 0.0001 nearly every hit is lost; where g' changes sign away from a minimum (shapes with e or n > 2) it takes hits for
-//! misses; and near a graze it converges slowly.
+//! It is the baseline of benchmarks and the method of lectures; the renderer does not use it. Its
+//! failures are known: `io` and its gradient leave the range of f64 a few per cent outside of a
+//! shape with small exponents, so at e = n = 0.0001 nearly every hit is lost; where g' changes sign
+//! away from a minimum (shapes with e or n > 2) it takes hits for misses; and near a graze it
+//! converges slowly.
 
 use glam::DVec3;
 
 use crate::math::ray::Ray;
 use crate::shape::Exponents;
 
-/// The answer of the textbook method and what it took.
+/// The answer of the textbook method and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextbookAnswer {
     /// The `t` it found, or `None` for "no hit", which may be wrong.
@@ -30,7 +32,8 @@ pub fn inside_outside(v: DVec3, exponents: Exponents) -> f64 {
     (s.x.powf(1.0 / e) + s.y.powf(1.0 / e)).powf(e / n) + s.z.powf(1.0 / n) - 1.0
 }
 
-/// The gradient of `sq_io` as the course text prints it (its third row, missing there, is 2z (z^2)^(1/n - 1) / n).
+/// The gradient of `sq_io` as the course text prints it (its third row, missing there, is 2z
+/// (z^2)^(1/n - 1) / n).
 pub fn gradient(v: DVec3, exponents: Exponents) -> DVec3 {
     let (e, n) = (exponents.e(), exponents.n());
     let s = v * v;
@@ -54,7 +57,8 @@ pub fn intersect(ray: &Ray, exponents: Exponents) -> TextbookAnswer {
     if near >= 0.0 {
         return entry;
     }
-    // The start is within the sphere: both guesses are tried, and the smallest positive solution counts.
+    // The start is within the sphere: both guesses are tried, and the smallest positive solution
+    // counts.
     let exit = newton(ray, exponents, far, -1.0);
     let positive = |answer: TextbookAnswer| answer.t.filter(|&t| t >= 0.0);
     let t = match (positive(entry), positive(exit)) {
@@ -64,7 +68,8 @@ pub fn intersect(ray: &Ray, exponents: Exponents) -> TextbookAnswer {
     TextbookAnswer { t, steps: entry.steps + exit.steps }
 }
 
-/// Where the line meets the sphere of radius sqrt 3: the quadratic of 5.1.2 with the stable form of 5.1.3.
+/// The intersection of the line with the sphere of radius sqrt 3: the quadratic of 5.1.2 with the
+/// stable form of 5.1.3.
 fn bounding_sphere(ray: &Ray) -> Option<(f64, f64)> {
     let a = ray.direction.dot(ray.direction);
     let b = 2.0 * ray.direction.dot(ray.origin);
@@ -78,8 +83,8 @@ fn bounding_sphere(ray: &Ray) -> Option<(f64, f64)> {
     Some((t1.min(t2), t1.max(t2)))
 }
 
-/// Newton's method along the ray from a guess; `towards` is 1 going forward and -1 going backward. A slope of the wrong
-/// sign ends it: the surface has been missed.
+/// Newton's method along the ray from a guess; `towards` is 1 going forward and -1 going backward.
+/// A slope of the wrong sign ends it: the surface has been missed.
 fn newton(ray: &Ray, exponents: Exponents, guess: f64, towards: f64) -> TextbookAnswer {
     let mut t = guess;
     for steps in 0..MAX_STEPS {
