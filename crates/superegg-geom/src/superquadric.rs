@@ -141,6 +141,35 @@ impl Superquadric {
             * self.radii
     }
 
+    /// The outward unit normal at longitude u and latitude v, in radians:
+    ///
+    /// ```text
+    /// (c(v, 2 - n) c(u, 2 - e) / a,  c(v, 2 - n) s(u, 2 - e) / b,  s(v, 2 - n) / c), at unit length
+    /// ```
+    ///
+    /// (Barr 1981) with c and s of [`Superquadric::point_at`]. It is more exact than the normal at
+    /// that point, whose coordinates cannot resolve the edges of a box. On creases, where the normal
+    /// is not unique, the component of a sine or cosine that is 0 is 0.
+    ///
+    /// ```
+    /// use superegg_geom::{Exponents, Superquadric, glam::DVec3};
+    /// let nearly_cube = Superquadric::unit(Exponents::new(1e-4, 1e-4)?);
+    /// let quarter = std::f64::consts::FRAC_PI_4;
+    /// let edge = nearly_cube.normal_at(quarter, 0.0);
+    /// assert!((edge - DVec3::new(0.5f64.sqrt(), 0.5f64.sqrt(), 0.0)).length() < 1e-12);
+    /// # Ok::<(), superegg_geom::ShapeError>(())
+    /// ```
+    pub fn normal_at(&self, u_rad: f64, v_rad: f64) -> DVec3 {
+        let power = |x: f64, w: f64| if x == 0.0 { 0.0 } else { x.abs().powf(w).copysign(x) };
+        let (e, n) = (2.0 - self.exponents.e(), 2.0 - self.exponents.n());
+        let around = power(v_rad.cos(), n);
+        let section = DVec3::new(power(u_rad.cos(), e), power(u_rad.sin(), e), 0.0);
+        let normal = (around * section + power(v_rad.sin(), n) * DVec3::Z) / self.radii;
+        // Infinity times 0: the factor 0 is exact, the infinite one is not.
+        let normal = normal.map(|x| if x.is_nan() { 0.0 } else { x });
+        unit_vector(normal).unwrap_or(DVec3::Z)
+    }
+
     /// The longitude u in (-pi, pi] and latitude v in [-pi/2, pi/2] of a point of the surface, in
     /// radians: the inverse of [`Superquadric::point_at`]. Any other point has those of the surface
     /// point on the ray from the centre through it; the centre has (0, 0), and a pole u = 0.

@@ -29,7 +29,7 @@ fn rows(name: &str) -> Vec<Vec<f64>> {
 #[test]
 fn volume_moments_and_area_have_the_digits_of_the_oracle() {
     let rows = rows("measures.csv");
-    assert!(rows.len() >= 10);
+    assert!(rows.len() >= 12);
     for row in rows {
         let shape = shape(row[0], row[1], [row[2], row[3], row[4]]);
         assert!(off(shape.volume(), row[5]) < 2e-14, "{row:?}: {}", shape.volume());
@@ -217,6 +217,21 @@ proptest! {
         prop_assert!(off(moments.x, others.y) < 1e-14 && off(moments.z, others.z) < 1e-14);
         let sphere = (36.0 * PI * shape.volume().powi(2)).cbrt();
         prop_assert!(shape.surface_area() > sphere * (1.0 - 1e-12));
+    }
+
+    /// The normal at (u, v) is at right angles to the surface's tangents, and that of the point.
+    #[test]
+    fn the_normal_at_u_v(e in 0.3..6.0f64, n in 0.3..6.0f64, u in 0.2..1.3f64, v in 0.2..1.3f64, quadrant in 0..4, flip in any::<bool>()) {
+        let shape = shape(e, n, [1.0, 2.0, 0.3]);
+        let (u, v) = (u + PI / 2.0 * f64::from(quadrant) - PI, if flip { -v } else { v });
+        prop_assume!((u / (PI / 2.0)).fract().abs() > 0.1 && (u / (PI / 2.0)).fract().abs() < 0.9);
+        let normal = shape.normal_at(u, v);
+        prop_assert!((normal - shape.normal(shape.point_at(u, v))).length() < 1e-9, "{normal}");
+        let step = 1e-6;
+        for (du, dv) in [(step, 0.0), (0.0, step)] {
+            let tangent = shape.point_at(u + du, v + dv) - shape.point_at(u - du, v - dv);
+            prop_assert!(tangent.normalize().dot(normal).abs() < 1e-6);
+        }
     }
 
     /// Longitude and latitude lead back, and a factor changes neither.
