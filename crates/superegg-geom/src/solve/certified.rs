@@ -267,9 +267,9 @@ impl Function {
         Term { value, derivative: chain(-steepness, slope) }
     }
 
-    /// Whether the piece between two cuts lies outside of a hull of the shape. For p <= 1, R >= |x|
-    /// + |y|, and for q <= 1, N >= R + |z|; these sums are linear along a piece, so a piece with
-    /// one of them >= 1 at both ends does not intersect the shape.
+    /// Whether the piece between two cuts lies outside of a hull of the shape. For p <= 1,
+    /// `R >= |x| + |y|`, and for q <= 1, `N >= R + |z|`. These sums are linear along a piece, so a
+    /// piece with one of them >= 1 at both ends does not intersect the shape.
     fn is_outside_hull(&self, from: DVec3, to: DVec3) -> bool {
         let (from, to) = (from.abs(), to.abs());
         let exceeds = |sum: fn(DVec3) -> f64| sum(from) >= 1.0 && sum(to) >= 1.0;
