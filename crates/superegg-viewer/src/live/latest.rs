@@ -75,7 +75,7 @@ impl<R> Inbox<R> {
     fn update(&self, change: impl FnOnce(&mut State<R>)) {
         let mut state = self.state.lock();
         change(&mut state);
-        // Under the lock: `next` must not clear the flag of a request that it has not taken.
+        // Under the lock: later, the flag could cancel this request just after `next` has taken it.
         self.cancel.store(true, Ordering::Relaxed);
         self.has_changed.notify_one();
     }
