@@ -1,4 +1,5 @@
-//! Questions about a scene: ray hits, test points, the tree of an object, and warnings about a picture.
+//! Questions about a scene: ray hits, test points, the tree of an object, and warnings about a
+//! picture.
 
 pub(crate) mod grid;
 pub(crate) mod picture_warnings;

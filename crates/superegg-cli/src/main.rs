@@ -1,6 +1,7 @@
 //! The program `superegg`: command-line arguments, files, console output and exit codes.
 //!
-//! No other crate of the workspace prints. Modules use only modules that stand above them in this list.
+//! No other crate of the workspace prints. Modules use only modules that stand above them in this
+//! list.
 
 mod console;
 mod outcome;

@@ -1,7 +1,7 @@
 //! The modeller: an editing session with its files, renders, journal and window.
 //!
-//! Input arrives one line at a time, from the prompt, a pipe, a file or the window. Modules use only
-//! modules that stand above them in this list.
+//! Input arrives one line at a time, from the prompt, a pipe, a file or the window. Modules use
+//! only modules that stand above them in this list.
 
 mod canvas;
 mod journal;

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-/// A bar of pixels on standard error, with `detail` before the times; hidden where that is no terminal.
+/// A bar of pixels on standard error, with `detail` before the times; hidden where that is no
+/// terminal.
 pub(crate) fn progress_bar(pixels: u64, quiet: bool, detail: &str) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     let template = format!("{{bar:40}} {{percent:>3}} %  {detail}, {{elapsed}} elapsed, {{eta}} left");

@@ -15,8 +15,9 @@ use crate::long::shard::ShardArg;
 pub(crate) struct RenderArgs {
     /// The scene file
     pub(crate) scene: PathBuf,
-    /// Write the picture to this file: .png for screens, or .exr for linear light with depth, normals, albedo and instance ids; - for
-    /// standard output; default: the scene's name with .png in the current folder
+    /// Write the picture to this file: .png for screens, or .exr for linear light with depth,
+    /// normals, albedo and instance ids; - for standard output; default: the scene's name with .png
+    /// in the current folder
     #[arg(short, long, value_name = "OUT.png|.exr")]
     pub(crate) output: Option<PathBuf>,
     /// Set width and height in pixels; default: the size of the scene, or 1280x960
@@ -25,8 +26,8 @@ pub(crate) struct RenderArgs {
     /// Set the samples per pixel; default: those of the scene, or 4
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
     pub(crate) samples: Option<u32>,
-    /// Sample each pixel until the standard error of its value (0 to 1, as displayed) is below this noise threshold; 0 for a fixed number
-    /// of samples
+    /// Sample each pixel until the standard error of its value (0 to 1, as displayed) is below this
+    /// noise threshold; 0 for a fixed number of samples
     #[arg(long, value_name = "T", visible_alias = "noise-threshold", allow_negative_numbers = true, value_parser = noise_threshold)]
     pub(crate) noise: Option<f64>,
     /// Set the maximum samples per pixel for --noise
@@ -40,7 +41,8 @@ pub(crate) struct RenderArgs {
     /// Set the recursion depth of objects, 0 to 64; default: that of the scene
     #[arg(long, value_name = "D", value_parser = depth)]
     pub(crate) depth: Option<u32>,
-    /// Set the maximum number of reflections and refractions of a path, 0 to 256; after them a ray sees the sky
+    /// Set the maximum number of reflections and refractions of a path, 0 to 256; after them a ray
+    /// sees the sky
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=256))]
     pub(crate) bounces: Option<u32>,
     /// Set the number of threads; default: one for each core
@@ -100,11 +102,13 @@ impl DevelopArgs {
 /// Resumption and division of long renders.
 #[derive(Debug, clap::Args)]
 pub(crate) struct LongArgs {
-    /// Resume a stopped or killed render from its partial file, OUT.png.part; start again if there is none
+    /// Resume a stopped or killed render from its partial file, OUT.png.part; start again if there
+    /// is none
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Render shard K of N (1/N to N/N) into the partial file named by -o; 'superegg merge' merges the shards. 'auto' takes the shard of
-    /// this job in a Slurm array or an indexed Kubernetes job; auto/N sets the number of shards
+    /// Render shard K of N (1/N to N/N) into the partial file named by -o; 'superegg merge' merges
+    /// the shards. 'auto' takes the shard of this job in a Slurm array or an indexed Kubernetes
+    /// job; auto/N sets the number of shards
     #[arg(long, value_name = "K/N", visible_alias = "tiles", alias = "share")]
     pub(crate) shard: Option<ShardArg>,
 }
@@ -114,7 +118,8 @@ pub(crate) struct MergeArgs {
     /// The partial files: shards of one picture, or the checkpoint of a stopped render
     #[arg(required = true, value_name = "FILE.part")]
     pub(crate) parts: Vec<PathBuf>,
-    /// Write the picture to this file: .png, or .exr if the partial files are shards or come from an .exr render; - for standard output
+    /// Write the picture to this file: .png, or .exr if the partial files are shards or come from
+    /// an .exr render; - for standard output
     #[arg(short, long, value_name = "OUT.png|.exr")]
     pub(crate) output: PathBuf,
     /// Write the picture even if tiles are missing; missing tiles are black or transparent
@@ -137,13 +142,13 @@ pub(crate) struct AnimateArgs {
     /// Render these frames, both included; default: from the first keyframe to the last
     #[arg(long, value_name = "A..B")]
     pub(crate) frames: Option<FrameRange>,
-    /// Write the frames into this folder, or encode a film .mp4, .webm or .gif (by ffmpeg) with its frames in a folder beside it; default:
-    /// the scene's name with _frames in the current folder
+    /// Write the frames into this folder, or encode a film .mp4, .webm or .gif (by ffmpeg) with its
+    /// frames in a folder beside it; default: the scene's name with _frames in the current folder
     #[arg(short, long, value_name = "FOLDER|FILM")]
     pub(crate) output: Option<PathBuf>,
-    /// Render shard K of N of the frames (1/N to N/N), every Nth, into the same folder; the same command without --shard encodes the film
-    /// when all frames exist. 'auto' takes the shard of this job in a Slurm array or an indexed Kubernetes job; auto/N sets the number of
-    /// shards
+    /// Render shard K of N of the frames (1/N to N/N), every Nth, into the same folder; the same
+    /// command without --shard encodes the film when all frames exist. 'auto' takes the shard of
+    /// this job in a Slurm array or an indexed Kubernetes job; auto/N sets the number of shards
     #[arg(long, value_name = "K/N", visible_alias = "tiles", alias = "share")]
     pub(crate) shard: Option<ShardArg>,
     /// Set the frame rate of the film in frames per second
@@ -182,14 +187,15 @@ pub(crate) struct IntersectArgs {
     pub(crate) scene: PathBuf,
     #[command(flatten)]
     pub(crate) root: RootArgs,
-    /// Read rays from this file, rows of ox,oy,oz,dx,dy,dz below a header; - for standard input; default: describe the hit of the central
-    /// camera ray in words
+    /// Read rays from this file, rows of ox,oy,oz,dx,dy,dz below a header; - for standard input;
+    /// default: describe the hit of the central camera ray in words
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) rays: Option<PathBuf>,
     /// Write the hits to this file; default: standard output
     #[arg(short, long, value_name = "OUT.csv")]
     pub(crate) output: Option<PathBuf>,
-    /// Intersect convex shapes with the f32 kernels instead of the f64 reference path, for comparison
+    /// Intersect convex shapes with the f32 kernels instead of the f64 reference path, for
+    /// comparison
     #[arg(long)]
     pub(crate) fast: bool,
 }
@@ -200,7 +206,8 @@ pub(crate) struct IotestArgs {
     pub(crate) scene: PathBuf,
     #[command(flatten)]
     pub(crate) root: RootArgs,
-    /// Read points from this file, rows of x,y,z below a header; - for standard input; default: a grid
+    /// Read points from this file, rows of x,y,z below a header; - for standard input; default: a
+    /// grid
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["step", "extent"])]
     pub(crate) points: Option<PathBuf>,
     /// Set the spacing of the grid

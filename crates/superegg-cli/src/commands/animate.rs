@@ -94,8 +94,8 @@ struct Target {
 }
 
 impl Target {
-    /// An output with the extension of a film is the film, with its frames in a folder beside it; any
-    /// other output is the folder.
+    /// An output with the extension of a film is the film, with its frames in a folder beside it;
+    /// any other output is the folder.
     fn from_args(args: &AnimateArgs) -> Result<Self> {
         let frames_of = |path: &Path| {
             let stem = path.file_stem().filter(|_| !files::is_standard_stream(path));

@@ -11,7 +11,8 @@ use crate::args::RootArgs;
 use crate::files;
 use crate::files::scene::{Loaded, load};
 
-/// Loads and compiles a scene and prints its diagnostics, after a check that `output` can be written.
+/// Loads and compiles a scene and prints its diagnostics, after a check that `output` can be
+/// written.
 pub(super) fn load_compiled(
     scene: &Path,
     root: &RootArgs,

@@ -64,7 +64,8 @@ fn enter_bytes(modeller: &mut Modeller, line: &[u8], is_first: bool) -> Reply {
     }
 }
 
-/// The next line without its line break. A line that is too long is cut after [`LONGEST_LINE`] + 1 bytes.
+/// The next line without its line break. A line that is too long is cut after [`LONGEST_LINE`] + 1
+/// bytes.
 fn read_line(input: &mut dyn BufRead) -> io::Result<Option<Vec<u8>>> {
     let mut line = Vec::new();
     let most = LONGEST_LINE as u64 + 1;

@@ -119,7 +119,8 @@ impl<'a> Job<'a> {
         };
         let depth = args.depth.unwrap_or(scene.depth);
         let compiled = CompiledScene::compile(&scene, root.as_deref(), depth);
-        // A shard can become any kind of picture. A resumed render keeps the layers of its partial file.
+        // A shard can become any kind of picture. A resumed render keeps the layers of its partial
+        // file.
         let resumes_layers = args.long.resume && has_layers(&checkpoint_path(&self.output));
         let layers = self.shard.is_some() || self.format == Some(PictureFormat::Exr) || resumes_layers;
         let settings = settings_of(args, &scene).with_layers(layers);
@@ -211,7 +212,8 @@ struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// Prints the line, unless `--quiet` is given or standard output has the picture or the statistics.
+    /// Prints the line, unless `--quiet` is given or standard output has the picture or the
+    /// statistics.
     fn print(&self) -> Result<()> {
         let Job { args, output, shard, .. } = self.job;
         let mut outputs = [Some(output.as_path()), args.stats.as_deref()].into_iter().flatten();
@@ -254,7 +256,7 @@ impl Report<'_> {
         }
         if compiled.stand_in_rays > 0 {
             limits += &format!(
-                "; {} met the average of an object smaller than half a pixel",
+                "; {} hit the proxy of an object smaller than half a pixel",
                 counted(compiled.stand_in_rays, "ray")
             );
         }
@@ -262,7 +264,8 @@ impl Report<'_> {
     }
 }
 
-/// The default output in the current folder: the scene's name with `.png`, or with the shard and `.part`.
+/// The default output in the current folder: the scene's name with `.png`, or with the shard and
+/// `.part`.
 fn default_output(scene: &Path, shard: Option<Shard>) -> PathBuf {
     let stem = scene.file_stem().filter(|_| !files::is_standard_stream(scene));
     let mut name = stem.unwrap_or("scene".as_ref()).to_owned();

@@ -101,7 +101,8 @@ fn too_long() -> io::Error {
     io::Error::new(io::ErrorKind::FileTooLarge, "it is longer than 256 MiB")
 }
 
-/// Rejects an output that is a folder, lies in no folder or is the `input`, before the work for it starts.
+/// Rejects an output that is a folder, lies in no folder or is the `input`, before the work for it
+/// starts.
 pub(crate) fn check_output(path: Option<&Path>, input: &Path) -> Result<()> {
     let Some(path) = path.filter(|path| !is_standard_stream(path)) else { return Ok(()) };
     if path.is_dir() {
@@ -124,9 +125,9 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Writes a file completely or not at all: the old file stays until the new one is complete, and after
-/// a failure. `-` is standard output. Devices, pipes and the targets of dangling links cannot be
-/// replaced, so they are written directly.
+/// Writes a file completely or not at all: the old file stays until the new one is complete, and
+/// after a failure. `-` is standard output. Devices, pipes and the targets of dangling links cannot
+/// be replaced, so they are written directly.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let is_replaceable = path.is_file() || !(path.exists() || path.is_symlink());
     let written = if is_standard_stream(path) {

@@ -11,8 +11,8 @@ use crate::files::access;
 /// The index (from 0) of a wrong number in a row, and the error message.
 pub(crate) type RowFault = (usize, String);
 
-/// Reads rows of `N` numbers under the header `names` and converts each with `make`. Blank lines are
-/// skipped. The inner error lists every wrong row with file, line and column.
+/// Reads rows of `N` numbers under the header `names` and converts each with `make`. Blank lines
+/// are skipped. The inner error lists every wrong row with file, line and column.
 ///
 /// # Errors
 /// The file cannot be read.

@@ -36,8 +36,8 @@ impl Folders {
         self.data.as_ref().map(|data| data.join("quicksave.scn"))
     }
 
-    /// The file that `load` reads by default: the quicksave, or the quicksave of the course program in
-    /// the working folder if that is newer or the only one.
+    /// The file that `load` reads by default: the quicksave, or the quicksave of the course program
+    /// in the working folder if that is newer or the only one.
     pub(crate) fn quicksave_to_load(&self) -> PathBuf {
         let old = Path::new("data").join("quicksave.scn");
         let modified = |path: &Path| path.metadata().and_then(|metadata| metadata.modified()).ok();

@@ -48,8 +48,8 @@ impl PictureFormat {
         }
     }
 
-    /// Encodes a film that was rendered with these settings. OpenEXR keeps linear light without tone
-    /// mapping.
+    /// Encodes a film that was rendered with these settings. OpenEXR keeps linear light without
+    /// tone mapping.
     ///
     /// # Errors
     /// The encoder fails.

@@ -174,8 +174,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Clears the session and runs another file. Searches the working folder, then the folder of the
-    /// current file.
+    /// Clears the session and runs another file. Searches the working folder, then the folder of
+    /// the current file.
     fn source(
         &mut self,
         session: &mut Session,

@@ -11,12 +11,12 @@ use superegg_render::{Output, RenderSettings};
 use superegg_scene::{Camera, Light, LightKind};
 use superegg_trace::CompiledScene;
 
-/// The maximum time of the test whether the camera is inside a shape, which a deep fractal can make very
-/// long.
+/// The maximum time of the test whether the camera is inside a shape, which a deep fractal can make
+/// very long.
 const TEST_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Warnings about a picture that is probably not what the user wants. An empty scene has none; the caller
-/// reports it.
+/// Warnings about a picture that is probably not what the user wants. An empty scene has none; the
+/// caller reports it.
 pub(crate) fn picture_warnings(compiled: &CompiledScene, settings: &RenderSettings) -> Vec<String> {
     let Some(bounds) = compiled.bounds() else { return Vec::new() };
     let environment = &settings.environment;

@@ -49,7 +49,8 @@ struct Tree<'a> {
 }
 
 impl<'a> Tree<'a> {
-    /// Draws the children of an object recursively. `open` holds the objects from the root to this one.
+    /// Draws the children of an object recursively. `open` holds the objects from the root to this
+    /// one.
     fn draw_children(&mut self, name: &str, indent: &str, open: &mut Vec<&'a str>) {
         let Ok(object) = self.scene.object(name) else { return };
         let last = object.children().len().saturating_sub(1);

@@ -1,5 +1,5 @@
-//! Partial files (`.part`): finished tiles are appended as they come, so that a stopped or killed render
-//! can be resumed.
+//! Partial files (`.part`): finished tiles are appended as they come, so that a stopped or killed
+//! render can be resumed.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -101,8 +101,8 @@ pub(crate) fn describe_difference(Difference { name, values }: &Difference, one:
 /// The partial file of a render in progress.
 pub(crate) struct Checkpoint<'a> {
     path: PathBuf,
-    /// Whether the file is temporary: the picture is the result. False for a shard, whose result is this
-    /// file.
+    /// Whether the file is temporary: the picture is the result. False for a shard, whose result is
+    /// this file.
     is_temporary: bool,
     /// Whether a partial file of an earlier render exists.
     has_older: bool,
@@ -148,8 +148,8 @@ impl<'a> Checkpoint<'a> {
         Ok(())
     }
 
-    /// Continues the file of an earlier render and returns its content; `None` without a file or without
-    /// a complete header.
+    /// Continues the file of an earlier render and returns its content; `None` without a file or
+    /// without a complete header.
     ///
     /// # Errors
     /// The file is unreadable, or belongs to another picture or shard.
@@ -198,7 +198,8 @@ impl<'a> Checkpoint<'a> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Creates the file with these tiles. A temporary file replaces nothing but another partial file.
+    /// Creates the file with these tiles. A temporary file replaces nothing but another partial
+    /// file.
     fn create(&self, tiles: &[usize], pixels_of: &dyn Fn(usize) -> Film) -> Result<File> {
         let create = || {
             files::check_not_pipe(&self.path)?;
@@ -246,8 +247,8 @@ impl<'a> Checkpoint<'a> {
         }
     }
 
-    /// Creates the file with the tiles so far, if it does not exist yet. `pixels_of` returns the pixels
-    /// of an added tile.
+    /// Creates the file with the tiles so far, if it does not exist yet. `pixels_of` returns the
+    /// pixels of an added tile.
     ///
     /// # Errors
     /// The file cannot be written. Later calls succeed and do nothing.
@@ -264,8 +265,8 @@ impl<'a> Checkpoint<'a> {
         result
     }
 
-    /// Creates the file of a render that stops, if it does not exist yet. It does not replace the file of
-    /// an earlier render, which has more tiles.
+    /// Creates the file of a render that stops, if it does not exist yet. It does not replace the
+    /// file of an earlier render, which has more tiles.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -1,4 +1,5 @@
-//! A render that keeps its finished tiles, so that it can be stopped and resumed, or render one shard.
+//! A render that keeps its finished tiles, so that it can be stopped and resumed, or render one
+//! shard.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -37,8 +38,8 @@ pub(crate) struct ResumableRender<'a> {
 }
 
 impl<'a> ResumableRender<'a> {
-    /// A render of a picture, or of a shard of one, into `output`. With `resume` it continues an earlier
-    /// render.
+    /// A render of a picture, or of a shard of one, into `output`. With `resume` it continues an
+    /// earlier render.
     ///
     /// # Errors
     /// The earlier render cannot be continued, or the partial file cannot be written.
@@ -162,8 +163,9 @@ impl<'a> ResumableRender<'a> {
         (resumed + self.finished.load(Ordering::Relaxed), mine().count())
     }
 
-    /// Ends the render: writes the picture, complete or not, unless this is a shard. Removes the partial
-    /// file of a complete picture and keeps it otherwise. Returns the message of a stopped render.
+    /// Ends the render: writes the picture, complete or not, unless this is a shard. Removes the
+    /// partial file of a complete picture and keeps it otherwise. Returns the message of a stopped
+    /// render.
     ///
     /// # Errors
     /// A file cannot be written.

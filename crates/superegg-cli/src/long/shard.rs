@@ -10,7 +10,8 @@ use superegg_render::Shard;
 pub(crate) enum ShardArg {
     /// A given shard.
     Given(Shard),
-    /// The shard of this job among the jobs of its scheduler; `count` is the number of shards if given.
+    /// The shard of this job among the jobs of its scheduler; `count` is the number of shards if
+    /// given.
     Auto { count: Option<u32> },
 }
 
@@ -73,8 +74,8 @@ fn number(name: &str, variable: &dyn Fn(&str) -> Option<String>) -> Result<Optio
     variable(name).map(read).transpose()
 }
 
-/// The shard of a job in a Slurm array: K of N by its number in the array, or with `count` by its number
-/// alone.
+/// The shard of a job in a Slurm array: K of N by its number in the array, or with `count` by its
+/// number alone.
 fn slurm_shard(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) -> Result<Shard> {
     let get = |what: &str| number(&format!("SLURM_ARRAY_TASK_{what}"), variable);
     let need = |what: &str| {
@@ -82,7 +83,8 @@ fn slurm_shard(count: Option<u32>, variable: &dyn Fn(&str) -> Option<String>) ->
     };
     let id = need("ID")?;
     if let Some(count) = count {
-        // A later array can repeat some of the jobs: the number of the job is that of the shard in any array.
+        // A later array can repeat some of the jobs: the number of the job is that of the shard in
+        // any array.
         return Shard::new(id, count)
             .filter(|_| get("MIN").ok().flatten() != Some(0))
             .with_context(|| format!("with auto/{count} the jobs of the array are numbered from 1: --array=1-{count}; this one is {id}"));

@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use superegg_lang::PreviewStyle;
 use superegg_render::{Development, Film};
 
-/// A way to draw pictures that the terminal supports.
+/// A method of drawing pictures in a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Canvas {
     /// Two pixels per character, in true colour.

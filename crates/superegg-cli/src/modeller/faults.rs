@@ -2,7 +2,8 @@
 
 use superegg_lang::{Fault, FaultCode, parse_line};
 
-/// Gives a fault without columns the columns of this argument, or of the command if there is no such argument.
+/// Gives a fault without columns the columns of this argument, or of the command if there is no
+/// such argument.
 pub(super) fn at_argument(fault: Fault, line: &str, argument: usize) -> Fault {
     if fault.columns.is_some() {
         return fault;

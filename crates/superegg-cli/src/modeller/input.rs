@@ -124,8 +124,8 @@ impl Modeller {
         }
     }
 
-    /// Ends the session: waits for the renders, and keeps the journal if a person has unsaved changes.
-    /// Returns whether there were errors.
+    /// Ends the session: waits for the renders, and keeps the journal if a person has unsaved
+    /// changes. Returns whether there were errors.
     ///
     /// # Errors
     /// Standard output could not be written.

@@ -1,13 +1,15 @@
-//! The autosave journal: every change of the scene, written as it happens, so that a crash loses nothing.
+//! The autosave journal: every change of the scene, written as it happens, so that a crash loses
+//! nothing.
 //!
 //! A journal is text: a first line that identifies the format, then records. There are three kinds:
 //!
 //! - `> ` and a command as it was typed;
-//! - `= `, a number of bytes and a label, then that many bytes of commands that define a whole scene;
+//! - `= `, a number of bytes and a label, then that many bytes of commands that define a whole
+//! scene;
 //! - `.`: everything before it is saved.
 //!
-//! A record without its final line break was cut by a crash and is ignored. A journal without a lock
-//! belongs to a session that did not end normally.
+//! A record without its final line break was cut by a crash and is ignored. A journal without a
+//! lock belongs to a session that did not end normally.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -98,8 +100,8 @@ impl Journal {
         Self { folder, open: None, unwritten: FIRST_LINE.into(), is_reported: false }
     }
 
-    /// Writes a record. Returns a message for the user on the first failure, and on the first success
-    /// after it. A record that fails is written with the next one.
+    /// Writes a record. Returns a message for the user on the first failure, and on the first
+    /// success after it. A record that fails is written with the next one.
     pub(crate) fn append(&mut self, record: Record<'_>) -> Option<String> {
         self.folder.as_ref()?;
         record.write(&mut self.unwritten);
@@ -254,8 +256,8 @@ impl UnsavedSession {
     }
 }
 
-/// The sessions with unsaved changes, newest first. Skips the journals of running sessions and removes
-/// the journals without unsaved changes.
+/// The sessions with unsaved changes, newest first. Skips the journals of running sessions and
+/// removes the journals without unsaved changes.
 pub(crate) fn unsaved_sessions(folder: &Path) -> Vec<UnsavedSession> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut found = Vec::new();

@@ -1,5 +1,5 @@
-//! The files that a session may overwrite: files that it loaded or saved and that are unchanged since,
-//! and files that Superegg wrote.
+//! The files that a session may overwrite: files that it loaded or saved and that are unchanged
+//! since, and files that Superegg wrote.
 
 use std::collections::HashMap;
 use std::fs::Metadata;
@@ -38,8 +38,8 @@ impl KnownFiles {
 
     /// Checks that a file may be overwritten.
     ///
-    /// # Errors
-    /// The reason: the file is read-only, has changed, or neither Superegg nor this session wrote it.
+    /// # Errors The reason: the file is read-only, has changed, or neither Superegg nor this
+    /// session wrote it.
     pub(crate) fn check_overwrite(&self, path: &Path) -> Result<(), String> {
         let Ok(metadata) = path.metadata() else { return Ok(()) };
         if !metadata.is_file() {

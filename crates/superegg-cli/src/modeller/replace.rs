@@ -9,7 +9,8 @@ use crate::modeller::state::{Modeller, Pending};
 use crate::text::counted;
 
 impl Modeller {
-    /// Runs an action that replaces the scene, or leaves it pending if a person has unsaved changes.
+    /// Runs an action that replaces the scene, or leaves it pending if a person has unsaved
+    /// changes.
     pub(super) fn finish_or_confirm(&mut self, pending: Pending, is_forced: bool) {
         if self.is_interactive() && !is_forced && self.timeline.has_unsaved_changes() {
             self.pending = Some(pending);

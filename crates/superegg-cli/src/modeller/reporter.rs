@@ -28,8 +28,8 @@ pub(crate) enum Message {
 /// The output is closed.
 pub(crate) type Reporter = Arc<dyn Fn(Message) -> Result<()> + Send + Sync>;
 
-/// A reporter for sessions without a prompt: results go to standard output, diagnostics and failures
-/// to standard error, and progress is dropped.
+/// A reporter for sessions without a prompt: results go to standard output, diagnostics and
+/// failures to standard error, and progress is dropped.
 pub(crate) fn console_reporter() -> Reporter {
     Arc::new(|message| {
         match message {
@@ -43,7 +43,8 @@ pub(crate) fn console_reporter() -> Reporter {
     })
 }
 
-/// Escapes invisible characters except line breaks and tabs, so that no name can control the terminal.
+/// Escapes invisible characters except line breaks and tabs, so that no name can control the
+/// terminal.
 pub(crate) fn visible(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,4 +1,5 @@
-//! Runs the commands that need more than the session: files, folders, renders, tests and the viewer.
+//! Runs the commands that need more than the session: files, folders, renders, tests and the
+//! viewer.
 
 mod files;
 mod pictures;

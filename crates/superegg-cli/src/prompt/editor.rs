@@ -50,7 +50,8 @@ fn color_mode() -> ColorMode {
     if is_unwanted { ColorMode::Disabled } else { ColorMode::Enabled }
 }
 
-/// Stores whether the line was empty at ctrl-c: it stops renders then, and otherwise clears the line.
+/// Stores whether the line was empty at ctrl-c: it stops renders then, and otherwise clears the
+/// line.
 struct InterruptHandler(Arc<AtomicBool>);
 
 impl ConditionalEventHandler for InterruptHandler {

@@ -95,8 +95,8 @@ impl Completer for PromptHelper {
     }
 }
 
-/// The hint after the cursor. Only its first `name_length` bytes, the rest of a command name, can be
-/// accepted.
+/// The hint after the cursor. Only its first `name_length` bytes, the rest of a command name, can
+/// be accepted.
 pub(super) struct LineHint {
     display: String,
     name_length: usize,

@@ -6,8 +6,8 @@ use nix::sys::termios::{InputFlags, LocalFlags, SetArg, Termios, tcgetattr, tcse
 use signal_hook::consts::{SIGHUP, SIGTERM};
 use signal_hook::iterator::Signals;
 
-/// Keeps keys that are typed while a command runs for the next line: the terminal neither echoes nor
-/// interprets them. Ctrl-c still interrupts. Dropping it restores the terminal.
+/// Keeps keys that are typed while a command runs for the next line: the terminal neither echoes
+/// nor interprets them. Ctrl-c still interrupts. Dropping it restores the terminal.
 pub(super) struct KeepTypedAhead(Option<Termios>);
 
 impl KeepTypedAhead {
@@ -31,8 +31,8 @@ impl Drop for KeepTypedAhead {
     }
 }
 
-/// Restores the terminal before a signal ends the process, in any state of the editor. The journal has
-/// the unsaved changes.
+/// Restores the terminal before a signal ends the process, in any state of the editor. The journal
+/// has the unsaved changes.
 fn restore_on_signal(before: Termios) {
     const STOP_BRACKETED_PASTE: &[u8] = b"\x1b[?2004l\n";
     let Ok(mut signals) = Signals::new([SIGTERM, SIGHUP]) else { return };

@@ -14,8 +14,8 @@ const EXIT_INTERRUPTED: u8 = 130;
 #[cfg(unix)]
 const EXIT_TERMINATED: u8 = 143;
 
-/// Handles ctrl-c and SIGTERM, which schedulers send before they kill. A second signal ends the program
-/// at once.
+/// Handles ctrl-c and SIGTERM, which schedulers send before they kill. A second signal ends the
+/// program at once.
 pub(crate) struct Interrupt {
     is_requested: Arc<AtomicBool>,
     is_terminated: Arc<AtomicBool>,
@@ -56,8 +56,8 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// Ends the program when the work does not stop: a single ray through a deep fractal with overlapping
-    /// parts can take very long.
+    /// Ends the program when the work does not stop: a single ray through a deep fractal with
+    /// overlapping parts can take very long.
     fn watch(&self) {
         let watched = Self {
             is_requested: Arc::clone(&self.is_requested),

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::support::Place;
+use crate::support::Sandbox;
 
 const SUPEREGG: &str = env!("CARGO_BIN_EXE_superegg");
 
@@ -10,29 +10,29 @@ const SUPEREGG: &str = env!("CARGO_BIN_EXE_superegg");
 const HAND: &str = "set size 16x12\nset samples 1\nsky 0 0 .5\ncamera 0 0 6 0 0 0\nprm ball\ncolor 1 0 0\nobj arm\nap ball hand\nxs 2 0 0\n";
 const KEYS: &str = "key 0 rotate 0 0 1 0\nkey 4 rotate 0 0 1 90\n";
 
-fn frame(place: &Place, name: &str) -> Vec<u8> {
-    std::fs::read(place.path(name)).unwrap()
+fn frame(sandbox: &Sandbox, name: &str) -> Vec<u8> {
+    std::fs::read(sandbox.path(name)).unwrap()
 }
 
 #[test]
 fn a_turntable_begins_where_the_scene_has_its_camera() {
-    let place = Place::new();
-    place.write("hand.scn", HAND);
-    let said = place.run("animate hand.scn --turntable 4").fine();
-    assert!(said.starts_with("hand_frames: 4 frames of 16x12, 4 rendered, "), "{said}");
+    let sandbox = Sandbox::new();
+    sandbox.write("hand.scn", HAND);
+    let report = sandbox.run("animate hand.scn --turntable 4").fine();
+    assert!(report.starts_with("hand_frames: 4 frames of 16x12, 4 rendered, "), "{report}");
     let names = ["frame_0000.png", "frame_0001.png", "frame_0002.png", "frame_0003.png"];
-    place.run("render hand.scn -o still.png --quiet").fine();
-    assert_eq!(frame(&place, "hand_frames/frame_0000.png"), frame(&place, "still.png"));
+    sandbox.run("render hand.scn -o still.png --quiet").fine();
+    assert_eq!(frame(&sandbox, "hand_frames/frame_0000.png"), frame(&sandbox, "still.png"));
     // A quarter round about y, right-handed: from +z to +x.
-    place.write("side.scn", HAND.replace("camera 0 0 6", "camera 6 0 0"));
-    place.run("render side.scn -o side.png --quiet").fine();
+    sandbox.write("side.scn", HAND.replace("camera 0 0 6", "camera 6 0 0"));
+    sandbox.run("render side.scn -o side.png --quiet").fine();
     let near = |a: &str, b: &str| {
-        let open = |name: &str| image::open(place.path(name)).unwrap().to_rgb8();
+        let open = |name: &str| image::open(sandbox.path(name)).unwrap().to_rgb8();
         let apart = open(a).pixels().zip(open(b).pixels()).filter(|(a, b)| a != b).count();
         assert!(apart <= 2, "{a} {b}: {apart} pixels differ");
     };
     near("hand_frames/frame_0001.png", "side.png");
-    let mut files: Vec<String> = std::fs::read_dir(place.path("hand_frames"))
+    let mut files: Vec<String> = std::fs::read_dir(sandbox.path("hand_frames"))
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .filter(|name| name.ends_with(".png"))
@@ -43,73 +43,74 @@ fn a_turntable_begins_where_the_scene_has_its_camera() {
 
 #[test]
 fn a_frame_is_the_scene_with_the_keyed_lines_carried_out() {
-    let place = Place::new();
-    place.write("hand.scn", [HAND, KEYS, "prm other\nobj arm\n"].concat());
-    let said = place.run("animate hand.scn -o out/of/it").fine();
-    assert!(said.starts_with("out/of/it: 5 frames of 16x12, 5 rendered, "), "{said}");
+    let sandbox = Sandbox::new();
+    sandbox.write("hand.scn", [HAND, KEYS, "prm other\nobj arm\n"].concat());
+    let report = sandbox.run("animate hand.scn -o out/of/it").fine();
+    assert!(report.starts_with("out/of/it: 5 frames of 16x12, 5 rendered, "), "{report}");
     for (number, angle) in [(0, "0"), (2, "45"), (4, "90")] {
-        place.write("still.scn", format!("{HAND}rotate 0 0 1 {angle}\n"));
-        place.run("render still.scn -o still.png --quiet").fine();
+        sandbox.write("still.scn", format!("{HAND}rotate 0 0 1 {angle}\n"));
+        sandbox.run("render still.scn -o still.png --quiet").fine();
         let name = format!("out/of/it/frame_{number:04}.png");
-        assert_eq!(frame(&place, &name), frame(&place, "still.png"), "{name}");
+        assert_eq!(frame(&sandbox, &name), frame(&sandbox, "still.png"), "{name}");
     }
 }
 
 #[test]
-fn shares_of_the_frames_are_all_of_them_and_one_frame_is_a_picture() {
-    let place = Place::new();
-    place.write("hand.scn", [HAND, KEYS].concat());
-    place.run("animate hand.scn -o whole --quiet").fine();
+fn shards_of_the_frames_are_all_of_them_and_one_frame_is_a_picture() {
+    let sandbox = Sandbox::new();
+    sandbox.write("hand.scn", [HAND, KEYS].concat());
+    sandbox.run("animate hand.scn -o whole --quiet").fine();
     for (share, count) in [("2/3", 2), ("1/3", 2), ("3/3", 1)] {
-        let said = place.run(&format!("animate hand.scn -o shared --tiles {share}")).fine();
+        let report = sandbox.run(&format!("animate hand.scn -o shared --tiles {share}")).fine();
         let expected = format!("shared: shard {share}, {count} frame");
-        assert!(said.starts_with(&expected) && said.contains(&format!("{count} rendered, ")), "{said}");
+        assert!(report.starts_with(&expected) && report.contains(&format!("{count} rendered, ")), "{report}");
     }
-    let said = place.run("animate hand.scn -o shared").fine();
-    assert!(said.contains(" 0 rendered, 5 kept from before, "), "{said}");
+    let report = sandbox.run("animate hand.scn -o shared").fine();
+    assert!(report.contains(" 0 rendered, 5 kept from before, "), "{report}");
     for number in 0..5 {
-        let of = |folder: &str| frame(&place, &format!("{folder}/frame_{number:04}.png"));
+        let of = |folder: &str| frame(&sandbox, &format!("{folder}/frame_{number:04}.png"));
         assert_eq!(of("whole"), of("shared"), "{number}");
     }
-    place.run("render hand.scn --frame 3 -o three.png --quiet").fine();
-    assert_eq!(frame(&place, "three.png"), frame(&place, "whole/frame_0003.png"));
-    let said = place.run("render hand.scn --frame soon");
-    assert!(said.code == Some(2) && said.err.contains("--frame"), "{said:?}");
+    sandbox.run("render hand.scn --frame 3 -o three.png --quiet").fine();
+    assert_eq!(frame(&sandbox, "three.png"), frame(&sandbox, "whole/frame_0003.png"));
+    let report = sandbox.run("render hand.scn --frame soon");
+    assert!(report.code == Some(2) && report.err.contains("--frame"), "{report:?}");
 }
 
 #[test]
 fn work_that_was_broken_off_goes_on_and_changes_are_made_anew() {
-    let place = Place::new();
-    place.write("hand.scn", [HAND, KEYS].concat());
-    let run = |words: &str| place.run(&format!("animate hand.scn --frames 0..4 {words}")).fine();
-    let rendered =
-        |said: String| said.split(", ").nth(1).unwrap().to_owned() + " " + said.split(", ").nth(2).unwrap();
+    let sandbox = Sandbox::new();
+    sandbox.write("hand.scn", [HAND, KEYS].concat());
+    let run = |words: &str| sandbox.run(&format!("animate hand.scn --frames 0..4 {words}")).fine();
+    let rendered = |report: String| {
+        report.split(", ").nth(1).unwrap().to_owned() + " " + report.split(", ").nth(2).unwrap()
+    };
     run("");
-    let before = frame(&place, "hand_frames/frame_0001.png");
+    let before = frame(&sandbox, "hand_frames/frame_0001.png");
     assert!(run("").contains(" 0 rendered, 5 kept from before, "));
-    std::fs::remove_file(place.path("hand_frames/frame_0001.png")).unwrap();
-    std::fs::write(place.path("hand_frames/frame_0002.png"), "of somebody else").unwrap();
+    std::fs::remove_file(sandbox.path("hand_frames/frame_0001.png")).unwrap();
+    std::fs::write(sandbox.path("hand_frames/frame_0002.png"), "of somebody else").unwrap();
     assert!(rendered(run("")).starts_with("2 rendered 3 kept"));
-    assert_eq!(frame(&place, "hand_frames/frame_0001.png"), before);
+    assert_eq!(frame(&sandbox, "hand_frames/frame_0001.png"), before);
     // A comment changes no picture; where the hand is later does, in the frames that see it.
-    place.write(
+    sandbox.write(
         "hand.scn",
         ["# another day\n", HAND, "key 4 rotate 0 0 1 45\nkey 0 rotate 0 0 1 0\n"].concat(),
     );
     assert!(rendered(run("")).starts_with("4 rendered 1 kept"));
     assert!(run("--samples 2").contains(" 5 rendered, "));
     assert!(run("--samples 2 --size 8x6 --quiet").is_empty());
-    let picture = image::open(place.path("hand_frames/frame_0004.png")).unwrap();
+    let picture = image::open(sandbox.path("hand_frames/frame_0004.png")).unwrap();
     assert_eq!((picture.width(), picture.height()), (8, 6));
 }
 
 #[test]
-fn what_cannot_be_made_says_so_before_any_frame() {
-    let place = Place::new();
-    place.write("still.scn", HAND);
-    place.write("flat.scn", [HAND, "key 0 scale 1 1 -1\nkey 4 scale 1 1 1\n"].concat());
-    place.write("file", "");
-    for (words, told) in [
+fn what_cannot_be_made_is_an_error_before_any_frame() {
+    let sandbox = Sandbox::new();
+    sandbox.write("still.scn", HAND);
+    sandbox.write("flat.scn", [HAND, "key 0 scale 1 1 -1\nkey 4 scale 1 1 1\n"].concat());
+    sandbox.write("file", "");
+    for (words, reported) in [
         ("animate still.scn", "--turntable N"),
         ("animate still.scn --turntable 2 -o a.avi", ".mp4, .webm or .gif"),
         ("animate still.scn --turntable 2 -o -", "standard output"),
@@ -120,33 +121,33 @@ fn what_cannot_be_made_says_so_before_any_frame() {
         ("animate still.scn --frames 0..2 --fps 0", "above 0"),
         ("animate flat.scn", "at frame 2 'scale 1 1 0' cannot be"),
     ] {
-        let said = place.run(words).failed(2);
-        assert!(said.contains(told), "{words}: {said}");
+        let report = sandbox.run(words).failed(2);
+        assert!(report.contains(reported), "{words}: {report}");
     }
-    assert_eq!(place.files(), ["file", "flat.scn", "still.scn"]);
-    let said = place.run("animate still.scn --frames 0..1");
-    assert!(said.err.contains("no keys") && said.code == Some(0), "{said:?}");
+    assert_eq!(sandbox.files(), ["file", "flat.scn", "still.scn"]);
+    let report = sandbox.run("animate still.scn --frames 0..1");
+    assert!(report.err.contains("no keys") && report.code == Some(0), "{report:?}");
 }
 
 #[test]
-fn without_ffmpeg_the_frames_stay_and_the_way_is_told() {
-    let place = Place::new();
-    place.write("hand.scn", [HAND, KEYS].concat());
-    let empty = place.path("no programs");
+fn without_ffmpeg_the_frames_stay_and_the_command_is_reported() {
+    let sandbox = Sandbox::new();
+    sandbox.write("hand.scn", [HAND, KEYS].concat());
+    let empty = sandbox.path("no programs");
     std::fs::create_dir(&empty).unwrap();
     let output = Command::new(SUPEREGG)
         .args(["animate", "hand.scn", "-o", "a film.mp4"])
-        .current_dir(place.path(""))
+        .current_dir(sandbox.path(""))
         .env("PATH", empty)
         .output()
         .unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{told}");
+    let reported = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{reported}");
     assert!(
-        told.contains("ffmpeg") && told.contains("-i 'a film_frames/frame_%04d.png' -frames:v 5"),
-        "{told}"
+        reported.contains("ffmpeg") && reported.contains("-i 'a film_frames/frame_%04d.png' -frames:v 5"),
+        "{reported}"
     );
-    assert!(place.path("a film_frames/frame_0004.png").exists() && !place.path("a film.mp4").exists());
+    assert!(sandbox.path("a film_frames/frame_0004.png").exists() && !sandbox.path("a film.mp4").exists());
 }
 
 #[test]
@@ -156,15 +157,15 @@ fn ffmpeg_makes_the_film() {
         eprintln!("ffmpeg is not on this machine; its films are not tested");
         return;
     }
-    let place = Place::new();
+    let sandbox = Sandbox::new();
     // Odd sides, which two of the formats do not have.
-    place.write("hand.scn", [&HAND.replace("16x12", "17x11"), KEYS].concat());
+    sandbox.write("hand.scn", [&HAND.replace("16x12", "17x11"), KEYS].concat());
     for (ending, at, mark) in [("mp4", 4, b"ftyp"), ("webm", 0, b"\x1a\x45\xdf\xa3"), ("gif", 0, b"GIF8")] {
-        let said = place.run(&format!("animate hand.scn -o a.{ending} --fps 10")).fine();
-        assert!(said.ends_with(&format!("a.{ending}: 0.5 s at 10 frames a second\n")), "{said}");
-        assert_eq!(&frame(&place, &format!("a.{ending}"))[at..at + 4], mark);
+        let report = sandbox.run(&format!("animate hand.scn -o a.{ending} --fps 10")).fine();
+        assert!(report.ends_with(&format!("a.{ending}: 0.5 s at 10 frames a second\n")), "{report}");
+        assert_eq!(&frame(&sandbox, &format!("a.{ending}"))[at..at + 4], mark);
     }
-    assert_eq!(place.files(), ["a.gif", "a.mp4", "a.webm", "a_frames", "hand.scn"]);
+    assert_eq!(sandbox.files(), ["a.gif", "a.mp4", "a.webm", "a_frames", "hand.scn"]);
 }
 
 /// Stopped in the middle there are whole frames only, and the next run goes on.
@@ -174,19 +175,19 @@ fn ctrl_c_leaves_whole_frames() {
     use nix::sys::signal::{Signal, kill};
     use nix::unistd::Pid;
 
-    let place = Place::new();
-    place.write("hand.scn", [&HAND.replace("samples 1", "samples 64"), KEYS].concat());
+    let sandbox = Sandbox::new();
+    sandbox.write("hand.scn", [&HAND.replace("samples 1", "samples 64"), KEYS].concat());
     let words = "animate hand.scn --frames 0..400 --size 160x120 --threads 1";
     let mut child =
-        Command::new(SUPEREGG).args(words.split(' ')).current_dir(place.path("")).spawn().unwrap();
-    let second = place.path("hand_frames/frame_0001.png");
+        Command::new(SUPEREGG).args(words.split(' ')).current_dir(sandbox.path("")).spawn().unwrap();
+    let second = sandbox.path("hand_frames/frame_0001.png");
     while !second.exists() {
         assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     kill(Pid::from_raw(child.id() as i32), Signal::SIGINT).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    let count = std::fs::read_dir(place.path("hand_frames"))
+    let count = std::fs::read_dir(sandbox.path("hand_frames"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|ending| ending == "png"))
@@ -194,30 +195,30 @@ fn ctrl_c_leaves_whole_frames() {
         .count();
     assert!((2..401).contains(&count), "{count}");
     let last = count - 1;
-    let said = place.run(&format!("animate hand.scn --frames 0..{last} --size 160x120")).fine();
-    assert!(said.contains(&format!(" 0 rendered, {count} kept from before, ")), "{said}");
+    let report = sandbox.run(&format!("animate hand.scn --frames 0..{last} --size 160x120")).fine();
+    assert!(report.contains(&format!(" 0 rendered, {count} kept from before, ")), "{report}");
 }
 
 #[test]
 fn the_modeller_takes_keys_and_previews_a_frame() {
-    let place = Place::new();
+    let sandbox = Sandbox::new();
     let picture = |lines: &str| {
-        let said = place.run_with("", &format!("{HAND}{lines}set preview plain\n")).fine();
-        let rows: Vec<&str> = said.lines().rev().take_while(|line| !line.contains('>')).collect();
+        let report = sandbox.run_with("", &format!("{HAND}{lines}set preview plain\n")).fine();
+        let rows: Vec<&str> = report.lines().rev().take_while(|line| !line.contains('>')).collect();
         rows.join("\n")
     };
     let turned = picture(&format!("{KEYS}set preview plain\npreview 4\n"));
     assert_eq!(turned, picture("rotate 0 0 1 90\nset preview plain\npreview\n"));
     assert_ne!(turned, picture(&format!("{KEYS}set preview plain\npreview\n")));
-    let said = place.run_with("", &format!("{HAND}{KEYS}key 2 rotate 0 0 0 1\nunkey 3\nkey 9 scale -1 1 1\nkey 0 scale 1 1 1\npreview 4.5\nsave out.scn\n"));
-    for told in
+    let report = sandbox.run_with("", &format!("{HAND}{KEYS}key 2 rotate 0 0 0 1\nunkey 3\nkey 9 scale -1 1 1\nkey 0 scale 1 1 1\npreview 4.5\nsave out.scn\n"));
+    for reported in
         ["error[transform]", "error[no-key]", "error[out-of-range]: at frame 4.5 'scale 0 1 1' cannot be"]
     {
-        assert!(said.err.contains(told), "{told}: {said:?}");
+        assert!(report.err.contains(reported), "{reported}: {report:?}");
     }
     assert!(
-        place.read("out.scn").ends_with("key 0 scale 1 1 1\nkey 9 scale -1 1 1\n"),
+        sandbox.read("out.scn").ends_with("key 0 scale 1 1 1\nkey 9 scale -1 1 1\n"),
         "{}",
-        place.read("out.scn")
+        sandbox.read("out.scn")
     );
 }

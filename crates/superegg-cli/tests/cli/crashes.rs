@@ -3,13 +3,13 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
 
-use crate::support::{Place, Random};
+use crate::support::{Random, Sandbox};
 
-fn start(place: &Place, program: &[&str]) -> Child {
+fn start(sandbox: &Sandbox, program: &[&str]) -> Child {
     Command::new(program[0])
         .args(&program[1..])
-        .current_dir(place.path(""))
-        .envs(place.user())
+        .current_dir(sandbox.path(""))
+        .envs(sandbox.user())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -35,9 +35,9 @@ fn change(i: u64) -> String {
 }
 
 /// The scene after so many of those lines.
-fn scene_after(place: &Place, count: u64) -> String {
+fn scene_after(sandbox: &Sandbox, count: u64) -> String {
     let lines: String = (0..count).map(|i| change(i) + "\n").collect();
-    saved_scene(&place.run_with("", &(lines + "save -\n")).out)
+    saved_scene(&sandbox.run_with("", &(lines + "save -\n")).out)
 }
 
 /// What `save -` wrote among other things.
@@ -47,12 +47,12 @@ fn saved_scene(out: &str) -> String {
 
 #[test]
 fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
-    let place = Place::new();
-    place.write("part.scn", "prm part\nobj whole\nap part\n");
+    let sandbox = Sandbox::new();
+    sandbox.write("part.scn", "prm part\nobj whole\nap part\n");
     let mut random = Random(2015);
     let mut found = 0;
     for round in 0..40 {
-        let mut child = start(&place, &[SUPEREGG]);
+        let mut child = start(&sandbox, &[SUPEREGG]);
         let mut input = child.stdin.take().unwrap();
         let mut output = BufReader::new(child.stdout.take().unwrap());
         // It is killed as soon as so many lines are answered, with a few more on their way.
@@ -83,10 +83,10 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
         output.read_to_string(&mut rest).unwrap();
         answered += rest.lines().filter(|line| line.starts_with("samples")).count() as u64;
 
-        let recovered = place.run_with("", "recover\nsave -\nrecover discard\n");
+        let recovered = sandbox.run_with("", "recover\nsave -\nrecover discard\n");
         let scene = saved_scene(&recovered.out);
         let after: Vec<u64> =
-            (answered..=count).filter(|&taken| scene_after(&place, taken) == scene).collect();
+            (answered..=count).filter(|&taken| scene_after(&sandbox, taken) == scene).collect();
         // Just after a load all is on disk; before the first line there is nothing.
         let nothing_to_lose = |taken: u64| taken == 0 || change(taken - 1).starts_with("load");
         if recovered.err.contains("no session to recover") && (answered..=count).any(nothing_to_lose) {
@@ -105,21 +105,22 @@ fn a_kill_at_any_moment_loses_no_line_that_was_answered() {
 
 #[test]
 fn a_session_that_ends_well_leaves_nothing_behind() {
-    let place = Place::new();
-    place.run_with("", "prm ball\n").fine();
-    assert!(place.run_with("", "recover\n").err.contains("there is no session to recover"));
+    let sandbox = Sandbox::new();
+    sandbox.run_with("", "prm ball\n").fine();
+    assert!(sandbox.run_with("", "recover\n").err.contains("there is no session to recover"));
 }
 
-/// A shell line that runs the program with its folders on a file system of 64 KiB, if this machine lets us make one.
+/// A shell line that runs the program with its folders on a file system of 64 KiB, if this machine
+/// lets us make one.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_told_and_loses_nothing() {
-    let place = Place::new();
-    std::fs::create_dir(place.path("small")).unwrap();
-    place.write("small.sh", "mount -t tmpfs -o size=64k tmpfs small && export XDG_STATE_HOME=$PWD/small && cd small && exec \"$@\"");
+fn a_full_disk_is_reported_and_loses_nothing() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("small")).unwrap();
+    sandbox.write("small.sh", "mount -t tmpfs -o size=64k tmpfs small && export XDG_STATE_HOME=$PWD/small && cd small && exec \"$@\"");
     let in_own_space = |mount: &[&str]| {
         let words = [mount, &["sh", "small.sh", SUPEREGG]].concat();
-        let mut child = start(&place, &words);
+        let mut child = start(&sandbox, &words);
         let mut input = child.stdin.take().unwrap();
         let big: String = (0..400).map(|i| format!("light l{i} 1 2 3 # {}\n", "x".repeat(200))).collect();
         let session = format!(
@@ -157,18 +158,18 @@ fn a_full_disk_is_told_and_loses_nothing() {
 
 #[test]
 fn a_save_that_fails_leaves_the_file_that_was_there() {
-    let place = Place::new();
-    place.run_with("", "prm ball\nsave a\n").fine();
-    let before = place.read("a.scn");
-    let mut permissions = std::fs::metadata(place.path("")).unwrap().permissions();
+    let sandbox = Sandbox::new();
+    sandbox.run_with("", "prm ball\nsave a\n").fine();
+    let before = sandbox.read("a.scn");
+    let mut permissions = std::fs::metadata(sandbox.path("")).unwrap().permissions();
     permissions.set_readonly(true);
-    std::fs::set_permissions(place.path(""), permissions.clone()).unwrap();
-    let answer = place.run_with("", "load a\nprm more\nsave a\n");
+    std::fs::set_permissions(sandbox.path(""), permissions.clone()).unwrap();
+    let answer = sandbox.run_with("", "load a\nprm more\nsave a\n");
     // Whoever may write anywhere is not stopped by permissions.
     let is_stopped = answer.err.contains("error[unwritable]");
     #[allow(clippy::permissions_set_readonly_false)]
     permissions.set_readonly(false);
-    std::fs::set_permissions(place.path(""), permissions).unwrap();
-    assert!(is_stopped == (place.read("a.scn") == before), "{answer:?}");
-    assert_eq!(place.files(), ["a.scn"]);
+    std::fs::set_permissions(sandbox.path(""), permissions).unwrap();
+    assert!(is_stopped == (sandbox.read("a.scn") == before), "{answer:?}");
+    assert_eq!(sandbox.files(), ["a.scn"]);
 }

@@ -2,26 +2,26 @@
 
 use image::{ColorType, DynamicImage};
 
-use crate::support::Place;
+use crate::support::Sandbox;
 
 /// A ball before a background, and a way to look at it.
 const BALL: &str = "background .1 .2 .5\nprm ball\ncolor .9 .5 .2\nspecular 0\n";
 
-fn place() -> Place {
-    let place = Place::new();
-    place.write("ball.scn", BALL);
-    place
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scn", BALL);
+    sandbox
 }
 
-fn picture(place: &Place, name: &str) -> DynamicImage {
-    image::open(place.path(name)).unwrap()
+fn picture(sandbox: &Sandbox, name: &str) -> DynamicImage {
+    image::open(sandbox.path(name)).unwrap()
 }
 
 /// A PNG of the ball, 32 by 24 pixels.
 fn rendered(options: &str) -> DynamicImage {
-    let place = place();
-    place.run(&format!("render ball.scn --size 32x24 --quiet -o a.png {options}")).fine();
-    picture(&place, "a.png")
+    let sandbox = sandbox();
+    sandbox.run(&format!("render ball.scn --size 32x24 --quiet -o a.png {options}")).fine();
+    picture(&sandbox, "a.png")
 }
 
 #[test]
@@ -80,14 +80,14 @@ fn exposure_and_tone_change_what_is_bright() {
     let bright = middle("--exposure 3 --tone filmic");
     assert!(bright[2] > middle("--exposure 3 --tone reinhard")[2] / 2 && bright[0] > 200, "{bright:?}");
     // The scene's own settings count until an option says otherwise.
-    let place = place();
-    place.write(
+    let sandbox = sandbox();
+    sandbox.write(
         "up.scn",
         format!("{BALL}set exposure 1\nset encoding linear\nset filter tent\nset bits 16\n"),
     );
     let run = |options: &str| {
-        place.run(&format!("render up.scn --size 32x24 --quiet -o a.png {options}")).fine();
-        picture(&place, "a.png")
+        sandbox.run(&format!("render up.scn --size 32x24 --quiet -o a.png {options}")).fine();
+        picture(&sandbox, "a.png")
     };
     assert_eq!(run("--bits 8 --filter box").to_rgb8().get_pixel(16, 10).0, up);
     assert_eq!(run("--bits 8 --filter box --exposure 0").to_rgb8().get_pixel(16, 10).0, plain);
@@ -97,9 +97,9 @@ fn exposure_and_tone_change_what_is_bright() {
 #[test]
 fn an_exr_file_has_light_depth_and_instances() {
     use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
-    let place = place();
-    place.run("render ball.scn --size 32x24 --quiet --exposure 3 --tone filmic -o a.exr").fine();
-    let image = read_all_flat_layers_from_file(place.path("a.exr")).unwrap();
+    let sandbox = sandbox();
+    sandbox.run("render ball.scn --size 32x24 --quiet --exposure 3 --tone filmic -o a.exr").fine();
+    let image = read_all_flat_layers_from_file(sandbox.path("a.exr")).unwrap();
     let channels = &image.layer_data[0].channel_data.list;
     let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
     let expected = "A B G N.X N.Y N.Z R Z albedo.B albedo.G albedo.R id samples";
@@ -118,33 +118,33 @@ fn an_exr_file_has_light_depth_and_instances() {
 
 #[test]
 fn the_modeller_writes_exr_files_too() {
-    let place = place();
-    let out = place.run_with("ball.scn", "render small.exr 16x12\n").fine();
+    let sandbox = sandbox();
+    let out = sandbox.run_with("ball.scn", "render small.exr 16x12\n").fine();
     assert!(out.contains("small.exr: 16x12"), "{out}");
-    assert!(std::fs::read(place.path("small.exr")).unwrap().starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+    assert!(std::fs::read(sandbox.path("small.exr")).unwrap().starts_with(&[0x76, 0x2f, 0x31, 0x01]));
     // A PNG is not overwritten by an EXR of its name, nor another file.
-    place.write("text.exr", "not a picture");
-    let answer = place.run_with("ball.scn", "render text.exr 16x12\n");
+    sandbox.write("text.exr", "not a picture");
+    let answer = sandbox.run_with("ball.scn", "render text.exr 16x12\n");
     assert!(answer.err.contains("is no picture"), "{answer:?}");
-    let answer = place.run_with("ball.scn", "render a.jpg 16x12\n");
+    let answer = sandbox.run_with("ball.scn", "render a.jpg 16x12\n");
     assert!(answer.err.contains(".png") && answer.err.contains(".exr"), "{answer:?}");
 }
 
 #[test]
 fn another_ending_is_refused_before_any_work() {
-    let place = place();
-    let err = place.run("render ball.scn -o picture.jpg").failed(2);
+    let sandbox = sandbox();
+    let err = sandbox.run("render ball.scn -o picture.jpg").failed(2);
     assert!(err.contains("'.jpg'") && err.contains(".png") && err.contains(".exr"), "{err}");
-    assert_eq!(place.files(), ["ball.scn"]);
+    assert_eq!(sandbox.files(), ["ball.scn"]);
 }
 
 #[test]
 fn noise_spends_samples_where_they_are_needed() {
-    let place = place();
+    let sandbox = sandbox();
     let stats = |options: &str| -> serde_json::Value {
         let words = format!("render ball.scn --size 32x24 --stats s.json --quiet -o a.png {options}");
-        place.run(&words).fine();
-        serde_json::from_str(&place.read("s.json")).unwrap()
+        sandbox.run(&words).fine();
+        serde_json::from_str(&sandbox.read("s.json")).unwrap()
     };
     let fixed = stats("--samples 3");
     assert_eq!((&fixed["samples_taken"], &fixed["rays"]["camera"]), (&serde_json::Value::Null, &2304.into()));
@@ -155,7 +155,7 @@ fn noise_spends_samples_where_they_are_needed() {
     );
     assert!(mean > 4.0 && mean < 60.0 && most == 77, "{mean} {most}");
     assert_eq!(adaptive["rays"]["camera"].as_f64().unwrap(), (mean * 32.0 * 24.0).round());
-    let out = place.run("render ball.scn --size 32x24 --noise 0.02 -o a.png").fine();
+    let out = sandbox.run("render ball.scn --size 32x24 --noise 0.02 -o a.png").fine();
     assert!(out.contains("samples a pixel, "), "{out}");
 }
 
@@ -170,8 +170,8 @@ fn views_are_written_as_pictures() {
     assert!(middle("id").iter().any(|&value| value > 100) && corner("id") == [0; 3]);
     assert!(middle("steps")[0] > 100);
     assert_eq!((middle("ao"), corner("ao")), ([255; 3], [0; 3]));
-    let place = place();
-    let out = place.run("render ball.scn --size 32x24 --view steps -o a.png").fine();
+    let sandbox = sandbox();
+    let out = sandbox.run("render ball.scn --size 32x24 --view steps -o a.png").fine();
     assert!(out.contains("boxes and shapes a ray"), "{out}");
 }
 
@@ -183,15 +183,15 @@ fn a_pointless_picture_is_warned_of_by_both() {
         ("prm s\ncamera 0 0 10 30 0 0\n", "looks past"),
         ("prm s\ncamera 0 0 .5 0 0 0\n", "inside 's'"),
     ] {
-        let place = Place::new();
-        place.write("odd.scn", text);
-        let answer = place.run("render odd.scn --size 8x6 -o a.png");
+        let sandbox = Sandbox::new();
+        sandbox.write("odd.scn", text);
+        let answer = sandbox.run("render odd.scn --size 8x6 -o a.png");
         assert!(answer.code == Some(0) && answer.err.contains("superegg: warning: "), "{answer:?}");
         assert!(answer.err.contains(part), "{part}: {answer:?}");
-        let out = place.run_with("odd.scn", "render b.png 8x6\n").out;
+        let out = sandbox.run_with("odd.scn", "render b.png 8x6\n").out;
         assert!(out.contains("warning: ") && out.contains(part), "{part}: {out}");
     }
-    let answer = place().run("render ball.scn --size 8x6 --max-samples 9 --quiet -o a.png");
+    let answer = sandbox().run("render ball.scn --size 8x6 --max-samples 9 --quiet -o a.png");
     assert!(answer.err.contains("--noise"), "{answer:?}");
 }
 
@@ -211,6 +211,6 @@ fn options_out_of_range_are_refused() {
         "--max-samples 0",
         "--max-samples 65537",
     ] {
-        place().run(&format!("render ball.scn {options} -o a.png")).failed(2);
+        sandbox().run(&format!("render ball.scn {options} -o a.png")).failed(2);
     }
 }

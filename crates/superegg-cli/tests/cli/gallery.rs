@@ -1,8 +1,9 @@
-//! The project's own scenes: each is without fault, says what it shows, looks as it did, and is on the gallery's page.
+//! The project's own scenes: each is without fault, says what it shows, looks as it did, and is on
+//! the gallery's page.
 
 use std::path::PathBuf;
 
-use crate::support::{Place, project};
+use crate::support::{Sandbox, project};
 
 /// Names and files of the scenes of a folder.
 fn scenes(folder: &str) -> Vec<(String, PathBuf)> {
@@ -16,25 +17,26 @@ fn scenes(folder: &str) -> Vec<(String, PathBuf)> {
     scenes
 }
 
-/// Renders the scenes of a folder with these flags and compares them with the pictures of another one.
+/// Renders the scenes of a folder with these flags and compares them with the pictures of another
+/// one.
 fn compare(folder: &str, flags: &str, golden: &str) {
     let failures: Vec<String> = scenes(folder)
         .into_iter()
         .filter_map(|(name, path)| {
-            let place = Place::new();
-            place.run(&format!("render {} {flags} --quiet -o actual.png", path.display())).fine();
-            superegg_golden::check(&project(golden), &name, &place.path("actual.png")).err()
+            let sandbox = Sandbox::new();
+            sandbox.run(&format!("render {} {flags} --quiet -o actual.png", path.display())).fine();
+            superegg_golden::check(&project(golden), &name, &sandbox.path("actual.png")).err()
         })
         .collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 #[test]
-fn each_is_without_fault_and_says_what_it_shows() {
+fn each_is_without_fault_and_has_a_description() {
     let (pictures, features) = (scenes("scenes"), scenes("scenes/features"));
     assert!(pictures.len() >= 10 && features.len() >= 10);
     for (name, path) in pictures.into_iter().chain(features) {
-        Place::new().run(&format!("check --strict {}", path.display())).fine();
+        Sandbox::new().run(&format!("check --strict {}", path.display())).fine();
         assert!(std::fs::read_to_string(&path).unwrap().starts_with("# "), "{name} has no comment");
     }
 }

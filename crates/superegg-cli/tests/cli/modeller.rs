@@ -1,8 +1,8 @@
 //! Sessions through a pipe: the same as at the prompt, without a person.
 
-use crate::support::{Answer, Place};
+use crate::support::{Answer, Sandbox};
 
-impl Place {
+impl Sandbox {
     fn session(&self, lines: &str) -> Answer {
         self.run_with("", lines)
     }
@@ -12,15 +12,15 @@ const MAN: &str = "prm ball\nobj man\nap ball body\nap ball head\nss .6 .6 .6\nx
 
 #[test]
 fn a_pipe_is_a_session_without_prompts_or_colours() {
-    let place = Place::new();
-    let out = place.session("prm ball\ninfo\nget size\n").fine();
+    let sandbox = Sandbox::new();
+    let out = sandbox.session("prm ball\ninfo\nget size\n").fine();
     assert!(
         out.starts_with("primitives (1)\n  ball\n") && !out.contains('\x1b') && !out.contains('>'),
         "{out}"
     );
-    assert_eq!(place.session("").fine(), "");
-    place.write("man.scn", MAN);
-    let out = place.run_with("man.scn", "show\nstop\nnonsense after the end\n").fine();
+    assert_eq!(sandbox.session("").fine(), "");
+    sandbox.write("man.scn", MAN);
+    let out = sandbox.run_with("man.scn", "show\nstop\nnonsense after the end\n").fine();
     assert!(
         out.contains("man: 2 instances, from -1 -1 -1 to 1 1 2\n├─ body = ball\n└─ head = ball  <- cursor"),
         "{out}"
@@ -29,7 +29,7 @@ fn a_pipe_is_a_session_without_prompts_or_colours() {
 
 #[test]
 fn a_course_session_typed_word_for_word() {
-    let place = Place::new();
+    let sandbox = Sandbox::new();
     let typed = "Primitive base\nsetCoeff 2 2 0.3\nsetExponent 0.1 1.\nsetPatch 20 20\nsetColor .8 .1 .1\nsetAmbient 0.2\n\
         setReflected 0.4\nsetRefracted 0.1\nsetGloss .2\nsetDiffuse .7\nsetSpecular .3\nPrimitive 2nd_part\ncoeff .3 .3 2\nexp 1 1\n\
         patch 10 10\nsurface 0 0 1\nambient .1\nreflected 0.3\nrefracted 0.5\ngloss 0.3\ndiffuse 0.8\nspecular 0.1\n\
@@ -37,7 +37,7 @@ fn a_course_session_typed_word_for_word() {
         setCursor base\nxs 0 0 -.5\nrs 0 0 1 45\nss 2 2 2\ntranslateAll 1 0 0\nrotateAll 0 0 2 90\nscaleAll .5 .5 .5\n\
         Object scene\naddObject robot left\nao robot right\nxall 1 1 1\nrall 1 0 0 10\nsall 1 2 1\ndeselect\nobj scene\n\
         info\nls all\ninfo selected\nhelp setColor\nhelp\nsave session\nquit\n";
-    let out = place.session(typed).fine();
+    let out = sandbox.session(typed).fine();
     for part in [
         "primitives (2)",
         "  scene: 2 children",
@@ -48,10 +48,10 @@ fn a_course_session_typed_word_for_word() {
     ] {
         assert!(out.contains(part), "{part}: {out}");
     }
-    let loaded = place.session("load session\ninfo all\n").fine();
+    let loaded = sandbox.session("load session\ninfo all\n").fine();
     assert_eq!(
         loaded,
-        place
+        sandbox
             .session(
                 &typed
                     .replace("info\nls all\ninfo selected\nhelp setColor\nhelp\n", "info all\n")
@@ -63,9 +63,9 @@ fn a_course_session_typed_word_for_word() {
 
 #[test]
 fn a_file_with_errors_is_loaded_by_force_or_not_at_all() {
-    let place = Place::new();
-    place.write("bad.scn", "prm good\ncoeff 1 1\nprm better\nbad line\n").write("man.scn", MAN);
-    let answer = place.session("load man\nload bad\ninfo\nload missing\nload! bad\ninfo\nundo\ninfo\n");
+    let sandbox = Sandbox::new();
+    sandbox.write("bad.scn", "prm good\ncoeff 1 1\nprm better\nbad line\n").write("man.scn", MAN);
+    let answer = sandbox.session("load man\nload bad\ninfo\nload missing\nload! bad\ninfo\nundo\ninfo\n");
     let err = &answer.err;
     for part in [
         "bad.scn:2:1: error[argument-count]",
@@ -83,9 +83,9 @@ fn a_file_with_errors_is_loaded_by_force_or_not_at_all() {
 
 #[test]
 fn undo_goes_over_loads_and_back() {
-    let place = Place::new();
-    place.write("man.scn", MAN);
-    let out = place.session("prm mine\ncoeff 1 2 3\nload man\nprm ball\ncoeff 9 9 9\nundo 3\ninfo mine\nredo 2\ninfo ball\nundo 4\ninfo\n").fine();
+    let sandbox = Sandbox::new();
+    sandbox.write("man.scn", MAN);
+    let out = sandbox.session("prm mine\ncoeff 1 2 3\nload man\nprm ball\ncoeff 9 9 9\nundo 3\ninfo mine\nredo 2\ninfo ball\nundo 4\ninfo\n").fine();
     assert!(
         out.contains("primitive mine\n  coeff      1 2 3")
             && out.contains("primitive ball\n  coeff      1 1 1"),
@@ -96,11 +96,11 @@ fn undo_goes_over_loads_and_back() {
 
 #[test]
 fn what_people_miss_is_there() {
-    let place = Place::new();
-    place.write("man.scn", MAN);
+    let sandbox = Sandbox::new();
+    sandbox.write("man.scn", MAN);
     let lines = "load man\ncopy ball hat\nrename ball snow\nobj man\nap hat\nremove body\ninfo man\ndelete snow\nshow man\n\
         history 2\nget samples\nset samples 9\nget samples\nclear\ninfo\nundo\ninfo man\n";
-    let out = place.session(lines).fine();
+    let out = sandbox.session(lines).fine();
     for part in [
         "object man\n  child head (snow)\n    scale 0.6 0.6 0.6\n    translate 0 0 1.4\n  child hat  <- cursor\n",
         "'snow' is deleted, and with it 1 child: man/head\n",
@@ -116,24 +116,24 @@ fn what_people_miss_is_there() {
 }
 
 #[test]
-fn folders_are_told_changed_and_listed() {
-    let place = Place::new();
-    std::fs::create_dir(place.path("scenes and more")).unwrap();
-    place.write("scenes and more/man.scn", MAN).write("a.txt", "").write(".hidden", "");
-    let out = place.session("dir\ncd \"scenes and more\"\ndir\nload man\npwd\ncd ..\ndir \"scenes and more\"\nload \"scenes and more/man.scn\"\n").fine();
+fn folders_are_printed_changed_and_listed() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("scenes and more")).unwrap();
+    sandbox.write("scenes and more/man.scn", MAN).write("a.txt", "").write(".hidden", "");
+    let out = sandbox.session("dir\ncd \"scenes and more\"\ndir\nload man\npwd\ncd ..\ndir \"scenes and more\"\nload \"scenes and more/man.scn\"\n").fine();
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!(lines[..3], ["scenes and more/", "a.txt", "man.scn"]);
     assert!(lines[3].ends_with("/scenes and more") && lines[4] == "man.scn", "{out}");
-    let wrong = place.session("cd nowhere\ndir a.txt\npwd extra\ncd a b\n");
+    let wrong = sandbox.session("cd nowhere\ndir a.txt\npwd extra\ncd a b\n");
     assert_eq!((wrong.code, wrong.err.matches("error[").count()), (Some(1), 4), "{wrong:?}");
 }
 
 #[test]
 fn the_two_tests_answer_at_the_prompt() {
-    let place = Place::new();
+    let sandbox = Sandbox::new();
     let lines = "prm ball\niotest 0 0 .5\niotest 1 0 0\niotest 9 9 9\niotest\nset ioStep 1\nset ioHalf 1\niotest\nintersect\n\
         intersect 0 5 0 0 -1 0\nintersect 5 5 5 1 0 0\n";
-    let out = place.session(lines).fine();
+    let out = sandbox.session(lines).fine();
     assert_eq!(
         out,
         "inside: the function is -0.75 for ball\non the surface: the function is 0 for ball\n\
@@ -145,10 +145,10 @@ fn the_two_tests_answer_at_the_prompt() {
 }
 
 #[test]
-fn a_picture_is_of_the_scene_as_it_was_when_asked_for() {
-    let place = Place::new();
-    place.write("man.scn", MAN);
-    let out = place.session("load man\nset samples 1\nrender a 40x30\ndelete ball\nrender b 40x30\nundo\nrender 40x30 c.png\nset size 40x30\nrender\n").fine();
+fn a_picture_is_of_the_scene_as_it_was_at_the_command() {
+    let sandbox = Sandbox::new();
+    sandbox.write("man.scn", MAN);
+    let out = sandbox.session("load man\nset samples 1\nrender a 40x30\ndelete ball\nrender b 40x30\nundo\nrender 40x30 c.png\nset size 40x30\nrender\n").fine();
     for line in [
         "a.png: 40x30, 2 instances",
         "b.png: 40x30, 0 instances",
@@ -157,41 +157,41 @@ fn a_picture_is_of_the_scene_as_it_was_when_asked_for() {
     ] {
         assert!(out.contains(line), "{line}: {out}");
     }
-    let bytes = |name: &str| std::fs::read(place.path(name)).unwrap();
+    let bytes = |name: &str| std::fs::read(sandbox.path(name)).unwrap();
     assert!(
         bytes("a.png") == bytes("c.png")
             && bytes("a.png") == bytes("man.png")
             && bytes("a.png") != bytes("b.png")
     );
-    place.run("render man.scn --size 40x30 --samples 1 -o d.png --quiet").fine();
+    sandbox.run("render man.scn --size 40x30 --samples 1 -o d.png --quiet").fine();
     assert_eq!(bytes("a.png"), bytes("d.png"));
 }
 
 #[test]
 fn settings_of_the_picture_are_saved_with_the_scene() {
-    let place = Place::new();
-    place
+    let sandbox = Sandbox::new();
+    sandbox
         .session("prm ball\nset size 8x6\nset samples 2\nset encoding linear\nset wireframe on\nsave s\n")
         .fine();
     assert_eq!(
-        place.read("s.scn"),
+        sandbox.read("s.scn"),
         "# superegg scene\nset size 8x6\nset samples 2\nset encoding linear\n\nprimitive ball\n"
     );
-    assert!(place.run("render s.scn").fine().starts_with("s.png: 8x6,"));
-    let flags = place.run("render s.scn --size 4x4 --encoding srgb").fine();
+    assert!(sandbox.run("render s.scn").fine().starts_with("s.png: 8x6,"));
+    let flags = sandbox.run("render s.scn --size 4x4 --encoding srgb").fine();
     assert!(flags.starts_with("s.png: 4x4,"), "{flags}");
-    let out = place.session("set wireframe on\nload s\nget wireframe size\n").fine();
+    let out = sandbox.session("set wireframe on\nload s\nget wireframe size\n").fine();
     assert!(out.contains("wireframe      on") && out.contains("size           8x6"), "{out}");
 }
 
 #[test]
 fn saving_spares_what_is_not_ours() {
-    let place = Place::new();
-    place
+    let sandbox = Sandbox::new();
+    sandbox
         .write("notes.txt", "precious")
         .write("old.scn", "prm old\n# by hand\n")
         .write("other.scn", "prm other\n");
-    let answer = place.session(
+    let answer = sandbox.session(
         "prm ball\nsave notes.txt\nsave old\nload! old\nprm more\nsave old\nsave other\nsave! other\n",
     );
     assert_eq!(answer.err.matches("error[not-ours]").count(), 3, "{}", answer.err);
@@ -199,39 +199,39 @@ fn saving_spares_what_is_not_ours() {
         "<stdin>:2:6: error[not-ours]: 'notes.txt' was neither made by Superegg nor loaded in this session"
     ));
     assert!(answer.err.contains("'save! other.scn' overwrites it"));
-    assert_eq!(place.read("notes.txt"), "precious");
+    assert_eq!(sandbox.read("notes.txt"), "precious");
     assert!(
-        place.read("old.scn").contains("primitive more")
-            && place.read("other.scn").contains("primitive more")
+        sandbox.read("old.scn").contains("primitive more")
+            && sandbox.read("other.scn").contains("primitive more")
     );
     // What we made, in any session, is ours.
-    place.session("prm again\nsave other\n").fine();
+    sandbox.session("prm again\nsave other\n").fine();
 }
 
 #[cfg(unix)]
 #[test]
 fn a_saved_file_keeps_its_permissions_and_its_link() {
     use std::os::unix::fs::{PermissionsExt, symlink};
-    let place = Place::new();
-    place.session("prm ball\nsave a\n").fine();
-    std::fs::set_permissions(place.path("a.scn"), std::fs::Permissions::from_mode(0o640)).unwrap();
-    symlink("a.scn", place.path("link.scn")).unwrap();
-    place.session("prm other\nsave link\n").fine();
-    assert!(place.path("link.scn").is_symlink() && place.read("a.scn").contains("other"));
-    assert_eq!(std::fs::metadata(place.path("a.scn")).unwrap().permissions().mode() & 0o777, 0o640);
-    assert_eq!(place.files(), ["a.scn", "link.scn"]);
+    let sandbox = Sandbox::new();
+    sandbox.session("prm ball\nsave a\n").fine();
+    std::fs::set_permissions(sandbox.path("a.scn"), std::fs::Permissions::from_mode(0o640)).unwrap();
+    symlink("a.scn", sandbox.path("link.scn")).unwrap();
+    sandbox.session("prm other\nsave link\n").fine();
+    assert!(sandbox.path("link.scn").is_symlink() && sandbox.read("a.scn").contains("other"));
+    assert_eq!(std::fs::metadata(sandbox.path("a.scn")).unwrap().permissions().mode() & 0o777, 0o640);
+    assert_eq!(sandbox.files(), ["a.scn", "link.scn"]);
 }
 
 #[test]
 fn a_file_that_another_program_changed_is_not_overwritten() {
-    let place = Place::new();
-    place.write("a.scn", "prm a\n");
+    let sandbox = Sandbox::new();
+    sandbox.write("a.scn", "prm a\n");
     let lines = format!("load a\nprm b\nsave copy\n{}save a\n", "cd .\n");
-    place.session(&lines).fine();
+    sandbox.session(&lines).fine();
     // Between the load and the save somebody else writes; the session waits for it at a pipe.
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_superegg"))
-        .current_dir(place.path(""))
-        .envs(place.user())
+        .current_dir(sandbox.path(""))
+        .envs(sandbox.user())
         .stdin(std::process::Stdio::piped())
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::piped())
@@ -242,35 +242,35 @@ fn a_file_that_another_program_changed_is_not_overwritten() {
     let mut out = std::io::BufReader::new(child.stdout.take().unwrap());
     input.write_all(b"load a\npwd\n").unwrap();
     out.read_line(&mut String::new()).unwrap();
-    place.write("a.scn", "prm somebody_else\n");
+    sandbox.write("a.scn", "prm somebody_else\n");
     input.write_all(b"save a\n").unwrap();
     drop(input);
     let ended = child.wait_with_output().unwrap();
     let err = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert!(err.contains("has changed since this session read or wrote it"), "{err}");
-    assert_eq!(place.read("a.scn"), "prm somebody_else\n");
+    assert_eq!(sandbox.read("a.scn"), "prm somebody_else\n");
 }
 
 #[test]
 fn the_quicksave_is_the_users_and_the_old_one_is_found() {
-    let place = Place::new();
-    let missing = place.session("load\n");
+    let sandbox = Sandbox::new();
+    let missing = sandbox.session("load\n");
     assert!(missing.err.contains("there is no quicksave yet"), "{missing:?}");
-    std::fs::create_dir(place.path("data")).unwrap();
-    place.write("data/quicksave.scn", "prm old_one\n");
-    assert!(place.session("load\ninfo\n").fine().contains("old_one"));
-    place.session("prm new_one\nsave\n").fine();
-    assert!(place.own("data/superegg/quicksave.scn").is_file());
-    assert_eq!(place.read("data/quicksave.scn"), "prm old_one\n");
-    assert!(place.session("load\ninfo\n").fine().contains("new_one"));
+    std::fs::create_dir(sandbox.path("data")).unwrap();
+    sandbox.write("data/quicksave.scn", "prm old_one\n");
+    assert!(sandbox.session("load\ninfo\n").fine().contains("old_one"));
+    sandbox.session("prm new_one\nsave\n").fine();
+    assert!(sandbox.own("data/superegg/quicksave.scn").is_file());
+    assert_eq!(sandbox.read("data/quicksave.scn"), "prm old_one\n");
+    assert!(sandbox.session("load\ninfo\n").fine().contains("new_one"));
 }
 
 #[test]
 fn the_commands_as_typed_can_be_saved_and_loaded() {
-    let place = Place::new();
-    place.write("man.scn", MAN);
-    let out = place.session("prm lost\nload man\nxs 1 0 0   # a step\nnonsense\nrs 0 0 1 9\nundo\ninfo\nsave --history h\ninfo all\nclear\nload h\ninfo all\n");
-    assert_eq!(place.read("h.scn"), format!("# superegg history\n{MAN}xs 1 0 0   # a step\n"));
+    let sandbox = Sandbox::new();
+    sandbox.write("man.scn", MAN);
+    let out = sandbox.session("prm lost\nload man\nxs 1 0 0   # a step\nnonsense\nrs 0 0 1 9\nundo\ninfo\nsave --history h\ninfo all\nclear\nload h\ninfo all\n");
+    assert_eq!(sandbox.read("h.scn"), format!("# superegg history\n{MAN}xs 1 0 0   # a step\n"));
     let all: Vec<&str> = out.out.split("primitive ball\n").skip(1).collect();
     assert_eq!(all.len(), 2);
     assert_eq!(all[0].trim(), all[1].trim());
@@ -278,12 +278,12 @@ fn the_commands_as_typed_can_be_saved_and_loaded() {
 
 #[test]
 fn a_loaded_file_prints_what_it_asks_for_and_does_nothing_else() {
-    let place = Place::new();
-    place.write("talk.scn", "prm a\ninfo a\nsave other\nrender x.png\nundo\n");
-    let answer = place.session("load talk\n");
+    let sandbox = Sandbox::new();
+    sandbox.write("talk.scn", "prm a\ninfo a\nsave other\nrender x.png\nundo\n");
+    let answer = sandbox.session("load talk\n");
     assert!(answer.out.starts_with("primitive a\n"), "{answer:?}");
     assert_eq!(answer.err.matches("warning[not-here]").count(), 3, "{answer:?}");
-    assert_eq!((answer.code, place.files()), (Some(0), vec!["talk.scn".to_owned()]));
+    assert_eq!((answer.code, sandbox.files()), (Some(0), vec!["talk.scn".to_owned()]));
 }
 
 /// Lines that cannot be carried out, each after `BEFORE`.
@@ -387,42 +387,42 @@ const WRONG: &[&str] = &[
 
 #[test]
 fn wrong_lines_say_where_what_and_what_to_do_and_change_nothing() {
-    let place = Place::new();
-    std::fs::create_dir(place.path("folder")).unwrap();
-    place.write("man.scn", MAN).write("foreign.bin", b"\x00\x01\x02").write("bad.scn", "prm x\noops\n");
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("folder")).unwrap();
+    sandbox.write("man.scn", MAN).write("foreign.bin", b"\x00\x01\x02").write("bad.scn", "prm x\noops\n");
     let before = "prm ball\nobj man\nap ball body\n";
-    let files = place.files();
-    let expected = place.session(&format!("{before}info all\ninfo\n")).fine();
+    let files = sandbox.files();
+    let expected = sandbox.session(&format!("{before}info all\ninfo\n")).fine();
     for (number, wrong) in WRONG.iter().enumerate() {
-        let answer = place.session(&format!("{before}{wrong}\ninfo all\ninfo\n"));
+        let answer = sandbox.session(&format!("{before}{wrong}\ninfo all\ninfo\n"));
         assert_eq!(answer.out, expected, "{wrong}");
         assert_eq!(answer.code, Some(1), "{number} {wrong}: {}", answer.err);
-        let told = answer
+        let reported = answer
             .err
             .lines()
             .find(|line| line.starts_with("<stdin>:4:"))
             .unwrap_or_else(|| panic!("{wrong}: {}", answer.err));
-        let column: usize = told.split(':').nth(2).unwrap().parse().unwrap();
-        assert!(column >= 1 && column <= wrong.chars().count().max(1), "{wrong}: {told}");
-        assert!(told.contains(" error[") && answer.err.contains("= help: "), "{wrong}: {}", answer.err);
+        let column: usize = reported.split(':').nth(2).unwrap().parse().unwrap();
+        assert!(column >= 1 && column <= wrong.chars().count().max(1), "{wrong}: {reported}");
+        assert!(reported.contains(" error[") && answer.err.contains("= help: "), "{wrong}: {}", answer.err);
         assert!(!answer.err.contains('\u{1b}'), "{wrong}: {:?}", answer.err);
     }
-    assert_eq!(place.files(), files);
+    assert_eq!(sandbox.files(), files);
 }
 
 #[test]
 fn odd_bytes_and_long_lines_are_survived() {
-    let place = Place::new();
+    let sandbox = Sandbox::new();
     let long = "x".repeat(3 << 20);
     let lines =
         format!("prm ball\n{long}\nprm {}\nprm \u{7f}\u{1b}[2J\ninfo\nprm last\n", "n".repeat(100_000));
-    let answer = place.session(&lines);
+    let answer = sandbox.session(&lines);
     assert!(answer.err.contains("<stdin>:2:1: error[too-long]"), "{:.300}", answer.err);
     assert!(answer.out.contains("\\u{7f}\\u{1b}[2J") && !answer.out.contains('\u{1b}'));
     let mut bytes = b"\xef\xbb\xbfprm ok\n\xff\xfe\nprm a\xc3\n".to_vec();
     bytes.extend((0..200_000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8));
     bytes.extend(b"\ninfo ok\n");
-    let answer = place.run_bytes("", &bytes);
+    let answer = sandbox.run_bytes("", &bytes);
     assert!(
         answer.err.contains("<stdin>:2:1: error[not-text]")
             && answer.err.contains("<stdin>:3:6: error[not-text]")
@@ -433,11 +433,11 @@ fn odd_bytes_and_long_lines_are_survived() {
 #[cfg(unix)]
 #[test]
 fn devices_pipes_and_circles_are_refused() {
-    let place = Place::new();
-    std::os::unix::fs::symlink("b.scn", place.path("a.scn")).unwrap();
-    std::os::unix::fs::symlink("a.scn", place.path("b.scn")).unwrap();
-    nix::unistd::mkfifo(&place.path("pipe.scn"), nix::sys::stat::Mode::S_IRWXU).unwrap();
-    let answer = place.session("load a.scn\nload pipe.scn\nsave pipe.scn\nload /dev/zero\nprm ball\nsave /dev/full\nsave a.scn\nrender pipe.png\n");
+    let sandbox = Sandbox::new();
+    std::os::unix::fs::symlink("b.scn", sandbox.path("a.scn")).unwrap();
+    std::os::unix::fs::symlink("a.scn", sandbox.path("b.scn")).unwrap();
+    nix::unistd::mkfifo(&sandbox.path("pipe.scn"), nix::sys::stat::Mode::S_IRWXU).unwrap();
+    let answer = sandbox.session("load a.scn\nload pipe.scn\nsave pipe.scn\nload /dev/zero\nprm ball\nsave /dev/full\nsave a.scn\nrender pipe.png\n");
     let err = &answer.err;
     for part in [
         "<stdin>:1:6: error[unreadable]: cannot read 'a.scn'",
@@ -453,22 +453,22 @@ fn devices_pipes_and_circles_are_refused() {
 
 #[test]
 fn run_is_the_same_session_from_a_file() {
-    let place = Place::new();
-    place.write("s.txt", "prm ball\nnonsense\nundo\nredo\nrender a.png 8x6\nsave s\ninfo\nrecover\n");
-    let answer = place.run("run s.txt");
+    let sandbox = Sandbox::new();
+    sandbox.write("s.txt", "prm ball\nnonsense\nundo\nredo\nrender a.png 8x6\nsave s\ninfo\nrecover\n");
+    let answer = sandbox.run("run s.txt");
     assert!(answer.err.contains("s.txt:2:1: error[unknown-command]") && answer.code == Some(1), "{answer:?}");
     assert!(answer.err.contains("s.txt:8:1: warning[nothing-left]"), "{answer:?}");
-    assert_eq!(place.files(), ["a.png", "s.scn", "s.txt"]);
-    assert!(!place.own("state").exists(), "a file that is run leaves no journal");
+    assert_eq!(sandbox.files(), ["a.png", "s.scn", "s.txt"]);
+    assert!(!sandbox.own("state").exists(), "a file that is run leaves no journal");
 }
 
 #[test]
 fn a_clean_scene_has_one_block_for_each_thing() {
-    let place = Place::new();
+    let sandbox = Sandbox::new();
     let typed = "obj man\nprm ball\nobj man\nap ball\nprm nose\nobj man\nap nose\nobj fractal\nap ball\nao fractal again\nss .5 .5 .5\n\
         obj a\nobj b\nao a\nobj a\nao b\nprm ball\ncolor 1 0 0\ncameraUp -0 1 0\nbackground -0 0 0\n";
-    let before = place.session(&format!("{typed}save s\ninfo all\ninfo\n")).fine();
-    let text = place.read("s.scn");
+    let before = sandbox.session(&format!("{typed}save s\ninfo all\ninfo\n")).fine();
+    let text = sandbox.read("s.scn");
     for line in [
         "primitive ball",
         "primitive nose",
@@ -481,21 +481,21 @@ fn a_clean_scene_has_one_block_for_each_thing() {
         let expected = if line == "primitive ball" { 2 } else { 1 };
         assert_eq!(text.lines().filter(|l| *l == line).count(), expected, "{line}: {text}");
     }
-    assert_eq!(place.session("load s\ninfo all\ninfo\n").fine(), before);
+    assert_eq!(sandbox.session("load s\ninfo all\ninfo\n").fine(), before);
 }
 
 #[test]
-fn sessions_that_were_left_are_told_apart() {
-    let place = Place::new();
-    std::fs::create_dir_all(place.own("state/superegg/journals")).unwrap();
+fn unsaved_sessions_are_numbered() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir_all(sandbox.own("state/superegg/journals")).unwrap();
     for (name, line) in [("1-1", "prm older"), ("2-2", "prm newer")] {
-        let path = place.own(&format!("state/superegg/journals/{name}.journal"));
+        let path = sandbox.own(&format!("state/superegg/journals/{name}.journal"));
         std::fs::write(&path, format!("# superegg journal 1\n> {line}\n")).unwrap();
         let age = std::time::Duration::from_secs(if name == "1-1" { 7200 } else { 60 });
         let file = std::fs::File::options().append(true).open(path).unwrap();
         file.set_modified(std::time::SystemTime::now() - age).unwrap();
     }
-    let answer = place.session("recover list\nrecover restore 3\nrecover restore 2\ninfo\nrecover list\nrecover discard 1\nrecover\n");
+    let answer = sandbox.session("recover list\nrecover restore 3\nrecover restore 2\ninfo\nrecover list\nrecover discard 1\nrecover\n");
     assert!(
         answer.out.contains(
             "  1  1 change, 1 min ago, the last: prm newer\n  2  1 change, 2 h ago, the last: prm older\n"

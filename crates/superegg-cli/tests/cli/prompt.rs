@@ -1,6 +1,6 @@
 //! The prompt at a real pseudo-terminal.
 
-use crate::support::Place;
+use crate::support::Sandbox;
 use crate::terminal::{COLUMNS, Terminal};
 
 const CTRL_C: &str = "\x03";
@@ -12,8 +12,8 @@ const TAB: &str = "\t";
 
 #[test]
 fn the_prompt_shows_what_is_selected_and_the_cursor() {
-    let place = Place::new();
-    let mut terminal = Terminal::modeller(&place);
+    let sandbox = Sandbox::new();
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.line("prm ball", "ball> ");
     terminal.line("obj man", "man> ");
     terminal.line("ap ball head", "man[head]> ");
@@ -28,10 +28,10 @@ fn the_prompt_shows_what_is_selected_and_the_cursor() {
 
 #[test]
 fn tab_completes_and_hints_show_what_is_to_come() {
-    let place = Place::new();
-    place.write("robot arm.scn", "prm z\n").write("robe.png", "");
-    std::fs::create_dir(place.path("rooms")).unwrap();
-    let mut terminal = Terminal::modeller(&place);
+    let sandbox = Sandbox::new();
+    sandbox.write("robot arm.scn", "prm z\n").write("robe.png", "");
+    std::fs::create_dir(sandbox.path("rooms")).unwrap();
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.line("prm ball", "ball> ");
     terminal.press("setCol");
     terminal.wait_for("setColor r(0..1) g(0..1) b(0..1)");
@@ -66,8 +66,8 @@ fn tab_completes_and_hints_show_what_is_to_come() {
 
 #[test]
 fn what_is_typed_is_painted_as_it_is_meant() {
-    let place = Place::new();
-    let mut terminal = Terminal::modeller(&place);
+    let sandbox = Sandbox::new();
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.line("prm ball", "ball> ");
     terminal.press("setColor 1 7 ");
     terminal.wait_for("setColor 1 7 b(0..1)");
@@ -81,8 +81,8 @@ fn what_is_typed_is_painted_as_it_is_meant() {
 
 #[test]
 fn ctrl_c_clears_the_line_and_ctrl_d_leaves() {
-    let place = Place::new();
-    let mut terminal = Terminal::modeller(&place);
+    let sandbox = Sandbox::new();
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.press_and_wait(&format!("prm wrong{CTRL_C}"), "ctrl-c", "superegg> ");
     terminal.line("info", "superegg> ");
     assert!(terminal.contents().contains("primitives (0)"), "{}", terminal.contents());
@@ -91,16 +91,16 @@ fn ctrl_c_clears_the_line_and_ctrl_d_leaves() {
     // Keys that come while a line is carried out wait for the next one.
     terminal.press(&format!("prm a\rsave a\r{CTRL_D}"));
     assert_eq!(terminal.left(), 0);
-    assert_eq!(place.files(), ["a.scn"]);
-    let mut terminal = Terminal::modeller(&place);
+    assert_eq!(sandbox.files(), ["a.scn"]);
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.press("quit\r");
     assert_eq!(terminal.left(), 0);
 }
 
 #[test]
-fn a_fault_is_told_with_its_place_and_the_session_goes_on() {
-    let place = Place::new();
-    let mut terminal = Terminal::modeller(&place);
+fn a_fault_is_reported_with_its_position_and_the_session_goes_on() {
+    let sandbox = Sandbox::new();
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.line("prm ball", "ball> ");
     terminal.line("setColor 1 2 0", "ball> ");
     let shown = terminal.contents();
@@ -113,15 +113,15 @@ fn a_fault_is_told_with_its_place_and_the_session_goes_on() {
 
 #[test]
 fn history_lasts_over_sessions_and_can_be_searched() {
-    let place = Place::new();
-    let mut terminal = Terminal::modeller(&place);
+    let sandbox = Sandbox::new();
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.line("prm unforgettable", "unforgettable> ");
     terminal.line("coeff 1 2 3", "unforgettable> ");
     terminal.line("nonsense", "unforgettable> ");
     terminal.press("stop\r");
     terminal.left();
-    assert!(place.own("state/superegg/history").is_file());
-    let mut terminal = Terminal::modeller(&place);
+    assert!(sandbox.own("state/superegg/history").is_file());
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.press(&UP.repeat(3));
     terminal.wait_for_last("the third last line", |line| line.starts_with("superegg> coeff 1 2 3"));
     terminal.press_and_wait(CTRL_C, "ctrl-c", "superegg> ");
@@ -134,8 +134,8 @@ fn history_lasts_over_sessions_and_can_be_searched() {
 
 #[test]
 fn pictures_are_rendered_behind_the_prompt_and_can_be_stopped() {
-    let place = Place::new();
-    let mut terminal = Terminal::modeller(&place);
+    let sandbox = Sandbox::new();
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.line("prm ball", "ball> ");
     // Long enough to be met while it runs, on any machine.
     terminal.line("set samples 1000", "ball> ");
@@ -159,17 +159,17 @@ fn pictures_are_rendered_behind_the_prompt_and_can_be_stopped() {
     terminal.line("set samples 1", "ball> ");
     terminal.line("render again 4x3", "ball> ");
     terminal.wait_for("again.png: 4x3, 1 instance");
-    assert_eq!(place.files(), ["again.png"]);
+    assert_eq!(sandbox.files(), ["again.png"]);
     terminal.line("stop render", "ball> ");
     assert!(terminal.contents().contains("nothing is being rendered"));
 }
 
 #[test]
 fn a_long_paste_is_taken_whole() {
-    let place = Place::new();
+    let sandbox = Sandbox::new();
     let lines: String = (0..1000).map(|i| format!("xs 0 0 {i}\n")).collect();
     for (begin, end) in [("", ""), ("\x1b[200~", "\x1b[201~\r")] {
-        let mut terminal = Terminal::modeller(&place);
+        let mut terminal = Terminal::modeller(&sandbox);
         terminal.line("prm ball", "ball> ");
         terminal.line("obj man", "man> ");
         terminal.line("ap ball", "man[ball]> ");
@@ -178,7 +178,7 @@ fn a_long_paste_is_taken_whole() {
         terminal.wait_for("done> ");
         terminal.press("save! out\r");
         terminal.wait_for("saved as out.scn");
-        assert_eq!(place.read("out.scn").matches("translate 0 0 ").count(), 1000);
+        assert_eq!(sandbox.read("out.scn").matches("translate 0 0 ").count(), 1000);
         terminal.press(CTRL_D);
         terminal.left();
     }
@@ -186,12 +186,12 @@ fn a_long_paste_is_taken_whole() {
 
 #[test]
 fn a_load_asks_only_where_something_would_be_lost() {
-    let place = Place::new();
-    place
+    let sandbox = Sandbox::new();
+    sandbox
         .write("a.scn", "prm a\n")
         .write("other.scn", "prm other\n")
         .write("bad.scn", "prm b\nnonsense\nprm c\n");
-    let mut terminal = Terminal::modeller(&place);
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.line("load a", "a> ");
     terminal.line("load a.scn", "a> ");
     terminal.line("coeff 2 2 2", "a> ");
@@ -201,7 +201,7 @@ fn a_load_asks_only_where_something_would_be_lost() {
         terminal.line(answer, prompt);
         assert!(terminal.contents().trim_end().contains("nothing has changed"));
     }
-    // What cannot be loaded is told without a question.
+    // What cannot be loaded is reported without a question.
     terminal.line("load nowhere", "a> ");
     terminal.line("load bad", "a> ");
     terminal.press("load other\r");
@@ -223,20 +223,20 @@ fn a_load_asks_only_where_something_would_be_lost() {
 
 #[test]
 fn what_was_not_saved_is_offered_at_the_next_start() {
-    let place = Place::new();
-    let mut terminal = Terminal::modeller(&place);
+    let sandbox = Sandbox::new();
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.line("prm kept", "kept> ");
     terminal.line("coeff 1 2 3", "kept> ");
     terminal.press("this is lost");
     terminal.kill();
     // A session that runs at the same time is nobody's to recover.
-    let mut other = Terminal::modeller(&place);
+    let mut other = Terminal::modeller(&sandbox);
     assert!(
         other.contents().contains("A session was not saved: 2 changes, just now, the last: coeff 1 2 3."),
         "{}",
         other.contents()
     );
-    let mut another = Terminal::modeller(&place);
+    let mut another = Terminal::modeller(&sandbox);
     other.line("recover", "kept> ");
     other.line("undo", "kept> ");
     another.line("recover", "superegg> ");
@@ -253,15 +253,15 @@ fn what_was_not_saved_is_offered_at_the_next_start() {
     another.line("save done", "kept> ");
     another.press(CTRL_D);
     another.left();
-    let quiet = Terminal::modeller(&place);
+    let quiet = Terminal::modeller(&sandbox);
     assert!(!quiet.contents().contains("not saved"), "{}", quiet.contents());
 }
 
 #[test]
 fn a_preview_fills_the_terminal_and_no_more() {
-    let place = Place::new();
-    place.write("ball.scn", "prm ball\ncamera 0 0 3 0 0 0\n");
-    let mut terminal = Terminal::open(&place, "ball.scn");
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scn", "prm ball\ncamera 0 0 3 0 0 0\n");
+    let mut terminal = Terminal::open(&sandbox, "ball.scn");
     terminal.wait_for("ball> ");
     terminal.line("preview", "ball> ");
     let shown = terminal.contents();
@@ -280,12 +280,12 @@ fn a_preview_fills_the_terminal_and_no_more() {
 
 #[test]
 fn a_signal_that_ends_it_leaves_the_terminal_as_it_was() {
-    let place = Place::new();
-    let mut terminal = Terminal::modeller(&place);
+    let sandbox = Sandbox::new();
+    let mut terminal = Terminal::modeller(&sandbox);
     terminal.line("prm kept", "kept> ");
     terminal.end_by_signal();
     assert_eq!(terminal.left(), 128 + 15);
     assert!(terminal.echoes(), "what is typed next is seen");
-    let next = Terminal::modeller(&place);
+    let next = Terminal::modeller(&sandbox);
     assert!(next.contents().contains("A session was not saved: 1 change"));
 }

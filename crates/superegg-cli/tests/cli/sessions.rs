@@ -1,6 +1,6 @@
 //! Whole sessions of the real binary.
 
-use crate::support::Place;
+use crate::support::Sandbox;
 
 const BALLS: &str = "prm ball\nobj pair\nap ball left\nxs -2 0 0\nap ball right\nss 2 1 1\nxs 2 0 0\n";
 
@@ -10,33 +10,33 @@ fn rows(text: &str) -> Vec<Vec<&str>> {
 
 #[test]
 fn render_writes_a_picture_beside_the_user_and_nothing_else() {
-    let place = Place::new();
-    std::fs::create_dir(place.path("folder")).unwrap();
-    place.write("folder/pair.scn", BALLS);
-    let said = place.run("render folder/pair.scn --size 40x30").fine();
-    assert!(said.starts_with("pair.png: 40x30, 2 instances"), "{said}");
-    assert_eq!(place.files(), ["folder", "pair.png"]);
-    let picture = image::open(place.path("pair.png")).unwrap();
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("folder")).unwrap();
+    sandbox.write("folder/pair.scn", BALLS);
+    let report = sandbox.run("render folder/pair.scn --size 40x30").fine();
+    assert!(report.starts_with("pair.png: 40x30, 2 instances"), "{report}");
+    assert_eq!(sandbox.files(), ["folder", "pair.png"]);
+    let picture = image::open(sandbox.path("pair.png")).unwrap();
     assert_eq!((picture.width(), picture.height()), (40, 30));
     assert!(
         picture.to_rgb8().pixels().any(|p| p.0[0] > 100) && picture.to_rgb8().get_pixel(0, 0).0 == [0; 3]
     );
-    assert_eq!(place.run("render folder/pair.scn --size 40x30 --quiet").fine(), "");
+    assert_eq!(sandbox.run("render folder/pair.scn --size 40x30 --quiet").fine(), "");
 }
 
 #[test]
 fn the_same_command_gives_the_same_bytes_on_any_number_of_threads() {
-    let place = Place::new();
-    place.write("pair.scn", BALLS);
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS);
     let pictures: Vec<Vec<u8>> = ["1", "2", "5"]
         .iter()
         .map(|threads| {
-            place
+            sandbox
                 .run(&format!(
                     "render pair.scn --size 50x40 --samples 3 --threads {threads} -o {threads}.png"
                 ))
                 .fine();
-            std::fs::read(place.path(&format!("{threads}.png"))).unwrap()
+            std::fs::read(sandbox.path(&format!("{threads}.png"))).unwrap()
         })
         .collect();
     assert!(pictures.windows(2).all(|pair| pair[0] == pair[1]));
@@ -44,10 +44,10 @@ fn the_same_command_gives_the_same_bytes_on_any_number_of_threads() {
 
 #[test]
 fn stats_are_as_promised() {
-    let place = Place::new();
-    place.write("tree.scn", "prm p\nprm unused\nobj o\nap p\nao o a\nss .5 .5 .5\nao o b\nss .5 .5 .5\n");
-    place.run("render tree.scn --size 8x6 --samples 2 --threads 3 --depth 40 --stats s.json").fine();
-    let stats: serde_json::Value = serde_json::from_str(&place.read("s.json")).unwrap();
+    let sandbox = Sandbox::new();
+    sandbox.write("tree.scn", "prm p\nprm unused\nobj o\nap p\nao o a\nss .5 .5 .5\nao o b\nss .5 .5 .5\n");
+    sandbox.run("render tree.scn --size 8x6 --samples 2 --threads 3 --depth 40 --stats s.json").fine();
+    let stats: serde_json::Value = serde_json::from_str(&sandbox.read("s.json")).unwrap();
     let keys =
         |value: &serde_json::Value| -> Vec<String> { value.as_object().unwrap().keys().cloned().collect() };
     let sorted = |words: &str| -> Vec<String> {
@@ -76,65 +76,65 @@ fn stats_are_as_promised() {
 }
 
 #[test]
-fn limits_are_said_once() {
-    let place = Place::new();
+fn limits_are_reported_once() {
+    let sandbox = Sandbox::new();
     // A ball with four of half its size, and so on: dust that fills a square.
     let child = |name: &str, x: i32, y: i32| format!("ao o {name}\nss .5 .5 .5\nxs {x} {y} 0\n");
     let children = child("a", 1, 1) + &child("b", -1, 1) + &child("c", 1, -1) + &child("d", -1, -1);
-    place.write("dust.scn", format!("prm p\ncoeff .5 .5 .5\nobj o\nap p\n{children}"));
-    let told = place.run("render dust.scn --size 64x48 --samples 1").fine();
-    assert!(told.contains("depth limit") && told.contains("smaller than half a pixel"), "{told}");
-    assert_eq!(told.lines().count(), 1);
-    let told = place.run("render dust.scn --size 64x48 --samples 1 --object p").fine();
-    assert!(!told.contains("limit") && !told.contains("average"), "{told}");
+    sandbox.write("dust.scn", format!("prm p\ncoeff .5 .5 .5\nobj o\nap p\n{children}"));
+    let reported = sandbox.run("render dust.scn --size 64x48 --samples 1").fine();
+    assert!(reported.contains("depth limit") && reported.contains("smaller than half a pixel"), "{reported}");
+    assert_eq!(reported.lines().count(), 1);
+    let reported = sandbox.run("render dust.scn --size 64x48 --samples 1 --object p").fine();
+    assert!(!reported.contains("limit") && !reported.contains("proxy"), "{reported}");
 }
 
 #[test]
 fn made_scenes_are_measured_and_saved() {
-    let place = Place::new();
-    let told = place.run("bench cloud:20 fractal:3,5 --size 16x12 --rounds 1 --json b.json").fine();
-    assert!(told.lines().any(|line| line.starts_with("| cloud:20 | 20 |")), "{told}");
-    let rows: serde_json::Value = serde_json::from_str(&place.read("b.json")).unwrap();
+    let sandbox = Sandbox::new();
+    let reported = sandbox.run("bench cloud:20 fractal:3,5 --size 16x12 --rounds 1 --json b.json").fine();
+    assert!(reported.lines().any(|line| line.starts_with("| cloud:20 | 20 |")), "{reported}");
+    let rows: serde_json::Value = serde_json::from_str(&sandbox.read("b.json")).unwrap();
     assert_eq!(rows[1]["instances"], serde_json::json!("121"));
     assert!(rows[0]["camera_mrays"].as_f64().unwrap() > 0.0);
-    place.run("bench cloud:20 --save .").fine();
-    place.run("check --strict cloud_20.scn").fine();
+    sandbox.run("bench cloud:20 --save .").fine();
+    sandbox.run("check --strict cloud_20.scn").fine();
     for bad in ["bench cloud:0", "bench fractal:2", "bench nothing", "bench robot --save nowhere"] {
-        assert!(!place.run(bad).failed(2).is_empty());
+        assert!(!sandbox.run(bad).failed(2).is_empty());
     }
 }
 
 #[test]
 fn a_scene_goes_to_povray() {
-    let place = Place::new();
-    place.write("tree.scn", "prm p\nobj o\nap p\nao o a\nss .5 .5 .5\n");
-    place.run("export tree.scn -o tree.pov --depth 3").fine();
-    let text = place.read("tree.pov");
+    let sandbox = Sandbox::new();
+    sandbox.write("tree.scn", "prm p\nobj o\nap p\nao o a\nss .5 .5 .5\n");
+    sandbox.run("export tree.scn -o tree.pov --depth 3").fine();
+    let text = sandbox.read("tree.pov");
     assert!(text.contains("#version 3.7;") && text.matches("#declare").count() == 4, "{text}");
     for bad in ["export tree.scn -o tree.obj", "export tree.scn -o no/tree.pov", "export gone.scn -o t.pov"] {
-        assert!(!place.run(bad).failed(2).is_empty());
+        assert!(!sandbox.run(bad).failed(2).is_empty());
     }
 }
 
 #[test]
-fn errors_in_a_scene_are_told_and_the_rest_is_rendered() {
-    let place = Place::new();
-    place.write("bad.scn", format!("{BALLS}colour 1 0 0\nxs 1 2\n"));
-    let err = place.run("render bad.scn --size 8x8").failed(1);
+fn errors_in_a_scene_are_reported_and_the_rest_is_rendered() {
+    let sandbox = Sandbox::new();
+    sandbox.write("bad.scn", format!("{BALLS}colour 1 0 0\nxs 1 2\n"));
+    let err = sandbox.run("render bad.scn --size 8x8").failed(1);
     assert!(
         err.contains("bad.scn:8:1: error[unknown-command]") && err.contains("did you mean 'color'?"),
         "{err}"
     );
     assert!(err.contains("bad.scn:9:1: error[argument-count]: translate takes 3 arguments, not 2"), "{err}");
-    assert!(place.path("bad.png").exists());
+    assert!(sandbox.path("bad.png").exists());
 }
 
 #[test]
 fn wrong_usage_and_unreadable_files_end_with_two_and_write_nothing() {
-    let place = Place::new();
-    place.write("pair.scn", BALLS).write("rays.csv", "ox,oy,oz,dx,dy,dz\n");
-    std::fs::create_dir(place.path("folder")).unwrap();
-    for (words, said) in [
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS).write("rays.csv", "ox,oy,oz,dx,dy,dz\n");
+    std::fs::create_dir(sandbox.path("folder")).unwrap();
+    for (words, report) in [
         ("draw pair.scn", "there is no command and no scene 'draw'; 'superegg --help' lists"),
         ("rendr pair.scn", "did you mean 'superegg render'?"),
         ("pairs.scn", "there is no command and no scene 'pairs.scn'"),
@@ -158,29 +158,29 @@ fn wrong_usage_and_unreadable_files_end_with_two_and_write_nothing() {
         ("intersect pair.scn --rays rays.csv -o pair.scn", "is the scene itself"),
         ("info pair.scn nobody", "nothing is named 'nobody'"),
     ] {
-        let err = place.run(words).failed(2);
-        assert!(err.contains(said), "{words}: {err}");
+        let err = sandbox.run(words).failed(2);
+        assert!(err.contains(report), "{words}: {err}");
     }
-    assert_eq!(place.files(), ["folder", "pair.scn", "rays.csv"]);
+    assert_eq!(sandbox.files(), ["folder", "pair.scn", "rays.csv"]);
 }
 
 #[test]
 fn an_output_that_fails_leaves_what_was_there() {
-    let place = Place::new();
-    place
+    let sandbox = Sandbox::new();
+    sandbox
         .write("pair.scn", BALLS)
         .write("bad.csv", "ox,oy,oz,dx,dy,dz\n1,2,3\n")
         .write("out.csv", "precious");
-    place.run("intersect pair.scn --rays bad.csv -o out.csv").failed(1);
-    assert_eq!(place.read("out.csv"), "precious");
+    sandbox.run("intersect pair.scn --rays bad.csv -o out.csv").failed(1);
+    assert_eq!(sandbox.read("out.csv"), "precious");
 }
 
 #[test]
 fn intersect_answers_each_ray_in_order() {
-    let place = Place::new();
-    place.write("pair.scn", BALLS);
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS);
     let rays = "ox,oy,oz,dx,dy,dz\n-2,0,10,0,0,-2\n9,9,9,1,0,0\n2,0,0,1,0,0\n-9,0,0,.5,0,0\n";
-    let out = place.run_with("intersect pair.scn --rays -", rays).fine();
+    let out = sandbox.run_with("intersect pair.scn --rays -", rays).fine();
     let rows = rows(&out);
     assert_eq!(rows[0], ["hit", "t", "px", "py", "pz", "nx", "ny", "nz", "leaving", "path"]);
     assert_eq!(rows[1], ["1", "4.5", "-2", "0", "1", "0", "0", "1", "0", "pair/left"]);
@@ -188,34 +188,34 @@ fn intersect_answers_each_ray_in_order() {
     assert_eq!(rows[3], ["1", "2", "4", "0", "0", "1", "0", "0", "1", "pair/right"]);
     assert_eq!(rows[4], ["1", "12", "-3", "0", "0", "-1", "0", "0", "0", "pair/left"]);
     assert_eq!(rows.len(), 5);
-    place.run_with("intersect pair.scn --rays - -o out.csv", rays).fine();
-    assert_eq!(place.read("out.csv"), out);
+    sandbox.run_with("intersect pair.scn --rays - -o out.csv", rays).fine();
+    assert_eq!(sandbox.read("out.csv"), out);
 }
 
 #[test]
 fn intersect_tells_the_camera_ray_in_words() {
-    let place = Place::new();
-    place.write("ball.scn", "prm ball\n");
-    let told = place.run("intersect ball.scn").fine();
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scn", "prm ball\n");
+    let reported = sandbox.run("intersect ball.scn").fine();
     assert!(
-        told.contains("camera at 0 0 10 along 0 0 -1\nmeets ball\nat t = 9\nat the point 0 0 1\n"),
-        "{told}"
+        reported.contains("camera at 0 0 10 along 0 0 -1\nmeets ball\nat t = 9\nat the point 0 0 1\n"),
+        "{reported}"
     );
-    place.write("none.scn", "prm ball\ncamera 0 0 10 0 0 20\n");
-    assert!(place.run("intersect none.scn").fine().contains("meets nothing"));
+    sandbox.write("none.scn", "prm ball\ncamera 0 0 10 0 0 20\n");
+    assert!(sandbox.run("intersect none.scn").fine().contains("meets nothing"));
 }
 
 #[test]
-fn every_bad_row_of_rays_and_points_is_told_with_its_place() {
-    let place = Place::new();
-    place.write("pair.scn", BALLS);
+fn every_bad_row_of_rays_and_points_is_reported_with_its_position() {
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS);
     let rays = "ox,oy,oz,dx,dy,dz\n1,2,3,4,5,6\n1,2,3,4,5\n1,2,3,0,0,-0\n1,2,3,4,x,6\n1,2,inf,1,1,1\n";
-    let err = place.run_with("intersect pair.scn --rays -", rays).failed(1);
-    for place in ["-:3:10: error", "-:4:7: error", "-:5:9: error", "-:6:5: error"] {
-        assert!(err.contains(place), "{place}: {err}");
+    let err = sandbox.run_with("intersect pair.scn --rays -", rays).failed(1);
+    for sandbox in ["-:3:10: error", "-:4:7: error", "-:5:9: error", "-:6:5: error"] {
+        assert!(err.contains(sandbox), "{sandbox}: {err}");
     }
     assert!(
-        place
+        sandbox
             .run_with("iotest pair.scn --points -", "1,2,3\n")
             .failed(1)
             .contains("the first line must be the header x,y,z")
@@ -224,10 +224,10 @@ fn every_bad_row_of_rays_and_points_is_told_with_its_place() {
 
 #[test]
 fn iotest_tells_inside_from_outside() {
-    let place = Place::new();
-    place.write("pair.scn", BALLS);
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS);
     let points = "x,y,z\n-2,0,0\n0.5,0,0\n0,0,0\n-1.2,0.9,0\n50,0,0\n";
-    let out = place.run_with("iotest pair.scn --points -", points).fine();
+    let out = sandbox.run_with("iotest pair.scn --points -", points).fine();
     let rows = rows(&out);
     assert_eq!(rows[0], ["x", "y", "z", "inside", "value", "path"]);
     assert_eq!(rows[1], ["-2", "0", "0", "1", "-1", "pair/left"]);
@@ -240,58 +240,61 @@ fn iotest_tells_inside_from_outside() {
 
 #[test]
 fn iotest_has_the_grid_of_the_course_text() {
-    let place = Place::new();
-    place.write("ball.scn", "prm ball\n");
-    let out = place.run("iotest ball.scn").fine();
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scn", "prm ball\n");
+    let out = sandbox.run("iotest ball.scn").fine();
     assert_eq!(out.lines().count(), 21 * 21 * 21 + 1);
     assert!(out.lines().nth(1).unwrap().starts_with("-5,-5,-5,0,,"));
     let inside = |out: &str| rows(out).iter().filter(|row| row[3] == "1").count();
     assert_eq!(inside(&out), 27);
-    let small = place.run("iotest ball.scn --step 0.25 --half 0.5").fine();
+    let small = sandbox.run("iotest ball.scn --step 0.25 --half 0.5").fine();
     assert_eq!((small.lines().count(), inside(&small)), (126, 125));
 }
 
 #[test]
 fn info_and_check_say_what_there_is() {
-    let place = Place::new();
-    place.write("pair.scn", BALLS);
-    let list = place.run("info pair.scn").fine();
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS);
+    let list = sandbox.run("info pair.scn").fine();
     assert!(
         list.contains("primitives (1)\n  ball\nobjects (1)\n  pair: 2 children")
             && list.contains("selected: pair"),
         "{list}"
     );
-    let details = place.run("info pair.scn ball selected").fine();
+    let details = sandbox.run("info pair.scn ball selected").fine();
     assert!(
         details.contains("coeff      1 1 1") && details.contains("child right (ball)  <- cursor"),
         "{details}"
     );
     assert_eq!(
-        place.run("check pair.scn --strict").fine(),
+        sandbox.run("check pair.scn --strict").fine(),
         "pair.scn: 0 errors, 0 warnings; 1 primitive, 1 object, 2 instances in the picture\n"
     );
-    place.write("slip.scn", format!("{BALLS}obj pairs\nobj pair\n"));
-    assert_eq!(place.run("check slip.scn").code, Some(0));
+    sandbox.write("slip.scn", format!("{BALLS}obj pairs\nobj pair\n"));
+    assert_eq!(sandbox.run("check slip.scn").code, Some(0));
     assert!(
-        place.run("check slip.scn --strict").failed(1).contains("warning[empty-object]: the object 'pairs'")
+        sandbox
+            .run("check slip.scn --strict")
+            .failed(1)
+            .contains("warning[empty-object]: the object 'pairs'")
     );
 }
 
 #[test]
 fn files_source_files_but_not_themselves() {
-    let place = Place::new();
-    std::fs::create_dir(place.path("sub")).unwrap();
-    place
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("sub")).unwrap();
+    sandbox
         .write("sub/part.scn", BALLS)
         .write("a.scn", "prm lost\nsource sub/part.scn\nload sub/beside.scn\n")
         .write("sub/beside.scn", "source part.scn\nprm added\n")
         .write("circle.scn", "prm a\nsource other.scn\n")
         .write("other.scn", "prm b\nsource circle.scn\n")
         .write("missing.scn", "prm kept\nsource nothing.scn\n");
-    let list = place.run("info a.scn").fine();
+    let list = sandbox.run("info a.scn").fine();
     assert!(list.contains("primitives (2)\n  added\n  ball"), "{list}");
-    assert!(place.run("info circle.scn").failed(1).contains("other.scn:2:1: error[source-circle]"));
-    let missing = place.run("info missing.scn");
+    assert!(sandbox.run("info circle.scn").failed(1).contains("other.scn:2:1: error[source-circle]"));
+    let missing = sandbox.run("info missing.scn");
     assert!(
         missing.out.contains("kept") && missing.err.contains("missing.scn:2:1: error[unreadable]"),
         "{missing:?}"
@@ -300,51 +303,51 @@ fn files_source_files_but_not_themselves() {
 
 #[test]
 fn a_scene_that_is_only_read_writes_nothing_and_a_session_does() {
-    let place = Place::new();
-    place.write("s.scn", format!("{BALLS}save copy.scn\nsave\nhelp xs\ninfo\ninteract\n"));
-    assert!(place.run("check s.scn").err.contains("warning[not-here]: save is not carried out"));
-    assert_eq!(place.files(), ["s.scn"]);
-    let session = place.run("run s.scn");
+    let sandbox = Sandbox::new();
+    sandbox.write("s.scn", format!("{BALLS}save copy.scn\nsave\nhelp xs\ninfo\ninteract\n"));
+    assert!(sandbox.run("check s.scn").err.contains("warning[not-here]: save is not carried out"));
+    assert_eq!(sandbox.files(), ["s.scn"]);
+    let session = sandbox.run("run s.scn");
     assert!(session.out.contains("translate x y z") && session.out.contains("selected: pair"), "{session:?}");
-    assert_eq!(place.files(), ["copy.scn", "s.scn"]);
-    let quicksave = std::fs::read_to_string(place.own("data/superegg/quicksave.scn")).unwrap();
-    assert_eq!(place.read("copy.scn"), quicksave);
-    let same = |name: &str| place.run(&format!("render {name} --size 20x20 -o - --quiet")).out;
+    assert_eq!(sandbox.files(), ["copy.scn", "s.scn"]);
+    let quicksave = std::fs::read_to_string(sandbox.own("data/superegg/quicksave.scn")).unwrap();
+    assert_eq!(sandbox.read("copy.scn"), quicksave);
+    let same = |name: &str| sandbox.run(&format!("render {name} --size 20x20 -o - --quiet")).out;
     assert_eq!(same("copy.scn"), same("s.scn"));
 }
 
 #[test]
 fn nothing_selected_is_an_empty_picture_with_a_warning() {
-    let place = Place::new();
-    place.write("none.scn", "prm ball\ndeselect\nbackground 0 0 1\n").write("empty.scn", "");
+    let sandbox = Sandbox::new();
+    sandbox.write("none.scn", "prm ball\ndeselect\nbackground 0 0 1\n").write("empty.scn", "");
     for scene in ["none.scn", "empty.scn"] {
-        let answer = place.run(&format!("render {scene} --size 4x4 -o x.png"));
+        let answer = sandbox.run(&format!("render {scene} --size 4x4 -o x.png"));
         assert_eq!(answer.code, Some(0));
         assert!(answer.err.contains("nothing is selected"), "{answer:?}");
     }
-    assert!(place.run("render none.scn --object ball --size 4x4").fine().contains("1 instance,"));
+    assert!(sandbox.run("render none.scn --object ball --size 4x4").fine().contains("1 instance,"));
 }
 
 #[test]
-fn a_fractal_that_grows_out_of_all_numbers_is_still_asked() {
-    let place = Place::new();
-    place.write("grow.scn", "prm p\nobj o\nap p\nao o\nss 1e20 1e20 1e20\nsetDepth 64\n");
-    let out = place.run_with("iotest grow.scn --points -", "x,y,z\n0,0,0\n").fine();
+fn a_fractal_that_grows_out_of_all_numbers_is_still_tested() {
+    let sandbox = Sandbox::new();
+    sandbox.write("grow.scn", "prm p\nobj o\nap p\nao o\nss 1e20 1e20 1e20\nsetDepth 64\n");
+    let out = sandbox.run_with("iotest grow.scn --points -", "x,y,z\n0,0,0\n").fine();
     assert_eq!(out.lines().nth(1).unwrap(), "0,0,0,1,-1,o/p");
 }
 
 #[test]
-fn children_in_the_same_place_do_not_multiply_the_work() {
-    let place = Place::new();
-    place.write("twice.scn", "prm p\nobj o\nap p\nao o a\nao o b\n");
-    let said = place.run("render twice.scn --size 32x24").fine();
-    assert!(said.contains(&format!("{} instances", (1u32 << 25) - 1)), "{said}");
+fn children_at_the_same_position_do_not_multiply_the_work() {
+    let sandbox = Sandbox::new();
+    sandbox.write("twice.scn", "prm p\nobj o\nap p\nao o a\nao o b\n");
+    let report = sandbox.run("render twice.scn --size 32x24").fine();
+    assert!(report.contains(&format!("{} instances", (1u32 << 25) - 1)), "{report}");
 }
 
 #[test]
 fn a_closed_pipe_is_no_error_and_a_full_disk_is() {
-    let place = Place::new();
-    place.write("ball.scn", "prm ball\n");
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scn", "prm ball\n");
     let full = std::path::Path::new("/dev/full");
     if !full.exists() {
         eprintln!("skipped: there is no /dev/full");
@@ -352,7 +355,7 @@ fn a_closed_pipe_is_no_error_and_a_full_disk_is() {
     }
     let ended = |words: &[&str], out: std::process::Stdio| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_superegg"));
-        command.args(words).current_dir(place.path("")).stdout(out).stderr(std::process::Stdio::null());
+        command.args(words).current_dir(sandbox.path("")).stdout(out).stderr(std::process::Stdio::null());
         command.status().unwrap().code()
     };
     for words in
@@ -368,11 +371,11 @@ fn a_closed_pipe_is_no_error_and_a_full_disk_is() {
 
 #[test]
 fn fast_answers_are_those_of_the_exact_path_to_a_millionth() {
-    let place = Place::new();
-    place.write("pair.scn", BALLS);
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS);
     let rays = "ox,oy,oz,dx,dy,dz\n-2.3,0.1,10,0,0,-2\n9,9,9,1,0,0\n2.2,.1,0,1,.3,0\n-900,0.2,0,5,0,0\n";
-    let exact = place.run_with("intersect pair.scn --rays -", rays).fine();
-    let fast = place.run_with("intersect pair.scn --rays - --fast", rays).fine();
+    let exact = sandbox.run_with("intersect pair.scn --rays -", rays).fine();
+    let fast = sandbox.run_with("intersect pair.scn --rays - --fast", rays).fine();
     for (exact, fast) in rows(&exact).into_iter().zip(rows(&fast)).skip(1) {
         assert_eq!((exact[0], exact[8], exact[9]), (fast[0], fast[8], fast[9]));
         let t = |row: &[&str]| row[1].parse::<f64>().unwrap_or(0.0);

@@ -6,10 +6,11 @@ use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
 
-/// A folder that is the working folder of every command run in it, and one that is the user's home; both gone at the end.
-pub(crate) struct Place(TempDir, TempDir);
+/// A folder that is the working folder of every command run in it, and one that is the user's home;
+/// both gone at the end.
+pub(crate) struct Sandbox(TempDir, TempDir);
 
-impl Place {
+impl Sandbox {
     pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap())
     }
@@ -52,7 +53,8 @@ impl Place {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // Beside the reading of its answer, which may be as long; a command that does not read its input closes it early.
+        // Beside the reading of its answer, which may be as long; a command that does not read its
+        // input closes it early.
         let (mut stdin, input) = (child.stdin.take().unwrap(), input.to_vec());
         let writing = std::thread::spawn(move || stdin.write_all(&input));
         let answer = Answer::of(child.wait_with_output().unwrap());
@@ -78,7 +80,7 @@ impl Place {
     }
 }
 
-/// What a command said, and how it ended.
+/// The output of a command and its exit code.
 #[derive(Debug)]
 pub(crate) struct Answer {
     pub(crate) code: Option<i32>,
@@ -92,7 +94,7 @@ impl Answer {
         Self { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
     }
 
-    /// The standard output of a command that ended well and said nothing else.
+    /// The standard output of a command that succeeded and printed no errors.
     #[track_caller]
     pub(crate) fn fine(self) -> String {
         assert_eq!((self.code, self.err.as_str()), (Some(0), ""), "{}", self.out);

@@ -6,14 +6,14 @@ use std::time::{Duration, Instant};
 
 use portable_pty::{Child, CommandBuilder, PtySize, native_pty_system};
 
-use crate::support::Place;
+use crate::support::Sandbox;
 
 /// A terminal that shows nothing new for so long is taken to hang.
 const HANGING: Duration = Duration::from_secs(120);
 pub(crate) const COLUMNS: u16 = 100;
 const ROWS: u16 = 40;
 
-/// `superegg` at a terminal of 100 columns and 40 rows, in a place of its own.
+/// `superegg` at a terminal of 100 columns and 40 rows, in a sandbox.
 pub(crate) struct Terminal {
     child: Box<dyn Child + Send + Sync>,
     keys: Box<dyn Write + Send>,
@@ -25,17 +25,17 @@ pub(crate) struct Terminal {
 }
 
 impl Terminal {
-    pub(crate) fn open(place: &Place, words: &str) -> Self {
+    pub(crate) fn open(sandbox: &Sandbox, words: &str) -> Self {
         let size = PtySize { rows: ROWS, cols: COLUMNS, pixel_width: 0, pixel_height: 0 };
         let pair = native_pty_system().openpty(size).unwrap();
         let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_superegg"));
         command.args(words.split_whitespace());
-        command.cwd(place.path(""));
+        command.cwd(sandbox.path(""));
         command.env("TERM", "xterm-256color");
         command.env_remove("DISPLAY");
         command.env_remove("WAYLAND_DISPLAY");
         command.env_remove("NO_COLOR");
-        for (name, value) in place.user() {
+        for (name, value) in sandbox.user() {
             command.env(name, value);
         }
         let child = pair.slave.spawn_command(command).unwrap();
@@ -56,8 +56,8 @@ impl Terminal {
     }
 
     /// A modeller whose prompt is there.
-    pub(crate) fn modeller(place: &Place) -> Self {
-        let mut terminal = Self::open(place, "");
+    pub(crate) fn modeller(sandbox: &Sandbox) -> Self {
+        let mut terminal = Self::open(sandbox, "");
         terminal.wait_for("superegg> ");
         terminal
     }
@@ -84,7 +84,7 @@ impl Terminal {
         });
     }
 
-    /// How many lines have been asked for: each begins with turning on the pasting in brackets.
+    /// How many lines have been read: each begins with turning on the pasting in brackets.
     fn prompts(&self) -> usize {
         self.raw.matches("\x1b[?2004h").count()
     }

@@ -79,7 +79,7 @@ pub(crate) struct Viewer {
     pub(crate) display: Display,
     pub(crate) folder: TempDir,
     process: Child,
-    said: Arc<Mutex<String>>,
+    report: Arc<Mutex<String>>,
 }
 
 impl Viewer {
@@ -92,7 +92,8 @@ impl Viewer {
         Self::start(program, folder)
     }
 
-    /// Opens the prompt at a terminal that `script` makes, with the window beside it, or says why that cannot be tried here.
+    /// Opens the prompt at a terminal that `script` makes, with the window beside it, or says why
+    /// that cannot be tried here.
     pub(crate) fn open_beside_prompt() -> Result<Self, String> {
         let can_script =
             Command::new("script").args(["-qec", "true", "/dev/null"]).stdin(Stdio::null()).output();
@@ -118,22 +119,22 @@ impl Viewer {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the program");
-        let said = Arc::new(Mutex::new(String::new()));
+        let report = Arc::new(Mutex::new(String::new()));
         let streams: [Option<Box<dyn Read + Send>>; 2] = [
             process.stdout.take().map(|stream| Box::new(stream) as Box<dyn Read + Send>),
             process.stderr.take().map(|stream| Box::new(stream) as Box<dyn Read + Send>),
         ];
         for stream in streams.into_iter().flatten() {
-            let said = Arc::clone(&said);
+            let report = Arc::clone(&report);
             std::thread::spawn(move || {
                 for line in BufReader::new(stream).lines().map_while(Result::ok) {
-                    *said.lock().expect("the text") += &format!("{line}\n");
+                    *report.lock().expect("the text") += &format!("{line}\n");
                 }
             });
         }
-        let mut viewer = Self { display, folder, process, said };
+        let mut viewer = Self { display, folder, process, report };
         for _ in 0..PATIENCE {
-            if viewer.said().contains("no graphics driver") {
+            if viewer.report().contains("no graphics driver") {
                 return Err("there is no graphics driver on this machine".to_owned());
             }
             let windows =
@@ -145,10 +146,10 @@ impl Viewer {
                 viewer.settled();
                 return Ok(viewer);
             }
-            assert!(viewer.process.try_wait().expect("a process").is_none(), "it ended: {}", viewer.said());
+            assert!(viewer.process.try_wait().expect("a process").is_none(), "it ended: {}", viewer.report());
             sleep(POLL);
         }
-        panic!("no window: {}", viewer.said());
+        panic!("no window: {}", viewer.report());
     }
 
     /// Types a line at the prompt.
@@ -157,8 +158,8 @@ impl Viewer {
         writeln!(keys, "{line}").expect("the prompt takes it");
     }
 
-    pub(crate) fn said(&self) -> String {
-        self.said.lock().expect("the text").clone()
+    pub(crate) fn report(&self) -> String {
+        self.report.lock().expect("the text").clone()
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
@@ -208,9 +209,9 @@ impl Viewer {
         let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
         let _ = self.display.screenshot().save(folder.join(&name));
         panic!(
-            "{what}: never so; the screen is in {}; it said: {}",
+            "{what}: never so; the screen is in {}; it report: {}",
             folder.join(name).display(),
-            self.said()
+            self.report()
         );
     }
 
@@ -219,21 +220,21 @@ impl Viewer {
     }
 
     pub(crate) fn drag(&self, button: &str, from: (i32, i32), to: (i32, i32)) {
-        let place = |(x, y): (i32, i32)| [x.to_string(), y.to_string()];
-        let ([x, y], [to_x, to_y]) = (place(from), place(to));
-        let middle = place(((from.0 + to.0) / 2, (from.1 + to.1) / 2));
+        let sandbox = |(x, y): (i32, i32)| [x.to_string(), y.to_string()];
+        let ([x, y], [to_x, to_y]) = (sandbox(from), sandbox(to));
+        let middle = sandbox(((from.0 + to.0) / 2, (from.1 + to.1) / 2));
         self.xdotool(&["mousemove", &x, &y, "mousedown", button]);
         self.xdotool(&["mousemove", &middle[0], &middle[1], "mousemove", &to_x, &to_y, "mouseup", button]);
     }
 
     pub(crate) fn wait_until_said(&self, text: &str) {
         for _ in 0..PATIENCE {
-            if self.said().contains(text) {
+            if self.report().contains(text) {
                 return;
             }
             sleep(POLL);
         }
-        panic!("it never said '{text}', but: {}", self.said());
+        panic!("it never report '{text}', but: {}", self.report());
     }
 
     /// Waits for the end of the program. Returns its exit code.
@@ -244,7 +245,7 @@ impl Viewer {
             }
             sleep(POLL);
         }
-        panic!("it does not end: {}", self.said());
+        panic!("it does not end: {}", self.report());
     }
 }
 

@@ -1,5 +1,5 @@
-//! The real program in a real window: every key is pressed and the picture looked at. Where there is no Xvfb, xdotool, ImageMagick or
-//! graphics driver the tests say so and pass.
+//! The real program in a real window: every key is pressed and the picture looked at. Where there
+//! is no Xvfb, xdotool, ImageMagick or graphics driver the tests say so and pass.
 
 // A test that is skipped says so.
 #![allow(clippy::print_stderr)]
@@ -90,7 +90,7 @@ fn switch(viewer: &Viewer, key: &str, before: &RgbImage, holds: impl Fn(&RgbImag
 }
 
 #[test]
-fn every_key_does_what_it_says() {
+fn every_key_works() {
     let Some((mut viewer, with_grid)) = open() else { return };
     switch(&viewer, "o", &with_grid, |picture| blue(picture) < blue(&with_grid) / 20);
     viewer.key("o");
@@ -214,10 +214,10 @@ fn a_window_of_any_size_and_none_at_all_goes_on() {
 }
 
 #[test]
-fn a_display_that_goes_away_is_told_and_survived() {
+fn a_display_that_goes_away_is_reported_and_survived() {
     let Some((mut viewer, _)) = open() else { return };
     viewer.display.kill();
-    assert_eq!(viewer.exit_code(), Some(0), "{}", viewer.said());
+    assert_eq!(viewer.exit_code(), Some(0), "{}", viewer.report());
     viewer.wait_until_said("the display has gone away");
 }
 
@@ -254,7 +254,7 @@ fn the_window_follows_the_prompt_and_the_prompt_outlives_it() {
     viewer.line("save after");
     viewer.wait_until_said("saved as after.scn");
     viewer.line("stop");
-    assert_eq!(viewer.exit_code(), Some(0), "{}", viewer.said());
+    assert_eq!(viewer.exit_code(), Some(0), "{}", viewer.report());
 }
 
 #[test]

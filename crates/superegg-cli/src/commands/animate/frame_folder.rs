@@ -9,8 +9,8 @@ use anyhow::{Context, Result, bail};
 
 use crate::files;
 
-/// The list of the frames. Each line has a file name, the signature of the picture and the hash of the
-/// file; the last line of a name is valid.
+/// The list of the frames. Each line has a file name, the signature of the picture and the hash of
+/// the file; the last line of a name is valid.
 const LIST: &str = "superegg_frames.txt";
 
 /// A folder of numbered pictures with their signatures.
@@ -61,8 +61,8 @@ impl FrameFolder {
         })
     }
 
-    /// Writes a frame completely or not at all, then its line in the list. An interruption between the two
-    /// only renders the frame again.
+    /// Writes a frame completely or not at all, then its line in the list. An interruption between
+    /// the two only renders the frame again.
     pub(crate) fn write(&mut self, frame: u32, signature: u64, png: &[u8]) -> Result<()> {
         let name = Self::name(frame);
         files::write(&self.path.join(&name), png)?;
@@ -94,8 +94,8 @@ fn read_line(line: &str) -> Option<(String, (u64, u64))> {
     Some((name.to_owned(), numbers))
 }
 
-/// The 64-bit FNV-1a hash (Fowler, Noll, Vo). It is stable between versions, and detects accidents, not
-/// attacks.
+/// The 64-bit FNV-1a hash (Fowler, Noll, Vo). It is stable between versions, and detects accidents,
+/// not attacks.
 pub(crate) fn hash(bytes: &[u8]) -> u64 {
     bytes
         .iter()

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-/// The figures of one scene. The field names are the keys of the JSON file, which scripts read. Rates are
-/// in millions of rays per second on one core.
+/// The figures of one scene. The field names are the keys of the JSON file, which scripts read.
+/// Rates are in millions of rays per second on one core.
 #[derive(Debug, Serialize)]
 pub(super) struct Row {
     pub(super) scene: String,
@@ -32,7 +32,8 @@ pub(super) struct Row {
     /// The processor time of a whole picture with one sample per pixel and shadows.
     pub(super) picture_seconds: f64,
     pub(super) compile_seconds: f64,
-    /// The processor time of all cores for the compilation; independent of other load on the machine.
+    /// The processor time of all cores for the compilation; independent of other load on the
+    /// machine.
     pub(super) compile_processor_seconds: f64,
     /// The time to compile again after a change of one primitive.
     pub(super) recompile_seconds: f64,

@@ -87,8 +87,8 @@ impl SamplesTaken {
 pub(super) struct CompiledStats {
     /// The memory of the compiled scene in bytes.
     bytes: usize,
-    /// The mean area of boxes around eight transformed corners, as a multiple of the area of the boxes
-    /// in use, over children that are objects.
+    /// The mean area of boxes around eight transformed corners, as a multiple of the area of the
+    /// boxes in use, over children that are objects.
     box_area_spared: f64,
     /// Whether the recursion depth cut off objects.
     pub(super) reaches_depth: bool,

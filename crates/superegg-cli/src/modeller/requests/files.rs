@@ -177,7 +177,8 @@ fn quoted(file: &str) -> String {
     }
 }
 
-/// Adds `.scn` to a name without an extension, except for an existing entry that is not a plain file.
+/// Adds `.scn` to a name without an extension, except for an existing entry that is not a plain
+/// file.
 fn with_scene_extension(path: PathBuf) -> PathBuf {
     let is_special = files::is_standard_stream(&path) || (path.exists() && !path.is_file());
     if path.extension().is_some() || is_special { path } else { path.with_extension("scn") }

@@ -32,8 +32,8 @@ impl Modeller {
         Err(fault.help("'render' begins a picture; 'stop' alone leaves").warning())
     }
 
-    /// Queues a render of the selected primitive or object. Default file: the name of the scene file
-    /// with `.png`.
+    /// Queues a render of the selected primitive or object. Default file: the name of the scene
+    /// file with `.png`.
     pub(super) fn render(&mut self, file: Option<&str>, size: Option<(u32, u32)>) -> Result<(), Fault> {
         let root = self.selected_root()?.to_owned();
         let path = match file {
@@ -136,8 +136,8 @@ fn preview_picture(picture: Picture, canvas: Canvas) -> Picture {
     }
 }
 
-/// The path of a picture: adds `.png` to a name without an extension, and rejects unknown formats and
-/// existing files that are not pictures.
+/// The path of a picture: adds `.png` to a name without an extension, and rejects unknown formats
+/// and existing files that are not pictures.
 fn picture_path(path: PathBuf) -> Result<PathBuf, Fault> {
     let path = if path.extension().is_none() && !path.is_dir() { path.with_extension("png") } else { path };
     let format = PictureFormat::of(&path).ok().filter(|_| path.extension().is_some()).ok_or_else(|| {
