@@ -3,6 +3,8 @@
 //! Input arrives one line at a time, from the prompt, a pipe, a file or the window. Modules use
 //! only modules that stand above them in this list.
 
+mod sixel;
+
 mod canvas;
 mod journal;
 mod known_files;

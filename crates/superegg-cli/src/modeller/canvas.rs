@@ -7,6 +7,8 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use superegg_lang::PreviewStyle;
 use superegg_render::{Development, Film};
 
+use crate::modeller::sixel::sixel;
+
 /// A method of drawing pictures in a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Canvas {
@@ -64,12 +66,7 @@ impl Canvas {
             Self::Blocks => blocks(film, &development.rgb8(film)),
             Self::Plain => plain(film, &development.rgb8(film)),
             Self::Kitty => kitty(&development.png(film)?),
-            Self::Sixel => {
-                let rgba =
-                    development.rgb8(film).chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
-                icy_sixel::SixelImage::from_rgba(rgba, film.width() as usize, film.height() as usize)
-                    .encode()?
-            }
+            Self::Sixel => sixel(&development.rgb8(film), film.width() as usize),
         })
     }
 }

@@ -7,7 +7,7 @@
 //! The division by alpha only where the background is transparent: PNG files keep colour apart from alpha, so that an edge has its surface's
 //! full colour and no dark fringe.
 
-use image::{ExtendedColorType, ImageEncoder};
+use png::{BitDepth, ColorType};
 use superegg_scene::{Encoding, Picture, Tone};
 use thiserror::Error;
 
@@ -16,7 +16,7 @@ use crate::film::buffer::Film;
 /// Why a picture could not be written.
 #[derive(Debug, Error)]
 #[error("the picture could not be encoded: {0}")]
-pub struct ImageError(#[from] image::ImageError);
+pub struct ImageError(#[from] png::EncodingError);
 
 /// How a film becomes a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,14 +96,14 @@ impl Development {
             .collect()
     }
 
-    /// Red, green, blue and, where the background is transparent, alpha of each pixel in 16 bits, in the machine's order of bytes.
+    /// Red, green, blue and, where the background is transparent, alpha of each pixel in 16 bits, the high byte first.
     fn deep(&self, film: &Film) -> Vec<u8> {
         let channels = if self.transparent { 4 } else { 3 };
         let values = self.developed(film).flat_map(|(color, alpha)| {
             let [r, g, b] = color.map(|value| encoded(value, self.encoding));
             [r, g, b, alpha].into_iter().take(channels)
         });
-        values.flat_map(|value| ((65535.0 * value).round() as u16).to_ne_bytes()).collect()
+        values.flat_map(|value| ((65535.0 * value).round() as u16).to_be_bytes()).collect()
     }
 
     /// The picture as a PNG file.
@@ -111,15 +111,19 @@ impl Development {
     /// # Errors
     /// The encoder refuses it, for instance for its size.
     pub fn png(&self, film: &Film) -> Result<Vec<u8>, ImageError> {
-        let (values, kind) = match (self.bits > 8, self.transparent) {
-            (false, false) => (self.rgb8(film), ExtendedColorType::Rgb8),
-            (false, true) => (self.rgba8(film), ExtendedColorType::Rgba8),
-            (true, false) => (self.deep(film), ExtendedColorType::Rgb16),
-            (true, true) => (self.deep(film), ExtendedColorType::Rgba16),
+        let color = if self.transparent { ColorType::Rgba } else { ColorType::Rgb };
+        let (values, depth) = match (self.bits > 8, self.transparent) {
+            (false, false) => (self.rgb8(film), BitDepth::Eight),
+            (false, true) => (self.rgba8(film), BitDepth::Eight),
+            (true, _) => (self.deep(film), BitDepth::Sixteen),
         };
         let mut file = Vec::new();
-        let encoder = image::codecs::png::PngEncoder::new(&mut file);
-        encoder.write_image(&values, film.width(), film.height(), kind)?;
+        let mut encoder = png::Encoder::new(&mut file, film.width(), film.height());
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        encoder.set_compression(png::Compression::Fast);
+        encoder.set_filter(png::Filter::Adaptive);
+        encoder.write_header()?.write_image_data(&values)?;
         Ok(file)
     }
 }
