@@ -18,7 +18,7 @@ use superegg_geom::glam::{DVec2, DVec3};
 use superegg_lang::load_text;
 use superegg_render::View;
 use superegg_trace::CompiledScene;
-use superegg_trace::flatten::{FlatInstance, flatten};
+use superegg_trace::reference::{FlatInstance, flatten};
 
 /// That of the pictures of `superegg bench`.
 const SIZE_PX: (u32, u32) = (1280, 960);

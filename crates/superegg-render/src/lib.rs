@@ -5,6 +5,8 @@
 
 mod camera;
 mod film;
+#[cfg(feature = "bench")]
+#[doc(hidden)]
 pub mod measure;
 mod render;
 mod settings;

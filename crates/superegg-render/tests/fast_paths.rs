@@ -9,8 +9,8 @@ use superegg_geom::{Aabb, Exponents, Ray, Superquadric, TransformStep};
 use superegg_lang::load_text;
 use superegg_render::{Film, Pixel, RenderOptions, RenderSettings, render};
 use superegg_scene::{Camera, Entity, Light, LightKind, Picture, Scene};
-use superegg_trace::flatten;
-use superegg_trace::{CompiledScene, FlightRay, Footprint};
+use superegg_trace::reference;
+use superegg_trace::{CompiledScene, Footprint, TraceRay};
 
 fn load(text: &str) -> Scene {
     let (session, diagnostics) = load_text("fast.scn", text);
@@ -47,24 +47,24 @@ proptest! {
         rays in prop::collection::vec((prop::array::uniform3(-3.0..3.0f64), prop::array::uniform3(-1.0..1.0f64)), 200),
     ) {
         let scene = CompiledScene::compile(&load(&text), Some("all"), 5);
-        let mut flight: Vec<FlightRay> =
+        let mut flight: Vec<TraceRay> =
             rays.iter().map(|(origin, direction)| Ray::new((*origin).into(), (*direction).into()).into()).collect();
         // Some go on from where others have come to.
-        let further: Vec<FlightRay> = flight.iter().filter_map(|asked| {
-            let surface = scene.interaction(&scene.intersect(&asked.ray, None)?).spawn_ray(asked.ray.direction.yzx());
-            Some(FlightRay { ray: surface.0, departure: Some(surface.1), footprint: Footprint::NONE })
+        let further: Vec<TraceRay> = flight.iter().filter_map(|asked| {
+            let hit = scene.intersect_ray(&asked.ray)?;
+            Some(scene.interaction(&hit).spawn_ray(asked.ray.direction.yzx()))
         }).collect();
         flight.extend(further);
         let (hits, stopped) = (scene.intersect_many(&flight), scene.occluded_many(&flight, 1.5));
-        for ((FlightRay { ray, departure, .. }, hit), stopped) in flight.iter().zip(hits).zip(stopped) {
-            let expected = scene.intersect(ray, departure.as_ref());
+        for ((ray, hit), stopped) in flight.iter().zip(hits).zip(stopped) {
+            let expected = scene.intersect(ray);
             prop_assert_eq!(hit.is_some(), expected.is_some(), "{:?} {:?} {:?}", ray, hit, expected);
             if let (Some(hit), Some(expected)) = (hit, expected) {
                 prop_assert!((hit.t - expected.t).abs() < 1e-9 * (1.0 + expected.t), "{hit:?} {expected:?}");
                 prop_assert_eq!(hit.path, expected.path);
                 prop_assert_eq!((hit.leaving, hit.primitive), (expected.leaving, expected.primitive));
             }
-            prop_assert_eq!(stopped, scene.occluded(ray, departure.as_ref(), 1.5), "{:?}", ray);
+            prop_assert_eq!(stopped, scene.occluded(ray, 1.5), "{:?}", ray);
         }
     }
 
@@ -77,7 +77,7 @@ proptest! {
         let query = Aabb::around(center.into(), DVec3::splat(half));
         let mut found: Vec<String> =
             compiled.query_box(&query, usize::MAX).iter().map(|path| compiled.path_name(path)).collect();
-        let mut expected: Vec<String> = flatten::flatten(&scene, "all", 5, 10_000).unwrap().into_iter()
+        let mut expected: Vec<String> = reference::flatten(&scene, "all", 5, 10_000).unwrap().into_iter()
             .filter(|flat| {
                 let forward = flat.world_from_local.forward();
                 Aabb::around(forward.translation, flat.shape.half_extent_under(&forward.matrix3)).intersects(&query)
@@ -98,7 +98,7 @@ proptest! {
         let (again, anew) = (before.recompile(&scene, Some("all"), 5), CompiledScene::compile(&scene, Some("all"), 5));
         for (origin, direction) in rays {
             let ray = Ray::new(origin.into(), direction.into());
-            prop_assert_eq!(again.intersect(&ray, None), anew.intersect(&ray, None));
+            prop_assert_eq!(again.intersect_ray(&ray), anew.intersect_ray(&ray));
         }
     }
 }
@@ -163,7 +163,7 @@ fn edit(scene: &mut Scene, (which, what, amount): &Edit) {
 /// All that one can ask: what rays meet and by which name and colour, what stops them, what holds points, and what boxes hold.
 fn assert_same_answers(one: &CompiledScene, other: &CompiledScene, rays: &[([f64; 3], [f64; 3])]) {
     assert_eq!(one.instance_count(), other.instance_count());
-    let flight: Vec<FlightRay> = rays
+    let flight: Vec<TraceRay> = rays
         .iter()
         .map(|(origin, direction)| Ray::new((*origin).into(), (*direction).into()).into())
         .collect();
@@ -172,11 +172,10 @@ fn assert_same_answers(one: &CompiledScene, other: &CompiledScene, rays: &[([f64
             let color = scene.interaction(hit).material.color;
             (hit.t, hit.leaving, hit.primitive, hit.unit_point, scene.path_name(&hit.path), color)
         };
-        let single: Vec<_> =
-            flight.iter().map(|f| scene.intersect(&f.ray, None).as_ref().map(seen)).collect();
+        let single: Vec<_> = flight.iter().map(|f| scene.intersect_ray(&f.ray).as_ref().map(seen)).collect();
         let many: Vec<_> = scene.intersect_many(&flight).iter().map(|hit| hit.as_ref().map(seen)).collect();
         let stopped = scene.occluded_many(&flight, 1.5);
-        let stopped_single: Vec<bool> = flight.iter().map(|f| scene.occluded(&f.ray, None, 1.5)).collect();
+        let stopped_single: Vec<bool> = flight.iter().map(|f| scene.occluded(&f.ray.into(), 1.5)).collect();
         let held: Vec<_> = rays
             .iter()
             .map(|(origin, reach)| {
@@ -400,7 +399,7 @@ fn crowd() -> Scene {
 fn more_rays_than_go_together_and_hostile_ones_answer_as_single_rays_do() {
     let scene = CompiledScene::compile(&crowd(), Some("all"), 5);
     let hostile = [0.0, -0.0, f64::INFINITY, f64::NAN, 1e300, -1e300, 1e-300, 5e-324, 1.0];
-    let mut rays: Vec<FlightRay> = (0..20_000)
+    let mut rays: Vec<TraceRay> = (0..20_000)
         .map(|i| {
             let a = f64::from(i);
             let mut origin = DVec3::new((1.3 * a).sin(), (0.7 * a).cos(), (2.9 * a).sin()) * 3.0;
@@ -416,12 +415,12 @@ fn more_rays_than_go_together_and_hostile_ones_answer_as_single_rays_do() {
                 _ => {}
             }
             let footprint = Footprint { width: if i % 11 == 0 { 0.5 } else { 0.0 }, spread: 0.0 };
-            FlightRay { footprint, ..Ray::new(origin, direction).into() }
+            TraceRay { footprint, ..Ray::new(origin, direction).into() }
         })
         .collect();
     let first = scene.intersect_many(&rays);
     // On from where they come to, into the shapes as well; some graze the surface from within.
-    let further: Vec<FlightRay> = rays
+    let further: Vec<TraceRay> = rays
         .iter()
         .zip(&first)
         .enumerate()
@@ -433,15 +432,14 @@ fn more_rays_than_go_together_and_hostile_ones_answer_as_single_rays_do() {
                 0 => along - 0.1f64.powi(i as i32 / 4 % 10) * along.length() * surface.normal,
                 _ => any,
             };
-            let (ray, departure) = surface.spawn_ray(direction);
-            Some(FlightRay { ray, departure: Some(departure), footprint: asked.footprint })
+            Some(surface.spawn_ray(direction).with_footprint(asked.footprint))
         })
         .collect();
     assert!(further.len() > 4_000, "{}", further.len());
     rays.extend(further);
     let mut leaving = 0;
     for (asked, hit) in rays.iter().zip(scene.intersect_many(&rays)) {
-        let expected = scene.intersect_footprint(&asked.ray, asked.departure.as_ref(), asked.footprint);
+        let expected = scene.intersect(asked);
         let told = |hit: &superegg_trace::Hit| (hit.path.clone(), hit.leaving, hit.primitive);
         assert_eq!(hit.as_ref().map(told), expected.as_ref().map(told), "{asked:?}");
         if let (Some(hit), Some(expected)) = (hit, expected) {
@@ -454,8 +452,7 @@ fn more_rays_than_go_together_and_hostile_ones_answer_as_single_rays_do() {
     assert!(leaving > 1_000, "{leaving}");
     for t_max in [1.5, f64::INFINITY, f64::MAX, 1e-300, 0.0, -1.0, f64::NAN] {
         for (asked, stopped) in rays.iter().zip(scene.occluded_many(&rays, t_max)) {
-            let FlightRay { ray, departure, footprint } = asked;
-            let expected = scene.occluded_footprint(ray, departure.as_ref(), t_max, *footprint);
+            let expected = scene.occluded(asked, t_max);
             assert_eq!(stopped, expected, "{t_max} {asked:?}");
         }
     }
@@ -483,7 +480,7 @@ fn a_ray_through_forty_levels_meets_the_surface_within_a_twentieth_of_a_pixel() 
             _ => panic!("the shape is a primitive"),
         };
         let mut met = 0;
-        let rays: Vec<FlightRay> = (0..40 * 30)
+        let rays: Vec<TraceRay> = (0..40 * 30)
             .map(|i| {
                 view.ray(superegg_geom::glam::DVec2::new(
                     f64::from(i % 40) * 32.0 + 0.5,
@@ -493,7 +490,7 @@ fn a_ray_through_forty_levels_meets_the_surface_within_a_twentieth_of_a_pixel() 
             })
             .collect();
         for (asked, hit) in rays.iter().zip(compiled.intersect_many(&rays)) {
-            let single = compiled.intersect(&asked.ray, None);
+            let single = compiled.intersect_ray(&asked.ray);
             assert_eq!(hit.is_some(), single.is_some());
             for hit in [hit, single].into_iter().flatten() {
                 met += 1;
@@ -526,9 +523,9 @@ fn boxes_of_turned_levels_do_not_swell() {
         "{bounds:?}"
     );
     assert!(
-        compiled.swelling().instances == 58 && compiled.swelling().avoided > 1.05,
+        compiled.box_inflation().instances == 58 && compiled.box_inflation().mean_ratio > 1.05,
         "{:?}",
-        compiled.swelling()
+        compiled.box_inflation()
     );
 }
 
@@ -537,14 +534,14 @@ fn what_is_smaller_than_half_a_pixel_stands_in_and_what_is_not_is_opened() {
     let text = "prm p\ncolor 1 0 0\nobj dust\nap p a\nap p b\nxs 1 0 0\nobj all\nao dust near\nxs 0 0 5\nao dust far\nss .001 .001 .001\n";
     let compiled = CompiledScene::compile(&load(text), Some("all"), 9);
     let ray = Ray::new(DVec3::new(0.0005, 0.0, 4.5), DVec3::NEG_Z);
-    let exact = compiled.intersect(&Ray::new(DVec3::new(0.0005, 0.0, 2.0), DVec3::NEG_Z), None).unwrap();
+    let exact = compiled.intersect_ray(&Ray::new(DVec3::new(0.0005, 0.0, 2.0), DVec3::NEG_Z)).unwrap();
     let at = |width: f64| {
         let asked = Ray { origin: DVec3::new(0.0005, 0.0, 2.0), ..ray };
-        compiled.intersect_footprint(&asked, None, Footprint { width, spread: 0.0 })
+        compiled.intersect(&TraceRay::new(asked).with_footprint(Footprint { width, spread: 0.0 }))
     };
     assert_eq!(at(1e-5).as_ref(), Some(&exact));
     let seen = at(0.02).expect("two balls side by side stop every ray through their middle");
-    assert!(seen.path.is_stand_in() && (seen.t - exact.t).abs() < 0.002, "{seen:?}");
+    assert!(seen.path.is_proxy() && (seen.t - exact.t).abs() < 0.002, "{seen:?}");
     let surface = compiled.interaction(&seen);
     assert!((surface.position.z - 0.001).abs() < 1e-3 && surface.material.color == DVec3::X);
     assert_eq!(compiled.path_name(&seen.path), "all/far");
@@ -647,7 +644,7 @@ fn what_comes_first_by_little_is_first() {
         ));
         let scene = CompiledScene::compile(&scene, Some("all"), 1);
         let ray = Ray::new(origin, direction);
-        let exact = scene.intersect(&ray, None).unwrap();
+        let exact = scene.intersect_ray(&ray).unwrap();
         let many = scene.intersect_many(&[ray.into()]).remove(0).unwrap();
         assert_eq!(many.primitive, exact.primitive, "{exponents}: {many:?} {exact:?}");
         assert!((many.t - exact.t).abs() < 1e-12 * exact.t, "{many:?} {exact:?}");

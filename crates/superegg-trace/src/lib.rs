@@ -1,35 +1,43 @@
-//! Ray queries: from a scene to what rays hit.
+//! Ray and point queries of superquadric scenes.
 //!
-//! [`CompiledScene::compile`] turns the description into render-ready data: groups keyed by (object, remaining depth), so that a
-//! self-referring object is a small graph and never unrolled. [`CompiledScene::intersect`], [`CompiledScene::occluded`] and
-//! [`CompiledScene::query_point`] query it. [`flatten`] is the slow reference for shallow scenes.
+//! [`CompiledScene::compile`] turns the description of a scene into a graph of groups, one for each object and remaining
+//! depth, so that a self-referring object stays a small graph and is never unrolled. A compiled scene answers:
+//!
+//! - [`CompiledScene::intersect`] and [`CompiledScene::occluded`]: one ray,
+//! - [`CompiledScene::intersect_batch`] and [`CompiledScene::occluded_batch`]: many rays as columns, several times as fast
+//!   as one at a time,
+//! - [`CompiledScene::intersect_many`] and [`CompiledScene::occluded_many`]: the same for rays with widths and starts,
+//! - [`CompiledScene::interaction`]: position, normal and material at a hit,
+//! - [`CompiledScene::query_point`] and [`CompiledScene::query_box`]: what is at a point or in a box.
+//!
+//! All answers are exact to the rounding of f64, deterministic, and the same for one ray and for many. A compiled scene is
+//! immutable and may be shared by threads.
+//!
+//! [`reference`] is a slow reference for tests.
 
-#[doc(hidden)]
-pub mod beam;
-mod bvh;
+mod batch;
 mod compile;
-mod compiled;
-pub mod flatten;
-mod flight;
-mod footprint;
-mod interaction;
+#[cfg(feature = "bench")]
 #[doc(hidden)]
 pub mod measure;
-mod path;
 #[doc(hidden)]
-pub mod pencil;
-mod point_query;
-mod stand_in;
+pub mod packet;
+mod point;
+mod ray;
+pub mod reference;
+mod scene;
+mod single;
 mod stream;
-mod support;
+mod surface;
 #[cfg(test)]
 mod test_camera;
-mod traverse;
+mod walk;
 
-pub use compiled::{CompiledPrimitive, CompiledScene, Swelling};
-pub use flight::FlightRay;
-pub use footprint::{Footprint, LEAST_FOOTPRINT};
-pub use interaction::SurfaceInteraction;
-pub use path::InstancePath;
-pub use point_query::PointAnswer;
-pub use traverse::{Departure, Hit, Side};
+pub use batch::{BatchOptions, SceneHitBatch};
+pub use point::PointAnswer;
+pub use ray::footprint::{Footprint, LEAST_FOOTPRINT};
+pub use ray::query::{Hit, Side, SurfaceStart, TraceRay};
+pub use scene::compiled::{BoxInflation, CompiledScene, Count};
+pub use scene::group::{CompiledPrimitive, Target};
+pub use scene::path::InstancePath;
+pub use surface::{ForeignHit, SurfaceInteraction};

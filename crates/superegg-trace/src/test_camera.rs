@@ -4,7 +4,7 @@ use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_scene::Camera;
 
-use crate::footprint::Footprint;
+use crate::ray::footprint::Footprint;
 
 #[derive(Clone)]
 pub(crate) struct TestCamera {

@@ -10,7 +10,7 @@ use superegg_geom::glam::DVec3;
 use superegg_lang::load_text;
 use superegg_scene::Scene;
 use superegg_trace::CompiledScene;
-use superegg_trace::flatten::{self, FlatInstance};
+use superegg_trace::reference::{self, FlatInstance};
 
 /// Four primitives and three objects with children among all of them, themselves included.
 fn scene_text() -> impl Strategy<Value = String> {
@@ -51,7 +51,7 @@ fn load(text: &str) -> Scene {
 
 fn both(text: &str, depth: u32) -> Option<(CompiledScene, Vec<FlatInstance>)> {
     let scene = load(text);
-    let flat = flatten::flatten(&scene, "o0", depth, 3000)?;
+    let flat = reference::flatten(&scene, "o0", depth, 3000)?;
     Some((CompiledScene::compile(&scene, Some("o0"), depth), flat))
 }
 
@@ -73,7 +73,7 @@ proptest! {
         let Some((compiled, flat)) = both(&text, depth) else { return Ok(()) };
         for (origin, target) in rays {
             let ray = Ray::new(origin.into(), DVec3::from(target) - DVec3::from(origin));
-            let (graph, list) = (compiled.intersect(&ray, None), flatten::intersect(&flat, &ray));
+            let (graph, list) = (compiled.intersect_ray(&ray), reference::intersect(&flat, &ray));
             prop_assert_eq!(graph.is_some(), list.is_some(), "{:?} {:?}", graph, list);
             if let (Some(hit), Some((i, flat_hit))) = (graph, list) {
                 prop_assert!((hit.t - flat_hit.t).abs() < 1e-9, "{hit:?} {flat_hit:?}");
@@ -89,8 +89,8 @@ proptest! {
                 prop_assert!((surface.position - ray.point_at(hit.t)).length() < 1e-9);
                 let expected = flat[i].world_from_local.normal_to_world(flat[i].shape.normal(flat_hit.point)).normalize();
                 prop_assert!(flat[i].path != name || surface.normal.dot(expected) > 1.0 - 1e-6, "{} {expected}", surface.normal);
-                prop_assert!(compiled.occluded(&ray, None, hit.t * (1.0 + 1e-9) + 1e-9));
-                prop_assert!(!compiled.occluded(&ray, None, hit.t * (1.0 - 1e-9)));
+                prop_assert!(compiled.occluded(&ray.into(), hit.t * (1.0 + 1e-9) + 1e-9));
+                prop_assert!(!compiled.occluded(&ray.into(), hit.t * (1.0 - 1e-9)));
             }
         }
     }
@@ -107,7 +107,7 @@ proptest! {
             assert!(is_at_surface || contains == Some(answer.inside), "{point:?}");
             let broken_off = compiled.contains_point_unless(point.into(), &AtomicBool::new(true));
             assert!(broken_off.is_none() || compiled.bounds().is_none());
-            let expected = flatten::least_value(&flat, point.into());
+            let expected = reference::least_value(&flat, point.into());
             prop_assert_eq!(answer.least.is_some(), expected.is_some());
             if let (Some((value, path)), Some((i, least))) = (&answer.least, expected) {
                 prop_assert!((value - least).abs() < 1e-7 * (1.0 + least.abs()) || *value == least, "{value} {least}");
@@ -136,8 +136,10 @@ fn a_fractal_is_a_small_graph_however_many_instances() {
     let compiled = CompiledScene::compile(&load(&format!("prm p\nobj o\nap p\n{children}")), Some("o"), 64);
     assert_eq!(compiled.group_count(), 64);
     // 1 + 20 + ... + 20^63
-    assert_eq!(*compiled.instance_count(), (BigUint::from(20u32).pow(64) - 1u32) / 19u32);
-    let hit = compiled.intersect(&Ray::new(DVec3::new(0.0, 0.0, 10.0), DVec3::NEG_Z), None).unwrap();
+    let expected: BigUint = (BigUint::from(20u32).pow(64) - 1u32) / 19u32;
+    assert_eq!(compiled.instance_count().to_string(), expected.to_string());
+    assert!((compiled.instance_count().to_f64() / 20f64.powi(64) * 19.0 - 1.0).abs() < 1e-12);
+    let hit = compiled.intersect_ray(&Ray::new(DVec3::new(0.0, 0.0, 10.0), DVec3::NEG_Z)).unwrap();
     assert_eq!(hit.t, 9.0);
     assert!(compiled.query_point(DVec3::ZERO).inside);
 }

@@ -108,7 +108,7 @@ fn traced_silhouette(session: &Session, camera: superegg_scene::Camera, size: (u
     pixels
         .map(|(x, y)| {
             let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-            compiled.intersect(&ray, None).is_some()
+            compiled.intersect_ray(&ray).is_some()
         })
         .collect()
 }

@@ -5,11 +5,11 @@ use superegg_geom::glam::{DVec2, DVec3};
 use superegg_lang::format_number;
 use superegg_render::View;
 use superegg_scene::Camera;
-use superegg_trace::{CompiledScene, Hit};
+use superegg_trace::{CompiledScene, Hit, TraceRay};
 
 /// The first hit of a ray: by the f64 reference path, or with `fast` by the f32 kernels.
 pub(crate) fn first_hit(scene: &CompiledScene, ray: &Ray, fast: bool) -> Option<Hit> {
-    if fast { scene.intersect_fast(ray) } else { scene.intersect(ray, None) }
+    if fast { scene.intersect_many(&[TraceRay::new(*ray)]).pop().flatten() } else { scene.intersect_ray(ray) }
 }
 
 /// Describes the hit of the central camera ray, whose direction has unit length.

@@ -153,7 +153,7 @@ mod tests {
     use superegg_simd::Arch;
 
     use super::*;
-    use superegg_trace::pencil::direction;
+    use superegg_trace::packet::direction;
 
     #[test]
     fn corners_and_centre_of_the_default_camera() {

@@ -25,11 +25,11 @@ use crate::shade::phong::LobeWeights;
 use crate::shade::point::{MaterialRef, PathState, SurfaceOwner, SurfacePoint, SurfaceView, albedo_of_shape};
 use crate::shade::whitted::Wavefront;
 use crate::stats::TraceStats;
-use superegg_trace::beam::{
-    self, Beam, BeamHit, Kind, LANES, NO_CANDIDATE, ShadowRay, ShadowStart, Sight, Told, f32_columns, lanes,
+use superegg_trace::packet::{
+    CandidateHit, Columns, DirectionsFrom, LANES, LaneSurface, PacketRays, PacketTracer, ShadowRay,
+    ShadowRays, ShadowStart, SurfaceLanes, VisibleSurfaces, bits, f32_columns, first_lanes,
 };
-use superegg_trace::pencil::{DirectionsFrom, Pencil, first_lanes};
-use superegg_trace::{CompiledScene, FlightRay, Footprint, InstancePath};
+use superegg_trace::{CompiledScene, Footprint, InstancePath, Target, TraceRay};
 
 /// Traces tiles, one after the other, in the same memory.
 pub(crate) struct TileTracer<'a> {
@@ -39,10 +39,10 @@ pub(crate) struct TileTracer<'a> {
     /// What the camera is in.
     media: Media,
     pub(crate) stats: TraceStats,
-    beam: Beam<'a>,
+    beam: PacketTracer<'a>,
     /// Camera rays from one place, and what they see.
-    rays: Pencil,
-    sight: Sight,
+    rays: PacketRays,
+    sight: VisibleSurfaces,
     looks: SurfaceCache<'a>,
     /// The lights, where opaque surfaces are lit in lanes, and what they are lit by.
     packet_lights: Option<Vec<PacketLight>>,
@@ -54,16 +54,18 @@ pub(crate) struct TileTracer<'a> {
     points: Vec<SurfacePoint<'a>>,
     seen: SampleResults,
     needs_first_hits: bool,
-    /// The candidate of each point, or [`NO_CANDIDATE`].
-    candidates: Vec<u32>,
+    /// The candidate of each point, if it has one.
+    candidates: Vec<Option<u32>>,
+    /// By candidate the map from gradients to normals, if it is shaded in lanes.
+    normal_maps: Vec<Option<Columns>>,
     arch: Arch,
     /// Shadow rays: those of surfaces that lanes tell of, whole packets first, and then those of points, with the light that each gets if nothing is
     /// between.
-    from_light: Pencil,
+    from_light: PacketRays,
     starts: Vec<ShadowStart>,
     lit_lanes: Vec<LaneShadows>,
     /// Those that are no whole packets, until the others are put in.
-    lit_in_part: Vec<Told>,
+    lit_in_part: Vec<SurfaceLanes>,
     lit_points: Vec<(u32, DVec3)>,
     /// By packets the lanes of those that the light reaches.
     open: Vec<u32>,
@@ -71,7 +73,7 @@ pub(crate) struct TileTracer<'a> {
 
 /// Shadow rays from the surface of one candidate that lanes of a packet tell of.
 struct LaneShadows {
-    of: Told,
+    of: SurfaceLanes,
     /// Where they begin among the shadow rays.
     first: usize,
 }
@@ -85,12 +87,12 @@ impl LaneShadows {
         if self.of.lanes == ALL_LANES {
             return open & ALL_LANES;
         }
-        lanes(self.of.lanes).enumerate().fold(0, |all, (ray, lane)| all | (open >> ray & 1) << lane)
+        bits(self.of.lanes).enumerate().fold(0, |all, (ray, lane)| all | (open >> ray & 1) << lane)
     }
 
     /// The sample of a shadow ray, which is one of these.
     fn sample(&self, ray: usize) -> Option<usize> {
-        Some(self.of.packet * LANES + lanes(self.of.lanes).nth(ray.checked_sub(self.first)?)?)
+        Some(self.of.packet * LANES + bits(self.of.lanes).nth(ray.checked_sub(self.first)?)?)
     }
 }
 
@@ -130,9 +132,9 @@ impl<'a> TileTracer<'a> {
             footprint: view.footprint(samples),
             media: context.media_at(view.position()),
             stats: TraceStats::default(),
-            beam: Beam::new(context.scene),
-            rays: Pencil::default(),
-            sight: Sight::default(),
+            beam: PacketTracer::new(context.scene),
+            rays: PacketRays::default(),
+            sight: VisibleSurfaces::default(),
             looks: SurfaceCache { scene: context.scene, by_candidate: Vec::new() },
             packet_lights: PacketLight::all(&context, view),
             finishes: Vec::new(),
@@ -142,8 +144,9 @@ impl<'a> TileTracer<'a> {
             seen: SampleResults::default(),
             needs_first_hits,
             candidates: Vec::new(),
+            normal_maps: Vec::new(),
             arch: Arch::new(),
-            from_light: Pencil::default(),
+            from_light: PacketRays::default(),
             starts: Vec::new(),
             lit_lanes: Vec::new(),
             lit_in_part: Vec::new(),
@@ -152,7 +155,7 @@ impl<'a> TileTracer<'a> {
         }
     }
 
-    /// What each of some samples sees: at most [`superegg_trace::beam::MOST_RAYS`] of them, neighbours by the sixteen.
+    /// What each of some samples sees: at most [`superegg_trace::packet::MOST_RAYS`] of them, neighbours by the sixteen.
     pub(crate) fn trace(&mut self, samples: &[FilmSample]) -> &mut SampleResults {
         self.find_primary_hits(samples, true);
         self.add_light();
@@ -212,9 +215,9 @@ impl<'a> TileTracer<'a> {
         seen.first_hits.resize(samples, None);
         for (point, &candidate) in points.iter().zip(&*candidates) {
             let id = match &point.place {
-                SurfaceOwner::Instance(path) => {
-                    looks.made(candidate).map_or_else(|| context.scene.instance_id(path), |look| look.id)
-                }
+                SurfaceOwner::Instance(path) => candidate
+                    .and_then(|candidate| looks.made(candidate))
+                    .map_or_else(|| context.scene.instance_id(path), |look| look.id),
                 SurfaceOwner::Floor => InstancePath::FLOOR_ID,
             };
             seen.first_hits[point.state.pixel] = Some(FirstHit {
@@ -224,15 +227,15 @@ impl<'a> TileTracer<'a> {
                 id,
             });
         }
-        for told in &sight.told {
+        for told in &sight.resolved {
             let Some(look) = looks.made(told.candidate) else { continue };
             let surfaces = &sight.surfaces[told.packet];
-            for lane in lanes(told.lanes & surfaces.lanes) {
+            for lane in bits(told.lanes & surfaces.lanes) {
                 let pixel = told.packet * LANES + lane;
                 let normal = surfaces.normal.each_ref().map(|column| column.0[lane]);
                 seen.first_hits[pixel] = Some(FirstHit {
                     // The part of a camera ray's direction along the line of sight is 1.
-                    depth: sight.told(pixel).1 as f32,
+                    depth: sight.surface_at(pixel).t as f32,
                     normal: Vec3::from_array(normal),
                     albedo: look.material.color.as_vec3(),
                     id: look.id,
@@ -248,10 +251,10 @@ impl<'a> TileTracer<'a> {
         for (pixel, sample) in samples.iter().enumerate() {
             let ray = self.view.sample_ray(sample);
             let state = self.state(pixel, sample, &ray);
-            wave.push(FlightRay { ray, departure: None, footprint: self.footprint }, state);
+            wave.push(TraceRay::new(ray).with_footprint(self.footprint), state);
         }
         self.points = wave.arrive(&mut self.seen.colors, &mut self.stats);
-        self.candidates.resize(self.points.len(), NO_CANDIDATE);
+        self.candidates.resize(self.points.len(), None);
     }
 
     /// Rays from one place.
@@ -263,11 +266,16 @@ impl<'a> TileTracer<'a> {
         }
         self.beam.start_tile();
         self.looks.by_candidate.clear();
-        let looks = &mut self.looks;
-        let pixel = self.view.footprint(1);
-        self.beam.closest_but(&self.rays, self.footprint, pixel, &mut self.sight, |beam, candidate| {
-            if lanes_may_tell { Some(looks.look(beam, candidate).plain?.1) } else { None }
-        });
+        self.beam.find(&self.rays, self.footprint, self.view.footprint(1));
+        self.normal_maps.clear();
+        if lanes_may_tell {
+            self.normal_maps.resize(self.beam.candidate_count(), None);
+            for found in self.beam.found() {
+                let map = &mut self.normal_maps[found.candidate as usize];
+                *map = self.looks.look(&self.beam, found.candidate).plain.as_ref().map(|(_, map)| *map);
+            }
+        }
+        self.beam.resolve(&self.rays, &self.normal_maps, &mut self.sight);
         self.shade_misses(samples);
         self.prepare_lanes();
         for i in 0..self.sight.hits.len() {
@@ -277,7 +285,7 @@ impl<'a> TileTracer<'a> {
             let point = self.point_of_hit(&ray, &hit, state);
             self.seen.colors[pixel] = DVec3::ZERO;
             self.points.push(point);
-            self.candidates.push(hit.candidate);
+            self.candidates.push(Some(hit.candidate));
         }
     }
 
@@ -289,10 +297,10 @@ impl<'a> TileTracer<'a> {
             return;
         }
         let mut nearest = vec![f64::INFINITY; samples.len()];
-        for told in &self.sight.told {
-            for lane in lanes(told.lanes) {
+        for told in &self.sight.resolved {
+            for lane in bits(told.lanes) {
                 let pixel = told.packet * LANES + lane;
-                nearest[pixel] = self.sight.told(pixel).1;
+                nearest[pixel] = self.sight.surface_at(pixel).t;
             }
         }
         for (pixel, hit) in &self.sight.hits {
@@ -306,7 +314,7 @@ impl<'a> TileTracer<'a> {
                 self.sight.surfaces[pixel / LANES].lanes &= !(1 << (pixel % LANES));
                 let state = self.state(pixel, sample, &ray);
                 self.points.push(self.context.point_of_floor(&ground, &ray, t, self.footprint, state));
-                self.candidates.push(NO_CANDIDATE);
+                self.candidates.push(None);
                 DVec3::ZERO
             } else if nearest[pixel] == f64::INFINITY {
                 self.context.sky(ray.direction)
@@ -322,7 +330,7 @@ impl<'a> TileTracer<'a> {
     fn prepare_lanes(&mut self) {
         self.finishes.clear();
         self.finishes.resize(self.sight.surfaces.len(), PacketMaterials::NONE);
-        for &Told { packet, candidate, lanes } in &self.sight.told {
+        for &SurfaceLanes { packet, candidate, lanes } in &self.sight.resolved {
             let look = self.looks.look(&self.beam, candidate);
             let lanes = lanes & self.sight.surfaces[packet].lanes;
             self.stats.proxy_hits += u64::from(look.primitive.is_none()) * u64::from(lanes.count_ones());
@@ -338,7 +346,7 @@ impl<'a> TileTracer<'a> {
     /// Takes what came to the surfaces that lanes tell of for the colours of their samples.
     fn write_lane_colors(&mut self) {
         for (packet, (surfaces, light)) in self.sight.surfaces.iter().zip(&self.light).enumerate() {
-            for lane in lanes(surfaces.lanes) {
+            for lane in bits(surfaces.lanes) {
                 let [r, g, b] = light.each_ref().map(|column| f64::from(column.0[lane]));
                 self.seen.colors[packet * LANES + lane] = DVec3::new(r, g, b);
             }
@@ -361,11 +369,11 @@ impl<'a> TileTracer<'a> {
     }
 
     /// The surface at a hit.
-    fn point_of_hit(&mut self, ray: &Ray, hit: &BeamHit, state: PathState) -> SurfacePoint<'a> {
+    fn point_of_hit(&mut self, ray: &Ray, hit: &CandidateHit, state: PathState) -> SurfacePoint<'a> {
         let footprint = at_surface(self.footprint, ray, hit.t);
         let scene = self.context.scene;
         let look = self.looks.look(&self.beam, hit.candidate);
-        let candidate = &self.beam.candidates[hit.candidate as usize];
+        let candidate = self.beam.candidate(hit.candidate);
         let world_from_unit = look.world_from_unit.get_or_init(|| candidate.world_from_unit());
         let own_error = 4.0 * f64::EPSILON * hit.unit_point.abs().max_element();
         let normal = unit_vector(look.normal_map * hit.gradient).unwrap_or(DVec3::Z);
@@ -416,13 +424,13 @@ impl<'a> TileTracer<'a> {
             }
             let lit = lit_lanes.partition_point(|lit| lit.first <= i).checked_sub(1);
             let sample = lit.and_then(|lit| lit_lanes[lit].sample(i)).unwrap_or_default();
-            let (_, t, origin_error) = sight.told(sample);
+            let LaneSurface { t, position_error: origin_error, .. } = sight.surface_at(sample);
             let direction = -from_light.direction(i);
             let ray = Ray { origin: place - direction, direction, origin_error };
             ShadowRay { ray, width: self.footprint.at(t) }
         };
-        let asked = beam::ShadowRays { from_light, starts, ray: &ray };
-        let stopped = beam.occluded(asked, Footprint { width, spread: 0.0 });
+        let shadow = ShadowRays { from_light, starts, ray: &ray };
+        let stopped = beam.occluded(shadow, Footprint { width, spread: 0.0 });
         let is_stopped = |i: usize| stopped[i / LANES] >> (i % LANES) & 1 == 1;
         let mut dimmed = ShadowBatch::default();
         for (i, &(point, color)) in (by_lanes..).zip(&*lit_points) {
@@ -454,7 +462,7 @@ impl<'a> TileTracer<'a> {
             let Some(way) = LightSample::to_middle(light, point.position) else { continue };
             let Some(color) = direct::lit(point, &way) else { continue };
             let ShadowRay { ray, width } = shadow_ray_of_point(point, place);
-            let past_floor = self.context.transmittance_past_floor(&ray, own == NO_CANDIDATE, 1.0);
+            let past_floor = self.context.transmittance_past_floor(&ray, own.is_none(), 1.0);
             if past_floor == 0.0 {
                 continue;
             }
@@ -485,14 +493,14 @@ impl<'a> TileTracer<'a> {
         let way = self.rays.origin - place;
         let mut least_t = f64::INFINITY;
         let mut in_part = std::mem::take(&mut self.lit_in_part);
-        for i in 0..self.sight.told.len() {
-            let mut lit = self.sight.told[i];
+        for i in 0..self.sight.resolved.len() {
+            let mut lit = self.sight.resolved[i];
             let shine = &mut self.shines[lit.packet];
             lit.lanes &= shine.lanes;
             if self.context.ground.is_some() {
-                for lane in lanes(lit.lanes) {
+                for lane in bits(lit.lanes) {
                     let sample = lit.packet * LANES + lane;
-                    let (_, t, origin_error) = self.sight.told(sample);
+                    let LaneSurface { t, position_error: origin_error, .. } = self.sight.surface_at(sample);
                     let direction = way + t * self.rays.direction(sample);
                     let ray = Ray { origin: place + direction, direction: -direction, origin_error };
                     let past_floor = self.context.transmittance_past_floor(&ray, false, 1.0);
@@ -513,15 +521,15 @@ impl<'a> TileTracer<'a> {
     }
 
     /// Takes shadow rays from lanes of a packet to a light, from which `way` leads to the camera. Returns the least t of their camera rays.
-    fn push_lanes(&mut self, lit: Told, way: DVec3) -> f64 {
+    fn push_lanes(&mut self, lit: SurfaceLanes, way: DVec3) -> f64 {
         let (t, t_scale) = (&self.sight.surfaces[lit.packet].t, self.sight.t_scale);
         let rays = &self.rays.directions()[lit.packet];
-        let directions = self.arch.dispatch(DirectionsFrom { rays, t, t_scale, way });
+        let directions = self.arch.dispatch(DirectionsFrom { rays, t, t_scale, offset: way });
         self.lit_lanes.push(LaneShadows { of: lit, first: self.starts.len() });
         self.from_light.extend(&directions, lit.lanes);
-        let start = ShadowStart { own: lit.candidate, start: RayStart::SurfaceOutward };
+        let start = ShadowStart { own: Some(lit.candidate), start: RayStart::SurfaceOutward };
         self.starts.extend(std::iter::repeat_n(start, lit.lanes.count_ones() as usize));
-        t_scale * f64::from(lanes(lit.lanes).fold(f32::INFINITY, |least, lane| least.min(t.0[lane])))
+        t_scale * f64::from(bits(lit.lanes).fold(f32::INFINITY, |least, lane| least.min(t.0[lane])))
     }
 }
 
@@ -537,20 +545,20 @@ impl<'a> SurfaceCache<'a> {
         self.by_candidate.get(candidate as usize).and_then(Option::as_ref)
     }
 
-    fn look(&mut self, beam: &Beam<'_>, candidate: u32) -> &PreparedSurface<'a> {
+    fn look(&mut self, beam: &PacketTracer<'_>, candidate: u32) -> &PreparedSurface<'a> {
         let scene = self.scene;
         if self.by_candidate.len() <= candidate as usize {
-            self.by_candidate.resize(beam.candidates.len(), None);
+            self.by_candidate.resize(beam.candidate_count(), None);
         }
         self.by_candidate[candidate as usize].get_or_insert_with(|| {
             let path = Rc::new(beam.path(candidate));
-            let candidate = &beam.candidates[candidate as usize];
-            let (primitive, material) = match candidate.kind {
-                Kind::Primitive(primitive) => {
+            let candidate = beam.candidate(candidate);
+            let (primitive, material) = match candidate.target {
+                Target::Primitive(primitive) => {
                     let material = scene.material_of(scene.primitive(primitive));
                     (Some(primitive), MaterialRef::Scene(material))
                 }
-                Kind::StandIn => (None, MaterialRef::Mean(Rc::new(scene.stand_in_material(&path)))),
+                Target::Proxy => (None, MaterialRef::Mean(Rc::new(scene.proxy_material(&path)))),
             };
             let normal_map = candidate.unit_from_world.matrix3.transpose();
             PreparedSurface {

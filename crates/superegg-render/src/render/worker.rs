@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::AmbientOcclusion;
-use superegg_trace::CompiledScene;
+use superegg_trace::{CompiledScene, TraceRay};
 
 use crate::camera::placement::{SamplePlacement, SamplePosition};
 use crate::camera::sample::FilmSample;
@@ -78,8 +78,8 @@ impl<'a> RenderJob<'a> {
             Output::Steps => {
                 let footprint = self.view.footprint(self.settings.picture.samples);
                 for (to, sample) in colors.iter_mut().zip(samples) {
-                    let ray = self.view.sample_ray(sample);
-                    *to = DVec3::splat(self.context.scene.steps(&ray, footprint) as f64);
+                    let ray = TraceRay::new(self.view.sample_ray(sample)).with_footprint(footprint);
+                    *to = DVec3::splat(self.context.scene.visited(&ray) as f64);
                 }
             }
         }

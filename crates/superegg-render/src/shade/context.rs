@@ -5,8 +5,7 @@ use std::rc::Rc;
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Ray, inverse_of};
 use superegg_scene::{Light, Material, Pattern, Picture};
-use superegg_trace::beam::Kind;
-use superegg_trace::{CompiledScene, FlightRay, Footprint, Hit, InstancePath, SurfaceInteraction};
+use superegg_trace::{CompiledScene, Footprint, Hit, InstancePath, SurfaceInteraction, Target, TraceRay};
 
 use crate::settings::{Environment, RenderSettings};
 use crate::shade::floor::FloorPlane;
@@ -79,7 +78,7 @@ impl<'a> RenderContext<'a> {
             .into_iter()
             .filter_map(|path| {
                 let (unit_from_world, kind) = self.scene.unit_from_world(&path);
-                let Kind::Primitive(primitive) = kind else { return None };
+                let Target::Primitive(primitive) = kind else { return None };
                 let primitive = self.scene.primitive(primitive);
                 let material = self.scene.material_of(primitive);
                 let local = unit_from_world.transform_point3(point);
@@ -97,12 +96,12 @@ impl<'a> RenderContext<'a> {
     /// What a ray meets that goes from a surface or from the camera: the point ready to be shaded.
     pub(crate) fn arrive(
         &self,
-        ray: &FlightRay,
+        ray: &TraceRay,
         hit: Option<&Hit>,
         state: PathState,
         stats: &mut TraceStats,
     ) -> Option<SurfacePoint<'a>> {
-        let FlightRay { ray: way, footprint, .. } = ray;
+        let TraceRay { ray: way, footprint, .. } = ray;
         let ground = self.ground.filter(|_| !state.is_from_floor);
         if let Some((ground, t)) = ground.and_then(|ground| Some((ground, ground.meet(way)?)))
             && hit.is_none_or(|hit| t < hit.t)
@@ -110,7 +109,7 @@ impl<'a> RenderContext<'a> {
             return Some(self.point_of_floor(&ground, way, t, *footprint, state));
         }
         let hit = hit?;
-        stats.proxy_hits += u64::from(hit.path.is_stand_in());
+        stats.proxy_hits += u64::from(hit.path.is_proxy());
         let surface = self.scene.interaction(hit);
         Some(self.point_of_hit(surface, hit, way, *footprint, state))
     }

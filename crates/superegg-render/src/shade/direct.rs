@@ -5,7 +5,7 @@ use std::rc::Rc;
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 use superegg_scene::{AmbientOcclusion, Light};
-use superegg_trace::{FlightRay, Footprint, Side};
+use superegg_trace::{Footprint, Side, TraceRay};
 
 use crate::camera::sobol::{SampleKey, cosine_direction, disc};
 use crate::shade::context::RenderContext;
@@ -46,7 +46,7 @@ impl LightSample {
 /// Rays to lights, and what each adds where nothing is between.
 #[derive(Default)]
 pub(crate) struct ShadowBatch {
-    flights: Vec<FlightRay>,
+    flights: Vec<TraceRay>,
     adds: Vec<Contribution>,
 }
 
@@ -59,14 +59,14 @@ struct Contribution {
 
 impl ShadowBatch {
     /// Takes a ray from a point.
-    pub(crate) fn push(&mut self, point: &SurfacePoint<'_>, flight: FlightRay, color: DVec3) {
+    pub(crate) fn push(&mut self, point: &SurfacePoint<'_>, flight: TraceRay, color: DVec3) {
         self.flights.push(flight);
         let PathState { pixel, media, .. } = &point.state;
         self.adds.push(Contribution { pixel: *pixel, color, media: media.clone() });
     }
 
     /// Each ray with what it adds.
-    fn into_pairs(self) -> impl Iterator<Item = (Contribution, FlightRay)> {
+    fn into_pairs(self) -> impl Iterator<Item = (Contribution, TraceRay)> {
         self.adds.into_iter().zip(self.flights)
     }
 }
@@ -211,9 +211,11 @@ pub(crate) fn add_transmitted(
                 // t = 1 stays the place of the light.
                 let rest =
                     if end.is_finite() { flight.ray.point_at(1.0) - surface.position } else { direction };
-                let (ray, mut departure) = surface.spawn_ray(rest);
-                departure.side = if surface.leaving { Side::Outward } else { Side::Inward };
-                next.flights.push(FlightRay { ray, departure: Some(departure), ..flight });
+                let mut ray = surface.spawn_ray(rest).with_footprint(flight.footprint);
+                if let Some(start) = &mut ray.start {
+                    start.side = if surface.leaving { Side::Outward } else { Side::Inward };
+                }
+                next.flights.push(ray);
                 next.adds.push(Contribution { pixel: addition.pixel, color, media: beyond });
             }
         }
@@ -290,6 +292,6 @@ fn open_directions(
 }
 
 /// A ray from a point to a light.
-pub(crate) fn toward(point: &SurfacePoint<'_>, direction: DVec3) -> FlightRay {
+pub(crate) fn toward(point: &SurfacePoint<'_>, direction: DVec3) -> TraceRay {
     point.spawn(direction, Footprint { spread: 0.0, ..point.footprint })
 }

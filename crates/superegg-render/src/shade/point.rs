@@ -7,7 +7,7 @@ use std::rc::Rc;
 use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Ray, RayStart};
 use superegg_scene::Material;
-use superegg_trace::{CompiledPrimitive, Departure, FlightRay, Footprint, InstancePath};
+use superegg_trace::{CompiledPrimitive, Footprint, InstancePath, SurfaceStart, TraceRay};
 
 use crate::camera::sobol::SampleKey;
 use crate::shade::floor::FloorPlane;
@@ -101,17 +101,17 @@ impl SurfacePoint<'_> {
 
     /// Whether it is on the average of a group that was not opened.
     pub(crate) fn is_stand_in(&self) -> bool {
-        matches!(&self.place, SurfaceOwner::Instance(path) if path.is_stand_in())
+        matches!(&self.place, SurfaceOwner::Instance(path) if path.is_proxy())
     }
 
     /// A ray from here, with what is known of its start.
-    pub(crate) fn spawn(&self, direction: DVec3, footprint: Footprint) -> FlightRay {
+    pub(crate) fn spawn(&self, direction: DVec3, footprint: Footprint) -> TraceRay {
         let ray = Ray { origin: self.position, direction, origin_error: self.position_error };
-        let departure = match &self.place {
-            SurfaceOwner::Instance(path) => Departure::of((**path).clone(), self.start(direction)),
+        let start = match &self.place {
+            SurfaceOwner::Instance(path) => SurfaceStart::of((**path).clone(), self.start(direction)),
             SurfaceOwner::Floor => None,
         };
-        FlightRay { ray, departure, footprint }
+        TraceRay { ray, start, footprint }
     }
 
     /// Whether it is on the floor, which rays from here do not meet again.

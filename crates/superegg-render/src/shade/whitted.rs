@@ -2,7 +2,7 @@
 //! blurred mirrors by more rays (Cook, Porter and Carpenter 1984).
 
 use superegg_geom::glam::DVec3;
-use superegg_trace::FlightRay;
+use superegg_trace::TraceRay;
 
 use crate::camera::sobol::power_cosine_direction;
 use crate::shade::context::RenderContext;
@@ -15,7 +15,7 @@ use crate::stats::TraceStats;
 /// Rays that go on from surfaces, all those of one number of bounces at a time.
 pub(crate) struct Wavefront<'a> {
     context: RenderContext<'a>,
-    rays: Vec<FlightRay>,
+    rays: Vec<TraceRay>,
     arrivals: Vec<PathState>,
     /// How many surfaces the rays have left.
     bounces: u32,
@@ -32,7 +32,7 @@ impl<'a> Wavefront<'a> {
         Self { context, rays: Vec::new(), arrivals: Vec::new(), bounces }
     }
 
-    pub(crate) fn push(&mut self, ray: FlightRay, state: PathState) {
+    pub(crate) fn push(&mut self, ray: TraceRay, state: PathState) {
         self.rays.push(ray);
         self.arrivals.push(state);
     }

@@ -1,31 +1,30 @@
-//! A flat group of which only some leaves have changed: those leaves anew, and the boxes above them, in the tree that was there.
+//! Patching a flat group: new leaves and boxes in the tree from before.
 //!
-//! A flat group has no children but primitives. Which leaf is where in its tree is no part of what rays meet, so the patched group answers as one
-//! compiled anew.
+//! A flat group has only primitives as children. Queries do not depend on the order of leaves in the tree, so a patched
+//! group gives the answers of a group compiled from scratch.
 
 use std::sync::{Arc, OnceLock};
 
-use super::{Compiler, LeafMaps, NOWHERE, Parts, each};
-use crate::bvh::{UnitBox, refit};
-use crate::compiled::{Group, Leaf, NameRef, Names};
+use super::parts::{LeafMaps, NO_MAP, Parts, map_all};
+use crate::scene::bvh::refit;
+use crate::scene::group::{CompiledPrimitive, Group, Leaf, NameRef, Names};
+use crate::scene::node::TreeBox;
 
-/// Smaller groups are compiled anew in less than a millisecond, and have the best tree then.
+/// Smaller groups are compiled in less than a millisecond, and get the best tree then.
 const LEAST_PATCHED: usize = 256;
 
-/// A tree whose boxes have come to more than so much of the surface that they had when it was built is built again: rays meet boxes in
-/// proportion to their surface.
+/// A tree is rebuilt once the surface area of its boxes exceeds this multiple of the area when the tree was built. The
+/// number of boxes that rays hit is proportional to the area.
 const MOST_GROWTH: f64 = 4.0 / 3.0;
 
-/// The group before a change, and where each child's leaf is in it.
+/// The group before a change, with the seat of each child: the index of its leaf.
 pub(super) struct Patchable<'a> {
     group: &'a Group,
-    seats: Vec<u32>,
+    seats: Vec<Option<u32>>,
 }
 
 impl<'a> Patchable<'a> {
-    const NO_SEAT: u32 = u32::MAX;
-
-    /// `None` where the group has to be compiled anew: it is small, or was not flat, or is not, or has more or fewer leaves now.
+    /// `None` if the group cannot be patched: it is small, was or is not flat, or its number of leaves has changed.
     pub(super) fn new(group: &'a Group, parts: &Parts<'_>) -> Option<Self> {
         let is_flat = parts.folded.is_empty()
             && parts.groups.is_empty()
@@ -34,66 +33,59 @@ impl<'a> Patchable<'a> {
         if !is_flat || parts.leaves.len() != group.leaves.len() || parts.leaves.len() < LEAST_PATCHED {
             return None;
         }
-        let mut seats = vec![Self::NO_SEAT; parts.children.len()];
+        let mut seats = vec![None; parts.children.len()];
         for (seat, leaf) in group.leaves.iter().enumerate() {
-            *seats.get_mut(leaf.name.as_child()? as usize)? = seat as u32;
+            *seats.get_mut(leaf.name.as_child()? as usize)? = Some(seat as u32);
         }
         Some(Self { group, seats })
     }
 
-    /// The leaf that a child was.
+    /// The leaf of a child before the change.
     pub(super) fn leaf_before(&self, child: u32) -> Option<&'a Leaf> {
-        self.group.leaves.get(self.seats[child as usize] as usize)
+        self.group.leaves.get(self.seats[child as usize]? as usize)
     }
 }
 
-impl<'a> Compiler<'a> {
-    /// The group with some leaves changed: child and primitive of each. `None` where a new tree is called for.
-    pub(super) fn patched(
-        &self,
-        before: &Patchable<'_>,
-        parts: &Parts<'a>,
-        changed: &[(u32, u32)],
-        names: &Arc<Names>,
-        signature: u64,
-    ) -> Option<Group> {
-        let Patchable { group, seats } = before;
-        let primitives = &self.primitives;
-        let patches: Vec<(u32, Leaf, UnitBox)> = each(changed, |&(child, primitive)| {
-            let maps = parts.maps(&(child, primitive), primitives);
-            let tight =
-                |maps: &LeafMaps| group.space.unit_box(&maps.tight_box(&primitives[primitive as usize]));
-            let unit_from_group = maps.as_ref().map_or(NOWHERE, |maps| maps.unit_from_group);
-            let leaf = Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives);
-            (seats[child as usize], leaf, maps.as_ref().map_or(UnitBox::POINT, tight))
-        })
-        .collect();
-        // Each leaf has one name, and there are as many as before: where all have a seat, each has its own.
-        if patches.iter().any(|(seat, ..)| *seat == Patchable::NO_SEAT) {
-            return None;
-        }
-        let boxes: Vec<(u32, UnitBox)> = patches.iter().map(|&(seat, _, bounds)| (seat, bounds)).collect();
-        let refitted = refit(&group.nodes, group.leaves.len(), &boxes)?;
-        let growth = group.growth * refitted.growth;
-        if !refitted.is_within_space || growth.is_nan() || growth > MOST_GROWTH {
-            return None;
-        }
-        let mut leaves: Vec<Leaf> = each(&group.leaves, |leaf| *leaf).collect();
-        for (seat, leaf, _) in patches {
-            leaves[seat as usize] = leaf;
-        }
-        Some(Group {
-            leaves,
-            instances: Vec::new(),
-            bounds: group.space.bounds_of(&[refitted.bounds]),
-            nodes: refitted.nodes,
-            space: group.space,
-            names: names.clone(),
-            chains: Vec::new(),
-            count: parts.primitive_count.into(),
-            signature,
-            growth,
-            stand_in: OnceLock::new(),
-        })
+/// The group with the `changed` leaves (child, primitive) replaced. `None` if a new tree is needed.
+pub(super) fn patched(
+    before: &Patchable<'_>,
+    parts: &Parts<'_>,
+    primitives: &[CompiledPrimitive],
+    changed: &[(u32, u32)],
+    names: &Arc<Names>,
+    signature: u64,
+) -> Option<Group> {
+    let Patchable { group, seats } = before;
+    let patches: Vec<(Option<u32>, Leaf, TreeBox)> = map_all(changed, |&(child, primitive)| {
+        let maps = parts.maps(&(child, primitive), primitives);
+        let tight = |maps: &LeafMaps| group.space.tree_box(&maps.tight_box(&primitives[primitive as usize]));
+        let unit_from_group = maps.as_ref().map_or(NO_MAP, |maps| maps.unit_from_group);
+        let leaf = Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives);
+        (seats[child as usize], leaf, maps.as_ref().map_or(TreeBox::POINT, tight))
+    });
+    // The number of leaves is that of before, and each has one name: if all have a seat, each has its own.
+    let boxes: Vec<(u32, TreeBox)> =
+        patches.iter().map(|&(seat, _, bounds)| Some((seat?, bounds))).collect::<Option<_>>()?;
+    let refitted = refit(&group.nodes, group.leaves.len(), &boxes)?;
+    let growth = group.growth * refitted.growth;
+    if !refitted.is_within_space || growth.is_nan() || growth > MOST_GROWTH {
+        return None;
     }
+    let mut leaves: Vec<Leaf> = map_all(&group.leaves, |leaf| *leaf);
+    for ((seat, _), (_, leaf, _)) in boxes.iter().zip(patches) {
+        leaves[*seat as usize] = leaf;
+    }
+    Some(Group {
+        leaves,
+        instances: Vec::new(),
+        bounds: group.space.bounds_of(&[refitted.bounds]),
+        nodes: refitted.nodes,
+        space: group.space,
+        names: names.clone(),
+        chains: Vec::new(),
+        count: parts.primitive_count.into(),
+        signature,
+        growth,
+        proxy: OnceLock::new(),
+    })
 }

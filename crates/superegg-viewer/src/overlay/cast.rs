@@ -29,7 +29,7 @@ pub(crate) struct CastHit {
 /// Intersects a ray with a scene. `compiled` must be compiled from `scene`. Returns `None` if the
 /// ray hits nothing.
 pub(crate) fn cast(scene: &Scene, compiled: &CompiledScene, ray: &Ray) -> Option<CastHit> {
-    let hit = compiled.intersect(ray, None)?;
+    let hit = compiled.intersect_ray(ray)?;
     let surface = compiled.interaction(&hit);
     let (name, primitive) = scene.primitives().nth(hit.primitive as usize)?;
     let shape = Superquadric::unit(primitive.shape.exponents());

@@ -9,8 +9,8 @@ use superegg_geom::glam::DVec3;
 use superegg_render::measure::camera_tiles;
 use superegg_render::{RenderOptions, RenderSettings, View, render};
 use superegg_scene::{Picture, Scene};
-use superegg_trace::measure::{CameraTile, TileProbe, find_many};
-use superegg_trace::{CompiledScene, FlightRay};
+use superegg_trace::measure::{CameraTile, ShadowTiming, TileProbe, find_many};
+use superegg_trace::{CompiledScene, TraceRay};
 
 use crate::args::BenchArgs;
 use crate::commands::bench::generated_scene::Random;
@@ -39,7 +39,7 @@ pub(super) fn measure(name: &str, subject: Subject, is_first: bool, args: &Bench
     let ray_count: usize = tiles.iter().map(CameraTile::count).sum();
     let mut probe = TileProbe::new(compiled, view.footprint(1));
     let (hits, camera) = best(args.rounds, || tiles.iter().map(|tile| probe.find(tile)).sum::<usize>());
-    let (_, settled) = best(args.rounds, || tiles.iter().map(|tile| probe.settle(tile)).sum::<usize>());
+    let (_, settled) = best(args.rounds, || tiles.iter().map(|tile| probe.refine(tile)).sum::<usize>());
     let shadow = ShadowRound::best(&scene, &tiles, &mut probe, args.rounds)?;
     let random = random_rays(compiled, &view, args.seed);
     let (found, random_seconds) = best(args.rounds, || find_many(compiled, &random));
@@ -74,7 +74,7 @@ pub(super) fn measure(name: &str, subject: Subject, is_first: bool, args: &Bench
         peak_bytes_per_primitive: compilation.peak_bytes.map(|bytes| each(bytes as f64)),
         bytes_per_primitive: each(compiled.bytes() as f64),
         compiled_bytes: compiled.bytes(),
-        box_area_spared: compiled.swelling().avoided,
+        box_area_spared: compiled.box_inflation().mean_ratio,
     })
 }
 
@@ -117,7 +117,8 @@ impl ShadowRound {
         for _ in 0..rounds {
             let mut round = Self { count: 0, occluded: 0, seconds: 0.0 };
             for tile in tiles {
-                let (count, occluded, seconds) = probe.shadows(tile, &light, &thread_seconds);
+                let ShadowTiming { rays: count, occluded, seconds } =
+                    probe.shadows(tile, &light, &thread_seconds);
                 round.count += count;
                 round.occluded += occluded;
                 round.seconds += seconds;
@@ -150,7 +151,7 @@ fn recompile_seconds(scene: &mut Scene, compiled: &CompiledScene, root: Option<&
 }
 
 /// Rays with random origins in the bounding box and random directions, as wide as camera rays.
-fn random_rays(scene: &CompiledScene, view: &View, seed: u64) -> Vec<FlightRay> {
+fn random_rays(scene: &CompiledScene, view: &View, seed: u64) -> Vec<TraceRay> {
     let Some(bounds) = scene.bounds() else { return Vec::new() };
     let mut random = Random::new(seed ^ 0x5eed);
     let (center, half) = (bounds.center(), bounds.half_extent());
@@ -164,7 +165,7 @@ fn random_rays(scene: &CompiledScene, view: &View, seed: u64) -> Vec<FlightRay> 
                     break v.normalize();
                 }
             };
-            FlightRay { footprint: view.footprint(1), ..Ray::new(origin, direction).into() }
+            TraceRay::new(Ray::new(origin, direction)).with_footprint(view.footprint(1))
         })
         .collect()
 }

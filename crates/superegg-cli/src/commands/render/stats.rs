@@ -41,7 +41,7 @@ impl Stats {
             instances: compiled.instance_count().to_string(),
             compiled: CompiledStats {
                 bytes: compiled.bytes(),
-                box_area_spared: compiled.swelling().avoided,
+                box_area_spared: compiled.box_inflation().mean_ratio,
                 reaches_depth: compiled.reaches_depth(),
                 stand_in_rays: 0,
             },

@@ -99,7 +99,7 @@ impl Modeller {
                 return Err(fault.help("the last three numbers are the direction, such as 0 0 -1"));
             }
             Some((origin, direction)) => {
-                let hit = compiled.intersect(&Ray::new(origin, direction), None);
+                let hit = compiled.intersect_ray(&Ray::new(origin, direction));
                 format!("the ray {}", describe_hit(&compiled, hit.as_ref()))
             }
         };

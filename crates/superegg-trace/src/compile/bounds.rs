@@ -1,7 +1,7 @@
-//! How far a group reaches in a direction, for boxes that do not swell from level to level.
+//! The box of a transformed group, from the group's extent along the parent's axes.
 //!
-//! The box of a transformed group, made of the corners of the group's own box, grows with every turned level. Here it is made of the group's
-//! reach along the parent's axes: a search down the graph, best bound first, that ends at a leaf, whose reach is exact.
+//! A box around the transformed corners of the group's own box grows with every rotated level. The extent along an axis
+//! does not. It is found by a best-first search down the graph that ends at a leaf, whose extent is exact.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -9,14 +9,14 @@ use std::collections::BinaryHeap;
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Transform, inverse_of};
 
-use crate::bvh::Slot;
-use crate::compiled::{CompiledPrimitive, Group, Leaf};
+use crate::scene::group::{CompiledPrimitive, Group, Leaf};
+use crate::scene::node::Slot;
 
-/// So many nodes are opened for one direction; after that the best bound so far is taken.
+/// The most nodes to open for one direction. Beyond it the best bound so far counts.
 const MOST_OPENED: usize = 96;
 
 /// The box around the image of a group: never too small, and nearly the smallest.
-pub(crate) fn image_box(
+pub(super) fn image_box(
     group: &Group,
     primitives: &[CompiledPrimitive],
     parent_from_child: &Transform,
@@ -24,28 +24,28 @@ pub(crate) fn image_box(
     let by_corners = group.bounds.transformed(parent_from_child);
     let forward = parent_from_child.forward();
     let rows = forward.matrix3.transpose();
-    let reach = |u: DVec3| reach(group, primitives, u);
+    let extent = |u: DVec3| extent(group, primitives, u);
     let mut refined = by_corners;
     for (axis, row) in [rows.x_axis, rows.y_axis, rows.z_axis].into_iter().enumerate() {
         let at = forward.translation[axis];
-        // A bound that is not a number is no bound.
-        refined.max[axis] = (at + reach(row)).min(by_corners.max[axis]);
-        refined.min[axis] = (at - reach(-row)).max(by_corners.min[axis]);
+        // `min` and `max` ignore an extent that is NaN.
+        refined.max[axis] = (at + extent(row)).min(by_corners.max[axis]);
+        refined.min[axis] = (at - extent(-row)).max(by_corners.min[axis]);
     }
     refined
 }
 
-/// A part of the graph that may reach furthest.
+/// A part of the graph, ordered by its bound.
 struct Candidate<'a> {
-    /// No point of it reaches further.
+    /// An upper bound on the extent of the part.
     bound: f64,
     part: Part<'a>,
 }
 
 enum Part<'a> {
-    /// A node of a group, the direction in the group's space, and what the way there adds.
+    /// A node of a group, the direction in the group's space, and what the maps on the path to the group add.
     Node(&'a Group, u32, DVec3, f64),
-    /// A leaf, whose bound is its reach.
+    /// A leaf, whose bound is its extent.
     Leaf,
 }
 
@@ -69,30 +69,28 @@ impl Ord for Candidate<'_> {
     }
 }
 
-/// At least the largest `u . p` over the points p of a group.
-fn reach(group: &Group, primitives: &[CompiledPrimitive], u: DVec3) -> f64 {
+/// An upper bound on `u . p` over the points p of a group. It is the only loop over nodes besides [`Group::walk`], since it
+/// has one queue for all groups.
+fn extent(group: &Group, primitives: &[CompiledPrimitive], u: DVec3) -> f64 {
     let mut open = BinaryHeap::new();
     open.push(Candidate { bound: f64::INFINITY, part: Part::Node(group, 0, u, 0.0) });
     for _ in 0..MOST_OPENED {
         let Some(Candidate { bound, part }) = open.pop() else { return f64::NEG_INFINITY };
         let Part::Node(group, node, u, so_far) = part else { return bound };
-        let node = &group.nodes[node as usize];
-        for (place, slot) in node.slots().enumerate() {
-            let box_bound = so_far + box_reach(group, &node.child_box(place), u);
+        for (child_box, slot) in group.nodes[node as usize].children() {
+            let bound = so_far + box_extent(group, &child_box, u);
             open.push(match slot {
-                Slot::Node(child) => {
-                    Candidate { bound: box_bound, part: Part::Node(group, child, u, so_far) }
-                }
+                Slot::Node(child) => Candidate { bound, part: Part::Node(group, child, u, so_far) },
                 Slot::Leaf(leaf) => {
-                    let exact = so_far + leaf_reach(&group.leaves[leaf as usize], primitives, u);
-                    Candidate { bound: if exact < box_bound { exact } else { box_bound }, part: Part::Leaf }
+                    let exact = so_far + leaf_extent(&group.leaves[leaf as usize], primitives, u);
+                    Candidate { bound: if exact < bound { exact } else { bound }, part: Part::Leaf }
                 }
                 Slot::Instance(instance) => {
                     let instance = &group.instances[instance as usize];
-                    let forward = instance.parent_from_child.forward();
+                    let forward = instance.map().forward();
                     let so_far = so_far + u.dot(forward.translation);
                     let u = forward.matrix3.transpose() * u;
-                    Candidate { bound: box_bound, part: Part::Node(&instance.group, 0, u, so_far) }
+                    Candidate { bound, part: Part::Node(&instance.group, 0, u, so_far) }
                 }
             });
         }
@@ -100,12 +98,12 @@ fn reach(group: &Group, primitives: &[CompiledPrimitive], u: DVec3) -> f64 {
     open.pop().map_or(f64::NEG_INFINITY, |best| best.bound)
 }
 
-fn box_reach(group: &Group, tree_box: &Aabb, u: DVec3) -> f64 {
+fn box_extent(group: &Group, tree_box: &Aabb, u: DVec3) -> f64 {
     let center = tree_box.center() / group.space.scale + group.space.center;
     u.dot(center) + u.abs().dot(tree_box.half_extent() / group.space.scale)
 }
 
-fn leaf_reach(leaf: &Leaf, primitives: &[CompiledPrimitive], u: DVec3) -> f64 {
+fn leaf_extent(leaf: &Leaf, primitives: &[CompiledPrimitive], u: DVec3) -> f64 {
     let group_from_unit = inverse_of(&leaf.unit_from_group);
     let local = group_from_unit.matrix3.transpose() * u;
     u.dot(group_from_unit.translation)

@@ -1,0 +1,186 @@
+//! Assembling a group from its parts.
+
+use std::sync::{Arc, OnceLock};
+
+use rayon::prelude::*;
+use superegg_geom::{Aabb, Transform};
+
+use super::bounds;
+use super::parts::{FoldedLeaf, GroupItem, LARGE, LeafMaps, NO_MAP, Parts, map_all};
+use crate::scene::bvh::Tree;
+use crate::scene::compiled::BoxInflation;
+use crate::scene::group::{Chain, CompiledPrimitive, Group, Instance, Leaf, NameRef, Names};
+use crate::scene::node::{PackedSlot, Slot, TreeBox, TreeSpace};
+
+/// The sum that becomes a [`BoxInflation`].
+#[derive(Default)]
+pub(super) struct InflationSum {
+    instances: u64,
+    ratios: f64,
+}
+
+impl InflationSum {
+    pub(super) fn mean(&self) -> BoxInflation {
+        let Self { instances, ratios } = *self;
+        let mean_ratio = if instances == 0 { 1.0 } else { ratios / instances as f64 };
+        BoxInflation { instances, mean_ratio }
+    }
+}
+
+/// Assembles a group; `None` if it is empty.
+///
+/// Loose boxes determine the space of the tree, tight boxes the tree, and the tree the order of the leaves. `leaf_box` is
+/// the box around the plain leaves.
+pub(super) fn assemble(
+    parts: Parts<'_>,
+    names: Arc<Names>,
+    signature: u64,
+    leaf_box: Aabb,
+    primitives: &[CompiledPrimitive],
+    inflation: &mut InflationSum,
+) -> Option<Group> {
+    let mut whole = leaf_box;
+    whole = parts.folded.iter().fold(whole, |whole, leaf| whole.union(&leaf.maps.loose_box()));
+    let group_boxes: Vec<Aabb> = parts
+        .groups
+        .iter()
+        .map(|item| {
+            let corners = item.group.bounds.transformed(&item.parent_from_child);
+            let refined =
+                bounds::image_box(&item.group, primitives, &item.parent_from_child).rounded_outward();
+            inflation.instances += 1;
+            inflation.ratios += (corners.half_area() / refined.half_area()).max(1.0);
+            refined
+        })
+        .collect();
+    whole = group_boxes.iter().fold(whole, |whole, b| whole.union(b));
+    if parts.leaves.is_empty() && parts.folded.is_empty() && parts.groups.is_empty() {
+        return None;
+    }
+    let space = TreeSpace::of(&whole);
+    let tight =
+        |maps: &LeafMaps, primitive: u32| space.tree_box(&maps.tight_box(&primitives[primitive as usize]));
+    let mut boxes: Vec<TreeBox> = map_all(&parts.leaves, |leaf| {
+        parts.maps(leaf, primitives).map_or(TreeBox::POINT, |maps| tight(&maps, leaf.1))
+    });
+    boxes.extend(parts.folded.iter().map(|leaf| tight(&leaf.maps, leaf.primitive)));
+    boxes.extend(group_boxes.iter().map(|b| space.tree_box(b)));
+    let bounds = space.bounds_of(&boxes);
+    let Tree { mut nodes, order } = Tree::build(&boxes);
+    drop(boxes);
+
+    let leaf_count = parts.leaves.len() + parts.folded.len();
+    let mut chains: Vec<Chain> = Vec::new();
+    let mut name_of = |child: u32, chain: Chain| {
+        if chain.is_empty() {
+            return NameRef::child(child);
+        }
+        chains.push(chain);
+        NameRef::chain(chains.len() as u32 - 1)
+    };
+    let mut folded: Vec<Option<Leaf>> = Vec::with_capacity(parts.folded.len());
+    for FoldedLeaf { child, primitive, maps, chain } in parts.folded {
+        let name = if parts.object.is_none() { NameRef::ROOT } else { name_of(child, chain) };
+        folded.push(Some(Leaf::new(maps.unit_from_group, primitive, name, primitives)));
+    }
+    let mut groups: Vec<Option<Instance>> = Vec::with_capacity(parts.groups.len());
+    for GroupItem { child, parent_from_child, group, chain } in parts.groups {
+        let name = name_of(child, chain);
+        let stretch = stretch_of(&parent_from_child);
+        groups.push(Some(Instance { parent_from_child, group, name, stretch }));
+    }
+    let (plain, object, children) = (&parts.leaves, parts.object, &parts.children);
+    let make_plain = |item: u32| {
+        let (child, primitive) = plain[item as usize];
+        let map = object.and_then(|object| object.parent_from_child(children[child as usize]).ok());
+        let radii = primitives[primitive as usize].radii;
+        let unit_from_group = map.map_or(NO_MAP, |map| LeafMaps::new(&map, radii).unit_from_group);
+        Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives)
+    };
+    let mut instances = Vec::with_capacity(groups.len());
+    let leaves = if leaf_count == plain.len() && groups.is_empty() {
+        in_order(&order, make_plain)
+    } else {
+        // Leaves and instances have indices of their own, in the order of the tree.
+        let mut leaves = Vec::with_capacity(leaf_count);
+        let mut slot_of = Vec::with_capacity(order.len());
+        for &item in &order {
+            let index = item as usize;
+            if index < leaf_count {
+                slot_of.push(PackedSlot::new(Slot::Leaf(leaves.len() as u32)));
+                let leaf = if index < plain.len() {
+                    Some(make_plain(item))
+                } else {
+                    folded[index - plain.len()].take()
+                };
+                leaves.extend(leaf);
+            } else {
+                slot_of.push(PackedSlot::new(Slot::Instance(instances.len() as u32)));
+                instances.extend(groups[index - leaf_count].take());
+            }
+        }
+        for node in &mut nodes {
+            for slot in &mut node.slots[..node.count as usize] {
+                if let Slot::Leaf(leaf) = slot.unpack() {
+                    *slot = slot_of[leaf as usize];
+                }
+            }
+        }
+        leaves
+    };
+    let count = parts.group_count + parts.primitive_count;
+    Some(Group {
+        leaves,
+        instances,
+        nodes,
+        space,
+        bounds,
+        names,
+        chains,
+        count,
+        signature,
+        growth: 1.0,
+        proxy: OnceLock::new(),
+    })
+}
+
+/// Makes leaves in the order of a tree.
+///
+/// Many leaves are made in the order of their children, and each thread makes those of its own part of the tree: the
+/// children lie in memory in that order, and memory latency dominates.
+fn in_order(order: &[u32], make: impl Fn(u32) -> Leaf + Sync) -> Vec<Leaf> {
+    if order.len() < LARGE {
+        return order.iter().map(|&item| make(item)).collect();
+    }
+    let mut seat_of = vec![0u32; order.len()];
+    (0..).zip(order).for_each(|(seat, &item)| seat_of[item as usize] = seat);
+    let none = Leaf { unit_from_group: NO_MAP, primitive: 0, name: NameRef::ROOT, lane_powers: None };
+    let mut leaves: Vec<Leaf> = order.par_iter().map(|_| none).collect();
+    let part = order.len().div_ceil(rayon::current_num_threads());
+    leaves.par_chunks_mut(part).enumerate().for_each(|(number, leaves)| {
+        for (item, &seat) in seat_of.iter().enumerate() {
+            let seat = (seat as usize).checked_sub(number * part);
+            if let Some(leaf) = seat.and_then(|seat| leaves.get_mut(seat)) {
+                *leaf = make(item as u32);
+            }
+        }
+    });
+    leaves
+}
+
+/// An upper bound on the factor by which a map stretches a length: the longest column if the columns are orthogonal, else
+/// the Frobenius norm.
+fn stretch_of(map: &Transform) -> f64 {
+    let columns = map.forward().matrix3;
+    let largest =
+        columns.x_axis.length_squared() + columns.y_axis.length_squared() + columns.z_axis.length_squared();
+    let bound = largest.sqrt();
+    let by_lengths = columns.x_axis.length().max(columns.y_axis.length()).max(columns.z_axis.length());
+    let skew = columns
+        .x_axis
+        .dot(columns.y_axis)
+        .abs()
+        .max(columns.x_axis.dot(columns.z_axis).abs())
+        .max(columns.y_axis.dot(columns.z_axis).abs());
+    if skew <= 1e-9 * by_lengths * by_lengths { by_lengths } else { bound }
+}

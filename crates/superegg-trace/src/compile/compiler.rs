@@ -1,0 +1,385 @@
+//! Compiling a scene: opens objects to their depth, shares equal groups, and reuses those of the scene before.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use num_bigint::BigUint;
+use rayon::prelude::*;
+use superegg_geom::{Aabb, Transform, inverse_of};
+use superegg_scene::{Child, Entity, MAX_DEPTH, Object, Scene};
+
+use super::assemble::{InflationSum, assemble};
+use super::parts::{
+    EntityIndex, FoldedLeaf, GroupItem, Index, LARGE, LeafMaps, PackedEntity, Parts, heights, map_all,
+};
+use super::patch::{Patchable, patched};
+use super::signature::{Materials, Mixer, bits_of};
+use crate::scene::compiled::{CompiledScene, Count};
+use crate::scene::group::{CompiledPrimitive, Group, Leaf, NameRef, Names};
+use crate::scene::id::SceneId;
+
+/// In objects of more children only those that are objects are compared to find duplicates.
+const MOST_COMPARED: usize = 1 << 16;
+
+impl CompiledScene {
+    /// Compiles the primitive or object named `root`. `None`, or a name that the scene does not have, makes an empty
+    /// scene.
+    ///
+    /// Objects are opened `depth` levels deep, at most [`MAX_DEPTH`]. The root is level 1, and the primitives of the last
+    /// level are included. Large objects are compiled in parallel, on the rayon pool of the calling thread.
+    pub fn compile(scene: &Scene, root: Option<&str>, depth: u32) -> Self {
+        Self::compile_after(scene, root, depth, None)
+    }
+
+    /// Compiles a changed version of the scene that `self` was compiled from.
+    ///
+    /// Groups without a change are reused. If only some children of a large object without objects have changed, only
+    /// they are compiled. All answers are those of [`CompiledScene::compile`]; boxes may differ by the rounding of f32.
+    #[must_use]
+    pub fn recompile(&self, scene: &Scene, root: Option<&str>, depth: u32) -> Self {
+        Self::compile_after(scene, root, depth, Some(self))
+    }
+
+    fn compile_after(scene: &Scene, root: Option<&str>, depth: u32, before: Option<&Self>) -> Self {
+        let mut compiler = Compiler::new(scene, before);
+        let root_group = match root.and_then(|name| compiler.index_of(name)) {
+            None => None,
+            Some(EntityIndex::Primitive(primitive)) => compiler.only_primitive(primitive),
+            Some(EntityIndex::Object(object)) => compiler.open(object, depth.min(MAX_DEPTH)),
+        };
+        let names = &compiler.object_names;
+        let opened = compiler
+            .opened
+            .into_iter()
+            .filter_map(|((object, depth), group)| Some(((names[object as usize].into(), depth), group?)))
+            .collect();
+        let count = root_group.as_ref().map_or(BigUint::ZERO, |group| group.count.clone());
+        Self {
+            id: SceneId::next(),
+            instance_count: Count::new(count),
+            primitives: compiler.described.primitives,
+            primitive_names: compiler.described.names,
+            materials: compiler.described.materials.all,
+            root: root_group,
+            root_name: root.unwrap_or_default().to_owned(),
+            opened,
+            box_inflation: compiler.inflation.mean(),
+            reused_groups: compiler.reused,
+            patched_groups: compiler.patched,
+            reaches_depth: compiler.reaches_depth,
+        }
+    }
+}
+
+/// The state of compiling. Primitives and objects have indices in the order of the scene.
+struct Compiler<'a> {
+    scene: &'a Scene,
+    before: Option<&'a CompiledScene>,
+    objects: Vec<&'a Object>,
+    object_names: Vec<&'a str>,
+    /// The children of each object.
+    children: Vec<Arc<Vec<&'a Child>>>,
+    /// The entity of each child.
+    child_entities: Vec<Arc<Vec<PackedEntity>>>,
+    /// The number of levels of each object.
+    heights: Vec<u32>,
+    described: Described,
+    /// The names of each object's children, made when they are needed.
+    aliases: Vec<Option<Arc<Names>>>,
+    /// The group of each (object, remaining depth); `None` if it is empty.
+    opened: HashMap<(u32, u32), Option<Arc<Group>>>,
+    inflation: InflationSum,
+    reused: usize,
+    patched: usize,
+    reaches_depth: bool,
+}
+
+impl<'a> Compiler<'a> {
+    fn new(scene: &'a Scene, before: Option<&'a CompiledScene>) -> Self {
+        let (Index { by_name, objects, object_names }, described) =
+            rayon::join(|| Index::of(scene), || Described::of(scene));
+        let children_of = |object: &&'a Object| Arc::new(object.children().map(|(_, child)| child).collect());
+        let children: Vec<Arc<Vec<&Child>>> = objects.iter().map(children_of).collect();
+        let entity = |child: &&Child| by_name.get(child.target()).copied().unwrap_or(PackedEntity::NONE);
+        let child_entities: Vec<Arc<Vec<PackedEntity>>> =
+            children.iter().map(|children| Arc::new(map_all(children, entity))).collect();
+        Self {
+            scene,
+            before,
+            heights: heights(&child_entities),
+            aliases: vec![None; objects.len()],
+            objects,
+            object_names,
+            children,
+            child_entities,
+            described,
+            opened: HashMap::new(),
+            inflation: InflationSum::default(),
+            reused: 0,
+            patched: 0,
+            reaches_depth: false,
+        }
+    }
+
+    fn index_of(&self, name: &str) -> Option<EntityIndex> {
+        let index = match self.scene.get(name)? {
+            Entity::Object(_) => {
+                EntityIndex::Object(self.object_names.iter().position(|other| *other == name)? as u32)
+            }
+            Entity::Primitive(_) => {
+                let position = self.scene.primitives().position(|(other, _)| other == name)?;
+                EntityIndex::Primitive(position as u32)
+            }
+        };
+        Some(index)
+    }
+
+    /// The aliases of an object's children.
+    fn names(&mut self, object: u32) -> Arc<Names> {
+        let description = self.objects[object as usize];
+        let make = || {
+            let mut names = Names::with_capacity(description.children().len());
+            description.children().for_each(|(alias, _)| names.push(alias));
+            names.shrink();
+            Arc::new(names)
+        };
+        self.aliases[object as usize].get_or_insert_with(make).clone()
+    }
+
+    /// The group of a root that is a primitive.
+    fn only_primitive(&mut self, primitive: u32) -> Option<Arc<Group>> {
+        let radii = self.described.primitives[primitive as usize].radii;
+        let maps = LeafMaps::new(&Transform::IDENTITY, radii);
+        let leaf = FoldedLeaf { child: 0, primitive, maps, chain: Vec::new() };
+        let parts = Parts { folded: vec![leaf], primitive_count: 1, ..Parts::default() };
+        self.assemble(parts, Arc::default(), 0, Aabb::EMPTY)
+    }
+
+    fn assemble(
+        &mut self,
+        parts: Parts<'a>,
+        names: Arc<Names>,
+        signature: u64,
+        leaf_box: Aabb,
+    ) -> Option<Arc<Group>> {
+        let group =
+            assemble(parts, names, signature, leaf_box, &self.described.primitives, &mut self.inflation);
+        group.map(Arc::new)
+    }
+
+    /// The group of an object opened to a remaining depth. Beyond an object's number of levels the group stays the same.
+    fn open(&mut self, object: u32, remaining: u32) -> Option<Arc<Group>> {
+        let remaining = remaining.min(self.heights[object as usize]);
+        if remaining == 0 {
+            return None;
+        }
+        if let Some(group) = self.opened.get(&(object, remaining)) {
+            return group.clone();
+        }
+        let names = self.names(object);
+        let parts = self.parts(object, remaining, &names);
+        // The lookup needs an owned key. Groups are few.
+        let key = (Box::from(self.object_names[object as usize]), remaining);
+        let before = self.before.and_then(|before| before.opened.get(&key));
+        let patchable = before.and_then(|group| Patchable::new(group, &parts));
+        let Survey { signature, leaf_box, changed } = self.survey(&parts, &names, patchable.as_ref());
+        let reused = before.filter(|group| group.signature == signature).cloned();
+        let group = if reused.is_some() {
+            self.reused += 1;
+            reused
+        } else {
+            let primitives = &self.described.primitives;
+            let group = patchable.and_then(|patchable| {
+                patched(&patchable, &parts, primitives, &changed, &names, signature).map(Arc::new)
+            });
+            self.patched += usize::from(group.is_some());
+            group.or_else(|| self.assemble(parts, names, signature, leaf_box))
+        };
+        self.opened.insert((object, remaining), group.clone());
+        group
+    }
+
+    /// The content of a group, with the groups of its children opened.
+    fn parts(&mut self, object: u32, remaining: u32, names: &Arc<Names>) -> Parts<'a> {
+        let description = self.objects[object as usize];
+        let mut parts = Parts {
+            children: self.children[object as usize].clone(),
+            object: Some(description),
+            ..Parts::default()
+        };
+        let compares_all = parts.children.len() <= MOST_COMPARED;
+        let mut seen = HashSet::new();
+        let entities = self.child_entities[object as usize].clone();
+        let is_primitive =
+            |entity: &&PackedEntity| matches!(entity.unpack(), Some(EntityIndex::Primitive(_)));
+        parts.leaves.reserve_exact(entities.iter().filter(is_primitive).count());
+        for (child, entity) in entities.iter().enumerate() {
+            let description_of_child = parts.children[child];
+            let transform = || description.parent_from_child(description_of_child).ok();
+            let child = child as u32;
+            match entity.unpack() {
+                None => {}
+                Some(EntityIndex::Primitive(primitive)) => {
+                    parts.primitive_count += 1;
+                    // Of equal children with equal transforms only the first can be hit. All of them count.
+                    let is_new =
+                        !compares_all || transform().is_some_and(|map| seen.insert((*entity, bits_of(&map))));
+                    if is_new {
+                        parts.leaves.push((child, primitive));
+                    }
+                }
+                Some(EntityIndex::Object(target)) => {
+                    let Some(group) = self.open(target, remaining - 1) else {
+                        self.reaches_depth |=
+                            remaining == 1 && self.objects[target as usize].children().len() > 0;
+                        continue;
+                    };
+                    let Some(parent_from_child) = transform() else { continue };
+                    parts.group_count += &group.count;
+                    if seen.insert((*entity, bits_of(&parent_from_child))) {
+                        push_group(&mut parts, child, parent_from_child, group, names);
+                    }
+                }
+            }
+        }
+        parts
+    }
+
+    /// Computes the signature and the box of a group's content, and which leaves differ from those before.
+    fn survey(&self, parts: &Parts<'a>, names: &Names, before: Option<&Patchable<'_>>) -> Survey {
+        let primitives = &self.described.primitives;
+        let exponents_before = |leaf: &Leaf| {
+            let before = self.before.and_then(|before| before.primitives.get(leaf.primitive as usize))?;
+            Some(before.exponents)
+        };
+        let leaf = |&(child, primitive): &(u32, u32)| {
+            let mut hash = Mixer::new(u64::from(child) << 32 | u64::from(primitive));
+            let described = &primitives[primitive as usize];
+            hash.shape(described);
+            let maps = parts.transform(child).map(|map| {
+                hash.words(bits_of(&map));
+                LeafMaps::new(&map, described.radii)
+            });
+            let is_as_before = |before: &Patchable<'_>| {
+                maps.as_ref().zip(before.leaf_before(child)).is_some_and(|(maps, leaf)| {
+                    leaf.primitive == primitive
+                        && leaf.unit_from_group == maps.unit_from_group
+                        && exponents_before(leaf) == Some(described.exponents)
+                })
+            };
+            let is_changed = before.is_some_and(|before| !is_as_before(before));
+            Survey {
+                signature: hash.finish(),
+                leaf_box: maps.as_ref().map_or(Aabb::EMPTY, LeafMaps::loose_box),
+                changed: if is_changed { vec![(child, primitive)] } else { Vec::new() },
+            }
+        };
+        let mut survey = if parts.leaves.len() < LARGE {
+            parts.leaves.iter().map(leaf).fold(Survey::NOTHING, Survey::join)
+        } else {
+            parts.leaves.par_iter().map(leaf).reduce(|| Survey::NOTHING, Survey::join)
+        };
+        let mut hash = Mixer::new(survey.signature);
+        for folded in &parts.folded {
+            hash.words([u64::from(folded.child), u64::from(folded.primitive)]);
+            hash.shape(&primitives[folded.primitive as usize]);
+            hash.words(folded.maps.unit_from_group.to_cols_array().map(f64::to_bits));
+            folded.chain.iter().for_each(|(names, index)| hash.text(names.get(*index)));
+        }
+        for item in &parts.groups {
+            hash.words([u64::from(item.child), item.group.signature]);
+            hash.words(bits_of(&item.parent_from_child));
+            item.chain.iter().for_each(|(names, index)| hash.text(names.get(*index)));
+        }
+        hash.text(names.text());
+        hash.words([parts.primitive_count]);
+        survey.signature = hash.finish();
+        survey
+    }
+}
+
+/// Adds a group as a child. The level of a group with a single child is folded into its parent.
+fn push_group(
+    parts: &mut Parts<'_>,
+    child: u32,
+    parent_from_child: Transform,
+    group: Arc<Group>,
+    names: &Arc<Names>,
+) {
+    let chain_of = |name: NameRef| {
+        let mut chain = vec![(names.clone(), child)];
+        group.extend_chain(name, &mut chain);
+        chain
+    };
+    match (&group.leaves[..], &group.instances[..]) {
+        ([leaf], []) => {
+            let maps = LeafMaps {
+                unit_from_group: leaf.unit_from_group * *parent_from_child.inverse(),
+                group_from_unit: *parent_from_child.forward() * inverse_of(&leaf.unit_from_group),
+            };
+            let chain = chain_of(leaf.name);
+            parts.folded.push(FoldedLeaf { child, primitive: leaf.primitive, maps, chain });
+            return;
+        }
+        ([], [instance]) => {
+            if let Ok(folded) = parent_from_child.after(instance.map()) {
+                let (group, chain) = (instance.group.clone(), chain_of(instance.name));
+                parts.groups.push(GroupItem { child, parent_from_child: folded, group, chain });
+                return;
+            }
+        }
+        (_, _) => {}
+    }
+    parts.groups.push(GroupItem { child, parent_from_child, group, chain: Vec::new() });
+}
+
+/// The primitives of a scene, with their names and materials.
+struct Described {
+    primitives: Vec<CompiledPrimitive>,
+    names: Names,
+    materials: Materials,
+}
+
+impl Described {
+    fn of(scene: &Scene) -> Self {
+        let mut materials = Materials::default();
+        // The capacity is an upper bound. Memory that is not written is not resident.
+        let mut primitives = Vec::with_capacity(scene.entities().len());
+        let mut names = Names::with_capacity(0);
+        for (name, primitive) in scene.primitives() {
+            names.push(name);
+            primitives.push(CompiledPrimitive {
+                radii: primitive.shape.radii(),
+                exponents: primitive.shape.exponents(),
+                material: materials.index_of(&primitive.material),
+            });
+        }
+        primitives.shrink_to_fit();
+        names.shrink();
+        Self { primitives, names, materials }
+    }
+}
+
+/// What is known about the content of a group before it is assembled.
+struct Survey {
+    /// A hash of everything that the content comes from. Different content has the same signature with a probability of
+    /// 2^-64.
+    signature: u64,
+    /// The box around all plain leaves.
+    leaf_box: Aabb,
+    /// Child and primitive of the leaves that differ from those before.
+    changed: Vec<(u32, u32)>,
+}
+
+impl Survey {
+    const NOTHING: Self = Self { signature: 0, leaf_box: Aabb::EMPTY, changed: Vec::new() };
+
+    fn join(mut self, other: Self) -> Self {
+        self.changed.extend(other.changed);
+        Self {
+            signature: self.signature.wrapping_add(other.signature),
+            leaf_box: self.leaf_box.union(&other.leaf_box),
+            changed: self.changed,
+        }
+    }
+}

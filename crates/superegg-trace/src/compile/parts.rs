@@ -1,0 +1,197 @@
+//! The parts of groups: entities of the scene by index, and the children of a group before it is assembled.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use foldhash::fast::RandomState;
+use num_bigint::BigUint;
+use rayon::prelude::*;
+use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::{Aabb, Transform};
+use superegg_scene::{Child, Entity, MAX_DEPTH, Object, Scene};
+
+use crate::scene::group::{Chain, CompiledPrimitive, Group};
+
+/// From this many items on, work is done in parallel.
+pub(super) const LARGE: usize = 4096;
+
+/// The map of a leaf whose transform is not invertible. No ray hits the leaf.
+pub(super) const NO_MAP: DAffine3 = DAffine3::NAN;
+
+/// A primitive or an object, by its index among those of its kind in the order of the scene.
+#[derive(Clone, Copy)]
+pub(super) enum EntityIndex {
+    Primitive(u32),
+    Object(u32),
+}
+
+/// An optional [`EntityIndex`] in 32 bits. A child list has one for each child.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct PackedEntity(u32);
+
+impl PackedEntity {
+    const OBJECT: u32 = 1 << 31;
+    /// A name without entity.
+    pub(super) const NONE: Self = Self(u32::MAX);
+
+    fn new(entity: EntityIndex) -> Self {
+        match entity {
+            EntityIndex::Primitive(i) => Self(i),
+            EntityIndex::Object(i) => Self(i | Self::OBJECT),
+        }
+    }
+
+    pub(super) fn unpack(self) -> Option<EntityIndex> {
+        match self.0 {
+            u32::MAX => None,
+            i if i & Self::OBJECT != 0 => Some(EntityIndex::Object(i & !Self::OBJECT)),
+            i => Some(EntityIndex::Primitive(i)),
+        }
+    }
+}
+
+/// The names of a scene.
+pub(super) struct Index<'a> {
+    pub(super) by_name: HashMap<&'a str, PackedEntity, RandomState>,
+    pub(super) objects: Vec<&'a Object>,
+    pub(super) object_names: Vec<&'a str>,
+}
+
+impl<'a> Index<'a> {
+    pub(super) fn of(scene: &'a Scene) -> Self {
+        let mut by_name = HashMap::with_capacity_and_hasher(scene.entities().len(), RandomState::default());
+        let (mut objects, mut object_names) = (Vec::new(), Vec::new());
+        let mut primitives = 0;
+        for (name, entity) in scene.entities() {
+            match entity {
+                Entity::Primitive(_) => {
+                    by_name.insert(name, PackedEntity::new(EntityIndex::Primitive(primitives)));
+                    primitives += 1;
+                }
+                Entity::Object(object) => {
+                    by_name.insert(name, PackedEntity::new(EntityIndex::Object(objects.len() as u32)));
+                    objects.push(object);
+                    object_names.push(name);
+                }
+            }
+        }
+        Self { by_name, objects, object_names }
+    }
+}
+
+/// A child that is a group.
+pub(super) struct GroupItem {
+    pub(super) child: u32,
+    pub(super) parent_from_child: Transform,
+    pub(super) group: Arc<Group>,
+    /// The aliases of folded levels, the child's own first. Empty if no level was folded.
+    pub(super) chain: Chain,
+}
+
+/// A child that is a primitive below folded levels, or the root.
+pub(super) struct FoldedLeaf {
+    pub(super) child: u32,
+    pub(super) primitive: u32,
+    pub(super) maps: LeafMaps,
+    /// As in [`GroupItem`].
+    pub(super) chain: Chain,
+}
+
+/// The content of a group.
+#[derive(Default)]
+pub(super) struct Parts<'a> {
+    /// `None` if the root is a primitive.
+    pub(super) object: Option<&'a Object>,
+    pub(super) children: Arc<Vec<&'a Child>>,
+    /// Children that are primitives: the indices of child and primitive.
+    pub(super) leaves: Vec<(u32, u32)>,
+    pub(super) folded: Vec<FoldedLeaf>,
+    pub(super) groups: Vec<GroupItem>,
+    /// The number of children that are primitives, including duplicates.
+    pub(super) primitive_count: u64,
+    /// The number of instances of primitives in all groups.
+    pub(super) group_count: BigUint,
+}
+
+impl Parts<'_> {
+    pub(super) fn transform(&self, child: u32) -> Option<Transform> {
+        self.object?.parent_from_child(self.children[child as usize]).ok()
+    }
+
+    pub(super) fn maps(
+        &self,
+        &(child, primitive): &(u32, u32),
+        primitives: &[CompiledPrimitive],
+    ) -> Option<LeafMaps> {
+        Some(LeafMaps::new(&self.transform(child)?, primitives[primitive as usize].radii))
+    }
+}
+
+/// The maps between a group and the unit shape of a leaf.
+pub(super) struct LeafMaps {
+    pub(super) unit_from_group: DAffine3,
+    pub(super) group_from_unit: DAffine3,
+}
+
+impl LeafMaps {
+    pub(super) fn new(group_from_local: &Transform, radii: DVec3) -> Self {
+        Self {
+            unit_from_group: DAffine3::from_scale(radii.recip()) * *group_from_local.inverse(),
+            group_from_unit: *group_from_local.forward() * DAffine3::from_scale(radii),
+        }
+    }
+
+    /// A box around the image of [-1, 1]^3.
+    pub(super) fn loose_box(&self) -> Aabb {
+        let columns = self.group_from_unit.matrix3;
+        Aabb::around(
+            self.group_from_unit.translation,
+            columns.x_axis.abs() + columns.y_axis.abs() + columns.z_axis.abs(),
+        )
+    }
+
+    /// The smallest box around the shape, rounded outwards.
+    pub(super) fn tight_box(&self, primitive: &CompiledPrimitive) -> Aabb {
+        let linear = &self.group_from_unit.matrix3;
+        Aabb::around(self.group_from_unit.translation, primitive.unit_shape().half_extent_under(linear))
+            .rounded_outward()
+    }
+}
+
+/// Maps items, in parallel if there are many.
+pub(super) fn map_all<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Send + Sync) -> Vec<R> {
+    if items.len() < LARGE { items.iter().map(work).collect() } else { items.par_iter().map(work).collect() }
+}
+
+/// The number of levels of each object: 1 for an object without objects, at most [`MAX_DEPTH`], which an object that
+/// contains itself has.
+pub(super) fn heights(children: &[Arc<Vec<PackedEntity>>]) -> Vec<u32> {
+    let child_objects: Vec<Vec<u32>> = children
+        .iter()
+        .map(|children| {
+            let objects = children.iter().filter_map(|child| match child.unpack() {
+                Some(EntityIndex::Object(object)) => Some(object),
+                Some(EntityIndex::Primitive(_)) | None => None,
+            });
+            let mut objects: Vec<u32> = objects.collect();
+            objects.sort_unstable();
+            objects.dedup();
+            objects
+        })
+        .collect();
+    let mut heights = vec![1; child_objects.len()];
+    // Each round settles one more level. Objects on a cycle, and those above it, rise to the limit.
+    for _ in 1..MAX_DEPTH {
+        let mut has_changed = false;
+        for (object, children) in child_objects.iter().enumerate() {
+            let below = children.iter().map(|&child| heights[child as usize]).max().unwrap_or(0);
+            let height = (below + 1).min(MAX_DEPTH);
+            has_changed |= height != heights[object];
+            heights[object] = height;
+        }
+        if !has_changed {
+            break;
+        }
+    }
+    heights
+}

@@ -1,0 +1,121 @@
+//! Signatures of content, and materials without duplicates.
+
+use std::collections::HashMap;
+
+use foldhash::fast::RandomState;
+use superegg_geom::Transform;
+use superegg_geom::glam::DVec3;
+use superegg_scene::{Material, Pattern};
+
+use crate::scene::group::CompiledPrimitive;
+
+/// Materials without duplicates.
+#[derive(Default)]
+pub(super) struct Materials {
+    pub(super) all: Vec<Material>,
+    index_of: HashMap<[u64; 23], u32, RandomState>,
+}
+
+impl Materials {
+    /// The index of a material, which is added if it is new.
+    pub(super) fn index_of(&mut self, material: &Material) -> u32 {
+        *self.index_of.entry(material_bits(material)).or_insert_with(|| {
+            self.all.push(*material);
+            self.all.len() as u32 - 1
+        })
+    }
+}
+
+/// The bits of a material, which are equal for equal materials only.
+fn material_bits(material: &Material) -> [u64; 23] {
+    let Material {
+        color,
+        ambient,
+        reflected,
+        refracted,
+        gloss,
+        diffuse,
+        specular,
+        index,
+        shininess,
+        fresnel,
+        absorb,
+        pattern,
+    } = material;
+    // The numbers are not negative, so -1 can mark an unset one.
+    let optional = |number: &Option<f64>| number.unwrap_or(-1.0);
+    let (kind, second, detail) = match *pattern {
+        Pattern::None => (0.0, DVec3::ZERO, DVec3::ZERO),
+        Pattern::Checker { color, size } => (1.0, color, DVec3::splat(size)),
+        Pattern::Gradient { color, direction } => (2.0, color, direction),
+    };
+    let numbers = [
+        color.x,
+        color.y,
+        color.z,
+        *ambient,
+        optional(reflected),
+        optional(refracted),
+        *gloss,
+        *diffuse,
+        *specular,
+        *index,
+        optional(shininess),
+        f64::from(u8::from(*fresnel)),
+        absorb.x,
+        absorb.y,
+        absorb.z,
+        kind,
+        second.x,
+        second.y,
+        second.z,
+        detail.x,
+        detail.y,
+        detail.z,
+        0.0,
+    ];
+    numbers.map(f64::to_bits)
+}
+
+/// A hash of words by folded multiplication.
+pub(super) struct Mixer(u64);
+
+impl Mixer {
+    pub(super) fn new(first: u64) -> Self {
+        let mut mixer = Self(0x9e37_79b9_7f4a_7c15);
+        mixer.words([first]);
+        mixer
+    }
+
+    pub(super) fn words<const N: usize>(&mut self, words: [u64; N]) {
+        for word in words {
+            let product = u128::from(self.0 ^ word ^ 0xa076_1d64_78bd_642f)
+                * u128::from(word.rotate_left(32) ^ 0xe703_7ed1_a0b4_28db);
+            self.0 = (product as u64 ^ (product >> 64) as u64).wrapping_add(self.0.rotate_left(23));
+        }
+    }
+
+    /// The hash.
+    pub(super) fn finish(&self) -> u64 {
+        self.0
+    }
+
+    pub(super) fn shape(&mut self, primitive: &CompiledPrimitive) {
+        let CompiledPrimitive { radii, exponents, .. } = primitive;
+        self.words([radii.x, radii.y, radii.z, exponents.e(), exponents.n()].map(f64::to_bits));
+    }
+
+    pub(super) fn text(&mut self, text: &str) {
+        self.words([text.len() as u64]);
+        for chunk in text.as_bytes().chunks(8) {
+            let mut word = [0; 8];
+            word[..chunk.len()].copy_from_slice(chunk);
+            self.words([u64::from_le_bytes(word)]);
+        }
+    }
+}
+
+/// The bits of a transform, which are equal for equal transforms only.
+pub(super) fn bits_of(transform: &Transform) -> [u64; 12] {
+    transform.forward().to_cols_array().map(f64::to_bits)
+}

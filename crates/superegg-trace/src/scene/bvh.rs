@@ -1,0 +1,348 @@
+//! Building and refitting bounding volume hierarchies.
+//!
+//! Only this file uses the library that builds binary trees. Boxes go in and a tree of eight-wide nodes comes out.
+
+use std::time::Duration;
+
+use obvhs::BvhBuildParams;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+use rayon::prelude::*;
+use superegg_geom::glam::Vec3A;
+
+use super::node::{Node, PackedSlot, Slot, TreeBox, WIDTH, whole_box};
+
+/// A tree over items 0..n. Node 0 is the root; no items make no nodes. Leaf `i` is item `order[i]`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tree {
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) order: Vec<u32>,
+}
+
+/// The most items of one call of the library. It bounds the library's memory, and chunks are built in parallel.
+const CHUNK: usize = 1 << 15;
+
+impl Tree {
+    pub(crate) fn build(boxes: &[TreeBox]) -> Self {
+        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+        if boxes.len() <= CHUNK {
+            return Self::build_chunk(boxes, &order);
+        }
+        let mut chunks = Vec::new();
+        cut(boxes, &mut order, &mut chunks);
+        let trees: Vec<(Self, TreeBox)> = chunks
+            .into_par_iter()
+            .map(|chunk| {
+                let tree = Self::build_chunk(boxes, chunk);
+                (tree, whole_box(chunk.iter().map(|&item| &boxes[item as usize])))
+            })
+            .collect();
+        drop(order);
+        Self::join(&trees)
+    }
+
+    /// Joins trees under a tree over their boxes.
+    fn join(trees: &[(Self, TreeBox)]) -> Self {
+        let chunk_boxes: Vec<TreeBox> = trees.iter().map(|(_, bounds)| *bounds).collect();
+        let all: Vec<u32> = (0..trees.len() as u32).collect();
+        let mut joined = Self::build_chunk(&chunk_boxes, &all);
+        let top_order = std::mem::take(&mut joined.order);
+        let mut first_node = joined.nodes.len() as u32;
+        let mut roots = vec![0; trees.len()];
+        for ((tree, _), root) in trees.iter().zip(&mut roots) {
+            *root = first_node;
+            first_node += tree.nodes.len() as u32;
+        }
+        for node in &mut joined.nodes {
+            for slot in &mut node.slots[..node.count as usize] {
+                if let Slot::Leaf(leaf) = slot.unpack() {
+                    *slot = PackedSlot::new(Slot::Node(roots[top_order[leaf as usize] as usize]));
+                }
+            }
+        }
+        let items: usize = trees.iter().map(|(tree, _)| tree.order.len()).sum();
+        joined.order.reserve_exact(items);
+        let mut first_items = Vec::with_capacity(trees.len());
+        for (tree, _) in trees {
+            first_items.push(joined.order.len() as u32);
+            joined.order.extend(&tree.order);
+        }
+        let top = joined.nodes.len() as u32;
+        joined.nodes.reserve_exact((first_node - top) as usize);
+        joined.nodes.par_extend((top..first_node).into_par_iter().map(|index| {
+            let tree = roots.partition_point(|root| *root <= index) - 1;
+            let (nodes_before, items_before) = (roots[tree], first_items[tree]);
+            let mut node = trees[tree].0.nodes[(index - nodes_before) as usize];
+            for slot in &mut node.slots[..node.count as usize] {
+                *slot = PackedSlot::new(match slot.unpack() {
+                    Slot::Node(i) => Slot::Node(i + nodes_before),
+                    Slot::Leaf(i) => Slot::Leaf(i + items_before),
+                    Slot::Instance(i) => Slot::Instance(i),
+                });
+            }
+            node
+        }));
+        joined
+    }
+
+    /// The tree of some of the boxes.
+    fn build_chunk(boxes: &[TreeBox], items: &[u32]) -> Self {
+        if items.len() <= WIDTH {
+            let mut node = Node::EMPTY;
+            for (leaf, &item) in items.iter().enumerate() {
+                node.push(&boxes[item as usize], Slot::Leaf(leaf as u32));
+            }
+            return Self { nodes: if items.is_empty() { vec![] } else { vec![node] }, order: items.to_vec() };
+        }
+        let library_boxes: Vec<_> = items.iter().map(|&item| library_box(&boxes[item as usize])).collect();
+        // One item in each leaf: a shape test costs more than a box test.
+        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
+        let binary = build_bvh2(&library_boxes, params, &mut Duration::default());
+        drop(library_boxes);
+        let mut tree =
+            Self { nodes: Vec::with_capacity(items.len() / 4), order: Vec::with_capacity(items.len()) };
+        tree.widen(&binary, boxes, items);
+        tree.nodes.shrink_to_fit();
+        tree
+    }
+
+    /// Collapses a binary tree to eight-wide nodes.
+    ///
+    /// A node replaces its child of the largest surface area by that child's children, as long as the child holds more
+    /// than a node's worth of leaves. The slots that remain go to the smallest children.
+    fn widen(&mut self, binary: &Bvh2, boxes: &[TreeBox], items: &[u32]) {
+        let sizes = leaf_counts(binary);
+        let size = |index: u32| sizes[index as usize] as usize;
+        self.nodes.push(Node::EMPTY);
+        let mut pending = vec![(0u32, 0usize)];
+        let is_leaf = |index: u32| binary.nodes[index as usize].prim_count > 0;
+        let bounds = |index: u32| {
+            let aabb = &binary.nodes[index as usize].aabb;
+            TreeBox { min: aabb.min.to_array(), max: aabb.max.to_array() }
+        };
+        let area = |index: u32| bounds(index).half_area();
+        while let Some((index, wide_index)) = pending.pop() {
+            let first = binary.nodes[index as usize].first_index;
+            let mut children = arrayvec::ArrayVec::<u32, WIDTH>::from_iter([first, first + 1]);
+            while !children.is_full() {
+                let room = children.remaining_capacity() + 1;
+                let large = (0..children.len())
+                    .filter(|&i| size(children[i]) > WIDTH)
+                    .max_by(|&a, &b| area(children[a]).total_cmp(&area(children[b])));
+                let small = || {
+                    let inner =
+                        (0..children.len()).filter(|&i| !is_leaf(children[i]) && size(children[i]) <= room);
+                    inner.min_by_key(|&i| size(children[i]))
+                };
+                let Some(opened) = large.or_else(small) else { break };
+                let first = binary.nodes[children[opened] as usize].first_index;
+                children[opened] = first;
+                children.push(first + 1);
+            }
+            let mut node = Node::EMPTY;
+            for child in children {
+                if is_leaf(child) {
+                    let item = items[binary.primitive_indices
+                        [binary.nodes[child as usize].first_index as usize]
+                        as usize];
+                    node.push(&boxes[item as usize], Slot::Leaf(self.order.len() as u32));
+                    self.order.push(item);
+                } else {
+                    node.push(&bounds(child), Slot::Node(self.nodes.len() as u32));
+                    pending.push((child, self.nodes.len()));
+                    self.nodes.push(Node::EMPTY);
+                }
+            }
+            self.nodes[wide_index] = node;
+        }
+    }
+}
+
+/// A tree after some leaves have changed their boxes.
+#[derive(Debug)]
+pub(crate) struct Refitted {
+    pub(crate) nodes: Vec<Node>,
+    /// The box around everything.
+    pub(crate) bounds: TreeBox,
+    /// The surface area of all boxes, as a multiple of that before.
+    pub(crate) growth: f64,
+    /// Whether the tree's space still fits: nothing lies outside, and nothing is too small for f32 in it.
+    pub(crate) is_within_space: bool,
+}
+
+/// Gives leaves (index, new box) new boxes and refits the nodes above them. `None` for a tree without nodes.
+pub(crate) fn refit(nodes: &[Node], leaf_count: usize, changed: &[(u32, TreeBox)]) -> Option<Refitted> {
+    let bounds_before = nodes.first()?.whole_box();
+    let mut change_of: Vec<Option<u32>> = vec![None; leaf_count];
+    for (change, (leaf, _)) in (0..).zip(changed) {
+        change_of[*leaf as usize] = Some(change);
+    }
+    let mut nodes: Vec<Node> = nodes.par_iter().copied().collect();
+    let mut is_changed = vec![false; nodes.len()];
+    let (mut area_before, mut area_more) = (0.0, 0.0);
+    // Parents come before their children.
+    for index in (0..nodes.len()).rev() {
+        for child in 0..nodes[index].count as usize {
+            let old = nodes[index].tree_box(child);
+            area_before += f64::from(old.half_area());
+            let new = match nodes[index].slots[child].unpack() {
+                Slot::Node(child) if is_changed[child as usize] => nodes[child as usize].whole_box(),
+                Slot::Leaf(leaf) => match change_of[leaf as usize] {
+                    Some(change) => changed[change as usize].1,
+                    None => continue,
+                },
+                Slot::Node(_) | Slot::Instance(_) => continue,
+            };
+            area_more += f64::from(new.half_area()) - f64::from(old.half_area());
+            nodes[index].set_tree_box(child, &new);
+            is_changed[index] = true;
+        }
+    }
+    let bounds = nodes[0].whole_box();
+    // Half edges were below 1. If everything has become much smaller than the space, f32 is too coarse.
+    let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0, |most: f32, x| most.max(x.abs()));
+    let is_within_space = farthest <= 1.0 && bounds.half_area() >= bounds_before.half_area() / 16.0;
+    Some(Refitted { nodes, bounds, growth: 1.0 + area_more / area_before, is_within_space })
+}
+
+/// The number of leaves below each node.
+fn leaf_counts(binary: &Bvh2) -> Vec<u32> {
+    let mut counts = vec![0; binary.nodes.len()];
+    let mut pending = vec![(0usize, false)];
+    while let Some((index, children_done)) = pending.pop() {
+        let node = &binary.nodes[index];
+        let first = node.first_index as usize;
+        if node.prim_count > 0 {
+            counts[index] = 1;
+        } else if children_done {
+            counts[index] = counts[first] + counts[first + 1];
+        } else {
+            pending.extend([(index, true), (first, false), (first + 1, false)]);
+        }
+    }
+    counts
+}
+
+/// Splits items at the median of the widest axis of their centers until each part is small enough.
+fn cut<'a>(boxes: &[TreeBox], items: &'a mut [u32], parts: &mut Vec<&'a mut [u32]>) {
+    if items.len() <= CHUNK {
+        parts.push(items);
+        return;
+    }
+    let center = |item: u32, axis: usize| boxes[item as usize].center(axis);
+    let extent = |axis: usize| {
+        let (least, most) = items.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), &item| {
+            (least.min(center(item, axis)), most.max(center(item, axis)))
+        });
+        most - least
+    };
+    let extents = [extent(0), extent(1), extent(2)];
+    let axis = (0..3).max_by(|&a, &b| extents[a].total_cmp(&extents[b])).unwrap_or(0);
+    let middle = items.len() / 2;
+    items
+        .select_nth_unstable_by(middle, |&a, &b| center(a, axis).total_cmp(&center(b, axis)).then(a.cmp(&b)));
+    let (before, after) = items.split_at_mut(middle);
+    let (mut first, mut second) = (Vec::new(), Vec::new());
+    rayon::join(|| cut(boxes, before, &mut first), || cut(boxes, after, &mut second));
+    parts.extend(first);
+    parts.extend(second);
+}
+
+/// The box in the type of the library.
+fn library_box(bounds: &TreeBox) -> obvhs::aabb::Aabb {
+    obvhs::aabb::Aabb::new(Vec3A::from_array(bounds.min), Vec3A::from_array(bounds.max))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use superegg_geom::Aabb;
+    use superegg_geom::glam::DVec3;
+
+    use super::super::node::TreeSpace;
+    /// Every item is in one leaf, and within the box of each node above it.
+    fn check(boxes: &[Aabb]) {
+        let space = TreeSpace::of(&boxes.iter().fold(Aabb::EMPTY, |whole, b| whole.union(b)));
+        let boxes: Vec<TreeBox> = boxes.iter().map(|b| space.tree_box(b)).collect();
+        let tree = Tree::build(&boxes);
+        let mut seen = vec![0; boxes.len()];
+        let mut pending: Vec<(u32, Vec<Aabb>)> = if boxes.is_empty() { vec![] } else { vec![(0, vec![])] };
+        while let Some((index, above)) = pending.pop() {
+            let node = &tree.nodes[index as usize];
+            for (child, slot) in node.slots().enumerate() {
+                let mut above = above.clone();
+                above.push(node.child_box(child));
+                match slot {
+                    Slot::Node(child) => pending.push((child, above)),
+                    Slot::Leaf(leaf) => {
+                        let item = tree.order[leaf as usize] as usize;
+                        seen[item] += 1;
+                        let corner = |c: [f32; 3]| DVec3::from_array(c.map(f64::from));
+                        let (min, max) = (corner(boxes[item].min), corner(boxes[item].max));
+                        assert!(above.iter().all(|b| b.contains(min) && b.contains(max)));
+                    }
+                    Slot::Instance(_) => panic!("items are leaves"),
+                }
+            }
+        }
+        assert!(seen.iter().all(|&count| count == 1), "{seen:?}");
+    }
+
+    #[test]
+    fn holds_every_item_once_whatever_the_boxes() {
+        let at = |x: f64, y: f64, r: f64| Aabb::around(DVec3::new(x, y, 0.0), DVec3::splat(r));
+        for count in [0, 1, 2, 3, 4, 8, 9, 100, 2 * CHUNK as i32 + 7] {
+            check(
+                &(0..count)
+                    .map(|i| at(f64::from(i * 7 % 1013), f64::from(i * 5 % 911), 0.3))
+                    .collect::<Vec<_>>(),
+            );
+        }
+        for count in [1, 9, 100] {
+            check(&vec![at(1.0, 2.0, 0.5); count as usize]);
+            check(
+                &(0..count).map(|i| at(1e-40 * f64::from(i), 1e30 * f64::from(i), 1e-50)).collect::<Vec<_>>(),
+            );
+        }
+        check(&[at(1e308, 0.0, 1e308), at(-1e308, 0.0, 1e308), at(0.0, 0.0, 1.0)]);
+    }
+
+    #[test]
+    fn a_refitted_tree_has_the_boxes_of_its_leaves() {
+        let at = |i: i32, r: f32| {
+            let middle = [i * 7 % 101, i * 5 % 91, i % 13].map(|x| x as f32 / 101.0);
+            TreeBox { min: middle.map(|x| x - r), max: middle.map(|x| x + r) }
+        };
+        for count in [1, 8, 9, 100, CHUNK as i32 + 7] {
+            let boxes: Vec<TreeBox> = (0..count).map(|i| at(i, 0.01)).collect();
+            let tree = Tree::build(&boxes);
+            let mut items: Vec<TreeBox> = tree.order.iter().map(|&item| boxes[item as usize]).collect();
+            let changed: Vec<(u32, TreeBox)> =
+                (0..count).step_by(5).map(|leaf| (leaf as u32, at(3 * leaf + 1, 0.02))).collect();
+            changed.iter().for_each(|&(leaf, bounds)| items[leaf as usize] = bounds);
+            let area = |nodes: &[Node]| -> f64 {
+                let boxes = nodes.iter().flat_map(|n| (0..n.count as usize).map(|child| n.tree_box(child)));
+                boxes.map(|b| f64::from(b.half_area())).sum()
+            };
+            let refitted = refit(&tree.nodes, items.len(), &changed).unwrap();
+            for node in &refitted.nodes {
+                for (child, slot) in node.slots().enumerate() {
+                    let expected = match slot {
+                        Slot::Node(child) => refitted.nodes[child as usize].whole_box(),
+                        Slot::Leaf(leaf) => items[leaf as usize],
+                        Slot::Instance(_) => panic!("items are leaves"),
+                    };
+                    assert_eq!(
+                        (node.tree_box(child).min, node.tree_box(child).max),
+                        (expected.min, expected.max)
+                    );
+                }
+            }
+            let whole = whole_box(items.iter());
+            assert_eq!((refitted.bounds.min, refitted.bounds.max), (whole.min, whole.max));
+            let growth = area(&refitted.nodes) / area(&tree.nodes);
+            assert!((refitted.growth / growth - 1.0).abs() < 1e-9, "{} {growth}", refitted.growth);
+        }
+    }
+}

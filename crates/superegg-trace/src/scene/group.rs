@@ -1,0 +1,221 @@
+//! Groups: the nodes of the compiled scene graph.
+
+use std::sync::{Arc, OnceLock};
+
+use num_bigint::BigUint;
+use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::kernels::LanePowers;
+use superegg_geom::{Aabb, Exponents, Ray, Superquadric, Transform};
+
+use super::node::{Node, TreeSpace};
+use super::proxy::Proxy;
+
+/// A primitive, ready for intersection and shading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CompiledPrimitive {
+    /// The semi-axes.
+    pub radii: DVec3,
+    /// The exponents.
+    pub exponents: Exponents,
+    /// The index of its material in [`CompiledScene::materials`](crate::CompiledScene::materials).
+    pub material: u32,
+}
+
+impl CompiledPrimitive {
+    /// The shape with semi-axes 1. Intersections are computed in its space.
+    pub fn unit_shape(&self) -> Superquadric {
+        Superquadric::unit(self.exponents)
+    }
+}
+
+/// What stands at the end of an instance path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A primitive, by its index.
+    Primitive(u32),
+    /// The proxy of a group that was too small to be opened.
+    Proxy,
+}
+
+/// A primitive as a child of a group.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Leaf {
+    /// From the group's space to that of the unit shape. It includes the semi-axes.
+    pub(crate) unit_from_group: DAffine3,
+    /// The index in [`CompiledScene::primitives`](crate::CompiledScene).
+    pub(crate) primitive: u32,
+    pub(crate) name: NameRef,
+    /// A copy of the primitive's powers, which spares the lookup. `None` if the shape is not convex.
+    pub(crate) lane_powers: Option<LanePowers>,
+}
+
+impl Leaf {
+    /// An instance of the primitive of this index in `primitives`.
+    pub(crate) fn new(
+        unit_from_group: DAffine3,
+        primitive: u32,
+        name: NameRef,
+        primitives: &[CompiledPrimitive],
+    ) -> Self {
+        let shape = primitives[primitive as usize].unit_shape();
+        let lane_powers = shape.as_convex().map(|shape| LanePowers::of(&shape));
+        Self { unit_from_group, primitive, name, lane_powers }
+    }
+}
+
+/// A group as a child of a group.
+#[derive(Clone, Debug)]
+pub(crate) struct Instance {
+    pub(crate) parent_from_child: Transform,
+    pub(crate) group: Arc<Group>,
+    pub(crate) name: NameRef,
+    /// An upper bound on the factor by which the map stretches a length.
+    pub(crate) stretch: f64,
+}
+
+impl Instance {
+    /// The diameter of the child's box, in the child's space.
+    pub(crate) fn size(&self) -> f64 {
+        2.0 * self.group.bounds.half_extent().length()
+    }
+
+    /// Parent from child.
+    pub(crate) fn map(&self) -> &Transform {
+        &self.parent_from_child
+    }
+}
+
+/// The name of a child: an index in its group's [`Group::names`], or in [`Group::chains`] where levels of a single child
+/// were folded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct NameRef(u32);
+
+impl NameRef {
+    const CHAIN: u32 = 1 << 31;
+    /// The root itself, which has no alias.
+    pub(crate) const ROOT: Self = Self(u32::MAX);
+
+    pub(crate) fn child(index: u32) -> Self {
+        Self(index)
+    }
+
+    pub(crate) fn chain(index: u32) -> Self {
+        Self(index | Self::CHAIN)
+    }
+
+    /// The index among the names of the group; `None` for a chain and the root.
+    pub(crate) fn as_child(self) -> Option<u32> {
+        (self.0 & Self::CHAIN == 0).then_some(self.0)
+    }
+
+    /// The index among the chains of the group; `None` for a child and the root.
+    fn as_chain(self) -> Option<usize> {
+        (self != Self::ROOT && self.0 & Self::CHAIN != 0).then_some((self.0 & !Self::CHAIN) as usize)
+    }
+}
+
+/// The aliases of an object's children, in their order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Names {
+    text: String,
+    ends: Vec<u32>,
+}
+
+impl Names {
+    pub(crate) fn with_capacity(count: usize) -> Self {
+        Self { text: String::with_capacity(8 * count), ends: Vec::with_capacity(count) }
+    }
+
+    /// Gives unused memory back.
+    pub(crate) fn shrink(&mut self) {
+        self.text.shrink_to_fit();
+    }
+
+    pub(crate) fn push(&mut self, name: &str) {
+        self.text.push_str(name);
+        self.ends.push(self.text.len() as u32);
+    }
+
+    /// All aliases, one after the other.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    pub(crate) fn get(&self, index: u32) -> &str {
+        let index = index as usize;
+        let start = if index == 0 { 0 } else { self.ends[index - 1] };
+        &self.text[start as usize..self.ends[index] as usize]
+    }
+}
+
+/// The aliases of levels that were folded into one, from the top down: a list of names, and the index in it.
+pub(crate) type Chain = Vec<(Arc<Names>, u32)>;
+
+/// An object opened to a remaining depth. Empty children are left out.
+#[derive(Debug)]
+pub(crate) struct Group {
+    pub(crate) leaves: Vec<Leaf>,
+    pub(crate) instances: Vec<Instance>,
+    /// The tree over leaves and instances, in the space of the next field.
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) space: TreeSpace,
+    /// The box around everything, in the group's space.
+    pub(crate) bounds: Aabb,
+    pub(crate) names: Arc<Names>,
+    pub(crate) chains: Vec<Chain>,
+    /// The number of instances of primitives, including those left out as duplicates.
+    pub(crate) count: BigUint,
+    /// A hash of everything that the group is compiled from. Equal signatures mean equal content.
+    pub(crate) signature: u64,
+    /// The surface area of all boxes of the tree, as a multiple of that when the tree was built. It differs from 1 once
+    /// leaves have been patched.
+    pub(crate) growth: f64,
+    /// The level-of-detail proxy, made when it is first needed.
+    pub(crate) proxy: OnceLock<Proxy>,
+}
+
+impl Group {
+    /// Appends the aliases of a child to a path.
+    pub(super) fn push_name(&self, name: NameRef, path: &mut String) {
+        let mut push = |names: &Names, index: u32| {
+            path.push('/');
+            path.push_str(names.get(index));
+        };
+        if let Some(child) = name.as_child() {
+            push(&self.names, child);
+        } else if let Some(chain) = name.as_chain() {
+            self.chains[chain].iter().for_each(|(names, index)| push(names, *index));
+        }
+    }
+
+    /// Appends the aliases of a child to a chain.
+    pub(crate) fn extend_chain(&self, name: NameRef, chain: &mut Chain) {
+        if let Some(child) = name.as_child() {
+            chain.push((self.names.clone(), child));
+        } else if let Some(own) = name.as_chain() {
+            chain.extend_from_slice(&self.chains[own]);
+        }
+    }
+
+    /// Follows instances down from this group. Returns the last group and the ray in its space.
+    pub(crate) fn follow(&self, indices: &[u32], ray: &Ray) -> (&Self, Ray) {
+        indices.iter().fold((self, *ray), |(group, ray), &index| {
+            let instance = &group.instances[index as usize];
+            (&*instance.group, ray.to_local(instance.map()))
+        })
+    }
+
+    /// The index of a child among the object's children. It decides between hits at the same t.
+    pub(super) fn rank(&self, name: NameRef) -> u32 {
+        let of_chain = |chain: usize| self.chains[chain].first().map_or(0, |(_, index)| *index);
+        name.as_child().or_else(|| name.as_chain().map(of_chain)).unwrap_or(0)
+    }
+
+    /// The memory of the group without its children's, in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of::<Self>()
+            + self.leaves.capacity() * size_of::<Leaf>()
+            + self.instances.capacity() * size_of::<Instance>()
+            + self.nodes.capacity() * size_of::<Node>()
+    }
+}

@@ -1,0 +1,263 @@
+//! The queues of rays at leaves.
+//!
+//! A ray at a leaf first waits for the test of the shape's own box, then for the solver, until the kernel has a full batch.
+//! A ray that waits at many leaves may already have its closest hit in a queue, so it flushes the queues.
+
+use superegg_geom::RayStart;
+use superegg_geom::kernels::LanePowers;
+use superegg_geom::kernels::stream::{
+    END, ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
+};
+use superegg_simd::Simd;
+
+use super::table::{DONE, Nearest, Outcome, Precision, Query, RayLeafPair, RayTable};
+use superegg_simd::bits;
+
+/// A ray that waits at more leaves flushes the queues.
+const MOST_WAITS: u32 = 4;
+
+/// A ray at the box of a shape.
+#[derive(Clone, Copy)]
+struct QueuedRay<'s> {
+    pair: RayLeafPair<'s>,
+    start: RayStart,
+    /// The t where the ray enters the box.
+    entry: f64,
+    /// Converts a length in unit space to t.
+    t_per_length: f64,
+    /// For a ray that starts in the box: the t where it leaves the box.
+    exit: Option<f64>,
+}
+
+/// Rays that wait for the solver.
+struct SolverQueue<'s> {
+    lanes: StreamLanes,
+    rays: Vec<QueuedRay<'s>>,
+}
+
+impl<'s> SolverQueue<'s> {
+    fn new() -> Self {
+        Self { lanes: StreamLanes::default(), rays: Vec::with_capacity(STREAM_LANES) }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, powers: LanePowers, approach: &ShapeEntry, is_inward: bool, ray: QueuedRay<'s>) {
+        self.lanes.set(self.rays.len(), powers, approach, is_inward);
+        self.rays.push(ray);
+    }
+
+    /// Whether the next batch of boxes might not fit.
+    #[inline(always)]
+    fn is_full(&self) -> bool {
+        self.rays.len() > STREAM_LANES - ENTRY_LANES
+    }
+}
+
+/// All rays that wait at leaves.
+pub(super) struct LeafQueues<'s> {
+    approaches: ShapeEntries,
+    /// The rays that wait for the test of boxes.
+    approaching: Vec<(RayLeafPair<'s>, RayStart)>,
+    /// Rays that enter the box from outside.
+    outside: SolverQueue<'s>,
+    /// Rays that start in the box.
+    inside: SolverQueue<'s>,
+    answers: StreamHits,
+    /// Whether the queues are to be flushed.
+    pub(super) must_flush: bool,
+}
+
+impl<'s> LeafQueues<'s> {
+    pub(super) fn new() -> Self {
+        Self {
+            approaches: ShapeEntries::default(),
+            approaching: Vec::with_capacity(ENTRY_LANES),
+            outside: SolverQueue::new(),
+            inside: SolverQueue::new(),
+            answers: StreamHits::default(),
+            must_flush: false,
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.approaching.is_empty() && self.outside.rays.is_empty() && self.inside.rays.is_empty()
+    }
+
+    /// Adds a ray, by its index in the space of the leaf's group. Returns whether the queue is full.
+    #[inline(always)]
+    pub(super) fn push(
+        &mut self,
+        table: &mut RayTable,
+        pair: RayLeafPair<'s>,
+        start: RayStart,
+        local_ray: usize,
+    ) -> bool {
+        if start == RayStart::SurfaceOutward && pair.leaf.lane_powers.is_some() {
+            // A ray that leaves a convex shape does not hit it again.
+            return false;
+        }
+        let (lane, id) = (self.approaching.len(), pair.id as usize);
+        let t_max = f64::from(table.ends[id]);
+        self.approaches.set(lane, &pair.leaf.unit_from_group, table.lines[local_ray], t_max);
+        self.approaching.push((pair, start));
+        let waits = &mut table.leaf_states[id].waits;
+        *waits += 1;
+        self.must_flush |= *waits > MOST_WAITS;
+        self.must_flush || lane + 1 == ENTRY_LANES
+    }
+
+    /// Runs the kernels that have full batches, or all of them to flush. Returns whether the boxes were tested.
+    #[inline(always)]
+    pub(super) fn run<S: Simd>(&mut self, simd: S, query: &Query<'s>, table: &mut RayTable) -> bool {
+        if !(self.must_flush || self.approaching.len() == ENTRY_LANES) {
+            return false;
+        }
+        self.test_boxes(query, table);
+        if self.must_flush || self.outside.is_full() {
+            self.solve_outside(simd, query, table);
+        }
+        if self.must_flush || self.inside.is_full() {
+            self.solve_inside(simd, query, table);
+        }
+        self.must_flush = false;
+        true
+    }
+
+    /// Tests the boxes of shapes, and passes the rays that hit on to the solver.
+    #[inline(always)]
+    fn test_boxes(&mut self, query: &Query<'s>, table: &mut RayTable) {
+        self.approaches.run();
+        // Misses are unpredictable, so they are counted without a branch.
+        let mut arrived = 0u32;
+        for (lane, (pair, _)) in self.approaching.iter().enumerate() {
+            let id = pair.id as usize;
+            let arrives = (self.approaches.kind(lane) != EntryKind::Misses) & (table.ends[id] != DONE);
+            table.leaf_states[id].waits -= u32::from(!arrives);
+            arrived |= u32::from(arrives) << lane;
+        }
+        for lane in bits(arrived) {
+            let (pair, start) = self.approaching[lane];
+            let kind = self.approaches.kind(lane);
+            let is_inside = kind == EntryKind::Inside;
+            // The one hit of a ray that goes into the shape is its exit.
+            let is_inward = start == RayStart::SurfaceInward && is_inside && query.any_before.is_none();
+            let is_solvable = start == RayStart::Free || is_inward;
+            let powers = match pair.leaf.lane_powers {
+                Some(powers) if kind != EntryKind::Unresolved && is_solvable => powers,
+                Some(_) | None => {
+                    table.leaf_states[pair.id as usize].waits -= 1;
+                    table.test_in_f64(query, &pair, start);
+                    continue;
+                }
+            };
+            let approach = self.approaches.get(lane);
+            let ShapeEntry { t_entry: entry, t_per_s: t_per_length, length, .. } = approach;
+            let exit = is_inside.then_some(entry + f64::from(length) * t_per_length);
+            let ray = QueuedRay { pair, start, entry, t_per_length, exit };
+            // Occlusion does not depend on whether the ray starts in the box.
+            if is_inside && query.any_before.is_none() {
+                self.inside.push(powers, &approach, is_inward, ray);
+            } else {
+                self.outside.push(powers, &approach, false, ray);
+            }
+        }
+        self.approaching.clear();
+    }
+
+    #[inline(always)]
+    fn solve_outside<S: Simd>(&mut self, simd: S, query: &Query<'s>, table: &mut RayTable) {
+        let count = self.outside.rays.len();
+        self.outside.lanes.clear_from(count);
+        if query.any_before.is_some() {
+            self.outside.lanes.occluded(simd, count, &mut self.answers);
+        } else {
+            self.outside.lanes.intersect(simd, count, &mut self.answers);
+        }
+        for lane in bits(end_waits(table, &self.outside.rays, &self.answers)) {
+            let ray = &self.outside.rays[lane];
+            match query.any_before {
+                Some(t_max) => take_occlusion(query, table, &self.answers, lane, ray, t_max),
+                None => take_hit(query, table, &self.answers, lane, ray, false),
+            }
+        }
+        self.outside.rays.clear();
+    }
+
+    #[inline(always)]
+    fn solve_inside<S: Simd>(&mut self, simd: S, query: &Query<'s>, table: &mut RayTable) {
+        let count = self.inside.rays.len();
+        if count == 0 {
+            return;
+        }
+        self.inside.lanes.clear_from(count);
+        self.inside.lanes.intersect_from_inside(simd, count, &mut self.answers);
+        for lane in bits(end_waits(table, &self.inside.rays, &self.answers)) {
+            let leaving = self.answers.leaving >> lane & 1 == 1;
+            take_hit(query, table, &self.answers, lane, &self.inside.rays[lane], leaving);
+        }
+        self.inside.rays.clear();
+    }
+}
+
+/// Ends the wait of solved rays. Returns a mask of those that hit or are unresolved.
+#[inline(always)]
+fn end_waits(table: &mut RayTable, rays: &[QueuedRay<'_>], answers: &StreamHits) -> u32 {
+    for ray in rays {
+        table.leaf_states[ray.pair.id as usize].waits -= 1;
+    }
+    answers.found | answers.unresolved
+}
+
+/// Takes the closest hit of a lane.
+#[inline(always)]
+fn take_hit<'s>(
+    query: &Query<'s>,
+    table: &mut RayTable,
+    answers: &StreamHits,
+    lane: usize,
+    ray: &QueuedRay<'s>,
+    leaving: bool,
+) {
+    let length = answers.s[lane];
+    let id = ray.pair.id as usize;
+    let t = ray.entry + f64::from(length) * ray.t_per_length;
+    let error = f64::from(answers.error[lane]) * ray.t_per_length;
+    let error = (error as f32).next_up();
+    if answers.unresolved >> lane & 1 == 1 {
+        // A grazing ray, which may be behind the nearest hit, or one that starts on the surface.
+        if ray.exit.is_some() || t - f64::from(error) < table.t_max(query, id) {
+            table.test_in_f64(query, &ray.pair, ray.start);
+        }
+        return;
+    }
+    if length < f32::INFINITY {
+        let RayLeafPair { trail, index: child, .. } = ray.pair;
+        let precision = Precision::Approximate { leaving };
+        table.take(query, id, Nearest { t, error, trail, child, precision });
+    }
+}
+
+/// Takes the occlusion of a lane, by a hit before `t_max`.
+#[inline(always)]
+fn take_occlusion<'s>(
+    query: &Query<'s>,
+    table: &mut RayTable,
+    answers: &StreamHits,
+    lane: usize,
+    ray: &QueuedRay<'s>,
+    t_max: f64,
+) {
+    let id = ray.pair.id as usize;
+    if table.ends[id] == DONE {
+        return;
+    }
+    let length = answers.s[lane];
+    // The kernel finds a point inside the shape. A ray from outside hits the shape before; one that starts inside hits it
+    // where it leaves.
+    let t = ray.exit.unwrap_or(ray.entry + f64::from(length) * ray.t_per_length);
+    if length < f32::INFINITY && t < t_max * (1.0 - END) && t > 0.0 {
+        table.end(id, Outcome::Occluded);
+    } else if length < f32::INFINITY || answers.unresolved >> lane & 1 == 1 {
+        table.test_in_f64(query, &ray.pair, ray.start);
+    }
+}

@@ -1,0 +1,71 @@
+//! Queries of many rays.
+
+use superegg_simd::Arch;
+
+use super::refine::{REFINED_TOGETHER, Refiner};
+use super::table::Outcome;
+use super::traverse::{Run, Stream};
+use crate::ray::query::{Hit, TraceRay};
+use crate::scene::compiled::CompiledScene;
+use crate::scene::group::Group;
+
+/// The number of rays in a stream: as many as fit into a core's cache with their state. If the scene itself is larger than
+/// the cache, longer lists are worth more, so the number grows with the scene.
+fn rays_together(root: &Group) -> usize {
+    (16 * root.nodes.len()).clamp(1 << 14, 1 << 17)
+}
+
+impl CompiledScene {
+    /// The closest hit of each ray: the answers of [`CompiledScene::intersect`], computed together on one thread.
+    pub fn intersect_many(&self, rays: &[TraceRay]) -> Vec<Option<Hit>> {
+        let Some(root) = self.root.as_deref() else { return vec![None; rays.len()] };
+        let mut hits = Vec::with_capacity(rays.len());
+        let mut stream = Stream::new(self, root, None);
+        let mut refiner = Refiner::default();
+        for rays in rays.chunks(rays_together(root)) {
+            Arch::new().dispatch(Run { stream: &mut stream, rays });
+            // A few rays at a time, so that each stays in the nearest cache.
+            for (part, rays) in rays.chunks(REFINED_TOGETHER).enumerate() {
+                refiner.refine(&stream, part * REFINED_TOGETHER, rays, &mut hits);
+            }
+        }
+        hits
+    }
+
+    /// Whether each ray hits any surface with 0 <= t < `t_max`: the answers of [`CompiledScene::occluded`], computed
+    /// together on one thread.
+    pub fn occluded_many(&self, rays: &[TraceRay], t_max: f64) -> Vec<bool> {
+        let mut occluded = vec![false; rays.len()];
+        let Some(root) = self.root.as_deref().filter(|_| !rays.is_empty()) else { return occluded };
+        let (mut stream, together) = (Stream::new(self, root, Some(t_max)), rays_together(root));
+        for (rays, occluded) in rays.chunks(together).zip(occluded.chunks_mut(together)) {
+            Arch::new().dispatch(Run { stream: &mut stream, rays });
+            for ((index, ray), occluded) in rays.iter().enumerate().zip(occluded) {
+                *occluded = match stream.table().outcome(index) {
+                    Outcome::Miss => false,
+                    Outcome::Unresolved => self.occluded(ray, t_max),
+                    Outcome::Occluded | Outcome::Hit(_) => true,
+                };
+            }
+        }
+        occluded
+    }
+
+    /// The number of rays that hit something: the work of [`CompiledScene::intersect_many`] without the refinement.
+    #[cfg(feature = "bench")]
+    pub(crate) fn find_many(&self, rays: &[TraceRay]) -> usize {
+        let Some(root) = self.root.as_deref() else { return 0 };
+        let (mut stream, mut count) = (Stream::new(self, root, None), 0);
+        for rays in rays.chunks(rays_together(root)) {
+            Arch::new().dispatch(Run { stream: &mut stream, rays });
+            for (index, ray) in rays.iter().enumerate() {
+                count += usize::from(match stream.table().outcome(index) {
+                    Outcome::Miss | Outcome::Occluded => false,
+                    Outcome::Hit(_) => true,
+                    Outcome::Unresolved => self.intersect(ray).is_some(),
+                });
+            }
+        }
+        count
+    }
+}
