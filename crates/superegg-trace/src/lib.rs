@@ -15,6 +15,10 @@
 //!
 //! [`reference`] is a slow reference for tests.
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod batch;
 mod compile;
 #[cfg(feature = "bench")]

@@ -171,13 +171,13 @@ impl Visitor for BoxInGroup<'_, '_> {
     const IS_ORDERED: bool = false;
 
     fn enter(&mut self, bounds: &Aabb) -> Option<f64> {
-        world_box(self.group, bounds, self.world_from_group).meets(self.query.query).then_some(0.0)
+        world_box(self.group, bounds, self.world_from_group).intersects(self.query.query).then_some(0.0)
     }
 
     fn leaf(&mut self, index: u32) -> ControlFlow<()> {
         let leaf = &self.group.leaves[index as usize];
         let query = &mut *self.query;
-        if leaf_bounds(query.scene, leaf, self.world_from_group).meets(query.query) {
+        if leaf_bounds(query.scene, leaf, self.world_from_group).intersects(query.query) {
             query.path.push(index);
             query.found.push(query.path.clone());
             query.path.pop();
