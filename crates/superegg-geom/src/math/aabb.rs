@@ -46,12 +46,6 @@ impl Aabb {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
-    /// [`Aabb::intersects`] by its old name.
-    #[doc(hidden)]
-    pub fn meets(&self, other: &Self) -> bool {
-        self.intersects(other)
-    }
-
     /// The smallest box that holds both.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
