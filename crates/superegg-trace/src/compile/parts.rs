@@ -8,7 +8,7 @@ use num_bigint::BigUint;
 use rayon::prelude::*;
 use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Aabb, Transform};
-use superegg_scene::{Child, Entity, MAX_DEPTH, Object, Scene};
+use superegg_scene::{Child, Entity, Object, Scene, object_heights};
 
 use crate::scene::group::{Chain, CompiledPrimitive, Group};
 
@@ -163,8 +163,7 @@ pub(super) fn map_all<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Se
     if items.len() < LARGE { items.iter().map(work).collect() } else { items.par_iter().map(work).collect() }
 }
 
-/// The number of levels of each object: 1 for an object without objects, at most [`MAX_DEPTH`], which an object that
-/// contains itself has.
+/// The number of levels of each object, as [`object_heights`] counts them.
 pub(super) fn heights(children: &[Arc<Vec<PackedEntity>>]) -> Vec<u32> {
     let child_objects: Vec<Vec<u32>> = children
         .iter()
@@ -179,19 +178,5 @@ pub(super) fn heights(children: &[Arc<Vec<PackedEntity>>]) -> Vec<u32> {
             objects
         })
         .collect();
-    let mut heights = vec![1; child_objects.len()];
-    // Each round settles one more level. Objects on a cycle, and those above it, rise to the limit.
-    for _ in 1..MAX_DEPTH {
-        let mut has_changed = false;
-        for (object, children) in child_objects.iter().enumerate() {
-            let below = children.iter().map(|&child| heights[child as usize]).max().unwrap_or(0);
-            let height = (below + 1).min(MAX_DEPTH);
-            has_changed |= height != heights[object];
-            heights[object] = height;
-        }
-        if !has_changed {
-            break;
-        }
-    }
-    heights
+    object_heights(&child_objects)
 }
