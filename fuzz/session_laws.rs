@@ -1,4 +1,4 @@
-//! What holds for every session, whatever is typed. Shared by the fuzz target and by a plain test.
+//! Laws that hold for every session and any input. Shared by the fuzz target and by a plain test.
 
 use std::collections::HashMap;
 
@@ -7,11 +7,11 @@ use superegg_lang::{
     write_session,
 };
 
-/// No more is looked at: it would take its time and find nothing new.
+/// Longer input takes time and finds nothing new.
 const MOST_LINES: usize = 200;
 const LONGEST_LINE: usize = 2000;
 
-/// Takes the bytes as lines typed one after another, with files that are kept in memory, and checks every law on the way.
+/// Runs the bytes as typed lines, with files kept in memory, and checks every law.
 pub(crate) fn check(bytes: &[u8]) {
     let mut timeline = Timeline::default();
     let mut files: HashMap<String, String> = HashMap::new();
@@ -21,16 +21,16 @@ pub(crate) fn check(bytes: &[u8]) {
         let before = timeline.session().clone();
         match timeline.run_line(&text) {
             Ok(Effect::Request(request)) => {
-                assert_eq!(timeline.session(), &before, "asking changed something: {text:?}");
+                assert_eq!(timeline.session(), &before, "a request changed something: {text:?}");
                 carry_out(&mut timeline, &mut files, request);
             }
             Ok(Effect::Print(_)) => {
-                assert_eq!(timeline.session(), &before, "telling changed something: {text:?}");
+                assert_eq!(timeline.session(), &before, "printing changed something: {text:?}");
             }
             Ok(Effect::Done | Effect::Changed(_)) => {}
             Err(fault) => {
                 assert_eq!(timeline.session(), &before, "a fault changed something: {text:?}");
-                let columns = fault.columns.expect("a fault has its place");
+                let columns = fault.columns.expect("a fault has columns");
                 assert!(
                     columns.start < columns.end && columns.end <= text.chars().count(),
                     "{text:?} {columns:?}"
@@ -44,7 +44,7 @@ pub(crate) fn check(bytes: &[u8]) {
     goes_back_and_forth(&mut timeline);
 }
 
-/// What an editor asks while the line is typed.
+/// The calls of an editor while a line is typed.
 fn type_line(session: &Session, line: &str) {
     let _ = hint(session, line);
     let mut end = 0;
@@ -76,7 +76,8 @@ fn carry_out(timeline: &mut Timeline, files: &mut HashMap<String, String>, reque
     }
 }
 
-/// Every child stands for something, in a place that can be computed, and the selection and the cursors are there.
+/// Every child refers to an existing entity with a valid transform, and selection and cursors
+/// exist.
 fn consistent(session: &Session) {
     let scene = session.scene();
     for (name, object) in scene.objects() {
@@ -89,7 +90,7 @@ fn consistent(session: &Session) {
     assert!(session.selected().is_none_or(|name| scene.get(name).is_some()));
 }
 
-/// Saved either way, the scene loads to itself.
+/// A session loads to itself, saved as a scene or as typed.
 fn comes_back(timeline: &Timeline) {
     let session = of_scene(timeline.session());
     for text in [write_session(&session), timeline.typed_lines()] {
@@ -113,7 +114,7 @@ fn goes_back_and_forth(timeline: &mut Timeline) {
     }
 }
 
-/// The part of a session that files and undo bring back.
+/// The part of a session that files and undo restore.
 fn of_scene(session: &Session) -> Session {
     let mut session = session.clone();
     session.settings = Settings::default();

@@ -1,16 +1,20 @@
-//! Scenes for POV-Ray 3.7 and later.
+//! Export to POV-Ray 3.7 and later.
 //!
-//! Shapes, transforms, camera, lights with their falloff, colours and highlights mean the same there: POV-Ray's superellipsoid has the same exponents, its
-//! `specular` is the same half-vector term with `roughness` = 1 / exponent, and its fading light of power 2 is ours times 2. Coordinates stay as they
-//! are; the camera's own vectors make the picture come out the right way round. Glass is near, not the same: POV-Ray filters light by the surface's
-//! colour where this program takes its root.
+//! - Exact: shapes and transforms (POV-Ray's superellipsoid has the same exponents), perspective
+//!   and orthographic cameras, point and directional lights without a radius, attenuation
+//!   (POV-Ray's `fade_power 2` is this program's, times 2), colours, highlights (`specular` is the
+//!   same half-vector term, with `roughness` = 1 / exponent), absorption, checkers, gradients,
+//!   floor, sky. Coordinates are unchanged; the camera's own vectors correct the handedness.
+//! - Approximate: glass (POV-Ray filters light by the colour of the surface, this program by its
+//!   square root), the rim of a spot light (POV-Ray fades it in the cosine, this program in the
+//!   angle), soft shadows (a disc that faces the target instead of a sphere), Fresnel reflection
+//!   (it reduces the local colour by its value at normal incidence), depth of field (POV-Ray
+//!   samples a polygonal aperture).
+//! - Missing: ambient occlusion, glossy reflection, reconstruction filters, exposure and tone
+//!   mapping.
 //!
-//! The same: an absorbing inside, checkers, gradients, a floor, a sky, an orthographic camera, point lights and suns without a radius.
-//! Near: a spot's rim (POV-Ray fades it in the cosine, this program in the angle), soft shadows (a disc of light that faces what it shines at, for a
-//! ball), a mirror by Fresnel's reflectance (it takes from the surface's own colour there as head-on), a lens (POV-Ray spreads it over a polygon).
-//! Not there: ambient occlusion, gloss in mirrors, filters, exposure and tone, which belong to how POV-Ray is called.
-//!
-//! An object is declared once for each depth that it is opened to. POV-Ray copies what it refers to, so a scene of very many instances is refused.
+//! An object is declared once for each recursion depth. POV-Ray copies declared objects, so scenes
+//! with very many instances are rejected.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -21,29 +25,42 @@ use superegg_geom::unit_vector;
 use superegg_scene::{Camera, Entity, Floor, Light, LightKind, Material, Object, Pattern, Primitive, Scene};
 use thiserror::Error;
 
-/// POV-Ray holds every instance in memory, some kilobytes each.
+/// The maximal number of instances: POV-Ray holds each in memory, at some kilobytes.
 pub const MOST_INSTANCES: u64 = 2_000_000;
 
-/// Why a scene cannot be written.
+/// Why a scene cannot be exported.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PovError {
     /// Nothing has this name.
     #[error("nothing is named '{0}'")]
     Unknown(String),
-    /// Too many copies.
+    /// More than [`MOST_INSTANCES`] instances.
     #[error(
         "opened {depth} levels deep the picture has more than {MOST_INSTANCES} instances, and POV-Ray makes a copy for each; take fewer levels (--depth)"
     )]
     TooMany {
-        /// The depth that was asked for.
+        /// The requested recursion depth.
         depth: u32,
     },
 }
 
-/// The scene below `root`, opened `depth` levels deep, in POV-Ray's language.
+/// The scene below `root`, to the recursion depth `depth`, in POV-Ray's language.
 ///
 /// # Errors
-/// A name that the scene does not have, or too many instances.
+/// `root` is unknown, or there are too many instances.
+///
+/// ```
+/// use superegg_exchange::povray::to_povray;
+/// use superegg_scene::{Scene, SceneError};
+///
+/// let mut scene = Scene::default();
+/// scene.ensure_primitive("egg")?;
+/// let text = to_povray(&scene, "egg", 25).unwrap();
+/// assert!(text.contains("sphere { 0, 1"));
+/// assert_eq!(to_povray(&scene, "nest", 25).unwrap_err().to_string(), "nothing is named 'nest'");
+/// # Ok::<(), SceneError>(())
+/// ```
 pub fn to_povray(scene: &Scene, root: &str, depth: u32) -> Result<String, PovError> {
     let mut writer = Writer { scene, text: String::new(), declared: HashMap::new() };
     writer.head();
@@ -60,7 +77,8 @@ pub fn to_povray(scene: &Scene, root: &str, depth: u32) -> Result<String, PovErr
 struct Writer<'a> {
     scene: &'a Scene,
     text: String,
-    /// The identifier of (name, remaining depth), `None` where it comes to nothing, and its instances.
+    /// The identifier of (name, remaining depth), `None` if it is empty, and its number of
+    /// instances.
     declared: HashMap<(&'a str, u32), (Option<String>, u64)>,
 }
 
@@ -90,7 +108,7 @@ impl<'a> Writer<'a> {
         };
         let up = unit_vector(sky.up).unwrap_or(DVec3::Y);
         let (horizon, zenith) = (vector(sky.horizon), vector(sky.zenith));
-        // From straight down to straight up; nothing changes below the horizon.
+        // From nadir to zenith; constant below the horizon.
         let colors = format!("[0.5 color rgb {horizon}] [1 color rgb {zenith}]");
         format!("sky_sphere {{ pigment {{ {} }} }}\n", gradient(up, -1.0, 1.0, &colors))
     }
@@ -113,7 +131,8 @@ impl<'a> Writer<'a> {
         );
     }
 
-    /// A plane. Its pattern lies along its own axes, half a cell above where a checker would change.
+    /// The floor. Its pattern follows its own axes; a checker is offset by half a cell, so that no
+    /// cell boundary lies in the plane.
     fn floor(&mut self, floor: &Floor) {
         let [first, second, up] = floor.axes();
         let material = self.scene.floor_material();
@@ -129,16 +148,17 @@ impl<'a> Writer<'a> {
                 let along = unit_vector(direction).unwrap_or(DVec3::Z);
                 let along = DMat3::from_cols(first, second, up) * along;
                 let colors = format!("[0 {}] [1 {}]", rgb(&material, material.color), rgb(&material, color));
-                // To and fro, each over one unit.
+                // One unit each way.
                 format!("gradient {} triangle_wave color_map {{ {colors} }} scale 2", vector(along))
             }
             Pattern::None => pattern(&material, None),
         };
-        let look = look(&material, &pigment);
-        let _ = writeln!(self.text, "plane {{ {}, {}\n  {look} }}", vector(up), floor.height);
+        let texture = texture(&material, &pigment);
+        let _ = writeln!(self.text, "plane {{ {}, {}\n  {texture} }}", vector(up), floor.height);
     }
 
-    /// Declares what a name stands for when objects may be opened `remaining` levels deep.
+    /// Declares the entity of a name with `remaining` levels left. Returns its identifier and its
+    /// number of instances.
     fn declare(&mut self, name: &str, remaining: u32) -> Result<(Option<String>, u64), PovError> {
         let entry = self.scene.entities().find(|(other, _)| *other == name);
         let Some((name, entity)) = entry else { return Err(PovError::Unknown(name.to_owned())) };
@@ -163,7 +183,7 @@ impl<'a> Writer<'a> {
             }
             Entity::Object(_) if remaining == 0 => (None, 0),
             Entity::Object(object) => {
-                // Known before it is asked for again: levels only go down, so it is not asked for within itself.
+                // Terminates: `remaining` decreases, so a declaration never needs itself.
                 self.object(identifier, object, remaining)?
             }
         };
@@ -184,8 +204,8 @@ impl<'a> Writer<'a> {
             let linear = DMat3::from_cols(direction, DVec3::ZERO, DVec3::ZERO).transpose();
             primitive.shape.half_extent_under(&linear).x
         };
-        let look = look(&primitive.material, &pattern(&primitive.material, Some(&reach)));
-        let _ = writeln!(self.text, "#declare {identifier} = {shape} scale {radii}\n  {look} }}");
+        let texture = texture(&primitive.material, &pattern(&primitive.material, Some(&reach)));
+        let _ = writeln!(self.text, "#declare {identifier} = {shape} scale {radii}\n  {texture} }}");
     }
 
     fn object(
@@ -215,7 +235,7 @@ impl<'a> Writer<'a> {
         if children == 0 {
             return Ok((None, 0));
         }
-        // A union of one is a warning there.
+        // POV-Ray warns of a union of one.
         let body = if children == 1 {
             format!("#declare {identifier} =\n{body}")
         } else {
@@ -225,13 +245,14 @@ impl<'a> Writer<'a> {
         Ok((Some(identifier), count))
     }
 
-    /// The scene's own copy of a name.
+    /// The name, if the scene has it.
     fn declared_name(&self, name: &'a str) -> Option<&'a str> {
         self.scene.get(name).map(|_| name)
     }
 }
 
-/// A name as POV-Ray takes it: letters, digits and underscores, begun with a capital so that it is no keyword.
+/// A POV-Ray identifier: letters, digits and underscores. It starts with a capital, so it is no
+/// keyword.
 fn identifier(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(24).collect();
@@ -242,7 +263,7 @@ fn vector(v: DVec3) -> String {
     format!("<{}, {}, {}>", v.x, v.y, v.z)
 }
 
-/// The images of the axes, and that of the origin.
+/// A transform as images of the axes and of the origin; empty for the identity.
 fn matrix(map: &Transform) -> String {
     if *map == Transform::IDENTITY { String::new() } else { affine(map.forward()) }
 }
@@ -253,11 +274,11 @@ fn affine(map: &DAffine3) -> String {
     format!("matrix <{}>", rows.join(", "))
 }
 
-/// A sun stands so far away, in world units; POV-Ray knows no light at infinity.
+/// The distance of directional lights, in world units: POV-Ray has no light at infinity.
 const SUN_DISTANCE: f64 = 1e6;
-/// POV-Ray follows no ray further.
+/// POV-Ray's limit of the recursion of rays.
 const MOST_LEVELS: u32 = 256;
-/// Rays along each side of a light of some radius.
+/// Shadow rays along each side of an area light.
 const LIGHT_RAYS: u32 = 9;
 
 fn light_source(light: &Light) -> String {
@@ -297,22 +318,23 @@ fn light_source(light: &Light) -> String {
     format!("light_source {{ {} color rgb {}{words} }}\n", vector(position), vector(color))
 }
 
-/// A gradient whose colours go from `least` to `most` along a unit direction.
+/// A gradient from `least` to `most` along a unit direction.
 fn gradient(along: DVec3, least: f64, most: f64, colors: &str) -> String {
-    // A little wider: at its very end the pattern would begin again.
+    // Slightly wider, because the pattern repeats at its end.
     let width = (most - least) * (1.0 + 1e-6);
     let start = vector(along * (least - (most - least) * 5e-7));
     format!("gradient {} color_map {{ {colors} }} scale {width} translate {start}", vector(along))
 }
 
-/// A colour with the share that it lets through.
+/// A colour with the transmitted weight of the material.
 fn rgb(material: &Material, color: DVec3) -> String {
-    let (_, through) = shares(material);
+    let (_, through) = lobe_weights(material);
     let filter = if through > 0.0 { format!(" filter {through}") } else { String::new() };
     format!("rgb {}{filter}", vector(color))
 }
 
-/// What is in a pigment. `reach` is how far the shape goes along a unit direction; a gradient needs it.
+/// The content of a pigment. `reach` is the half extent of the shape along a unit direction, for a
+/// gradient.
 fn pattern(material: &Material, reach: Option<&dyn Fn(DVec3) -> f64>) -> String {
     let base = rgb(material, material.color);
     match (material.pattern, reach) {
@@ -329,21 +351,21 @@ fn pattern(material: &Material, reach: Option<&dyn Fn(DVec3) -> f64>) -> String 
     }
 }
 
-/// The shares of light mirrored and let through, 1 together at most.
-fn shares(material: &Material) -> (f64, f64) {
+/// The weights of reflected and transmitted light, normalised to a sum of at most 1.
+fn lobe_weights(material: &Material) -> (f64, f64) {
     let mirror = material.reflected.unwrap_or(0.0);
     let through = material.refracted.unwrap_or(0.0);
     let total = (mirror + through).max(1.0);
     (mirror / total, through / total)
 }
 
-fn look(material: &Material, pigment: &str) -> String {
-    let (mirror, through) = shares(material);
-    // By Fresnel's reflectance little is mirrored head-on, and so much only is taken from the rest.
-    let head_on = ((material.index - 1.0) / (material.index + 1.0)).powi(2);
-    let taken = if material.fresnel { mirror * head_on } else { mirror };
-    let local = (1.0 - taken - through).max(0.0);
-    // The colour's own part is lessened by what is let through there as well.
+fn texture(material: &Material, pigment: &str) -> String {
+    let (mirror, through) = lobe_weights(material);
+    // With Fresnel reflectance, only the reflection at normal incidence reduces the local colour.
+    let normal_reflectance = ((material.index - 1.0) / (material.index + 1.0)).powi(2);
+    let reflected = if material.fresnel { mirror * normal_reflectance } else { mirror };
+    let local = (1.0 - reflected - through).max(0.0);
+    // POV-Ray reduces the local colour by the transmitted weight as well.
     let own = if through < 1.0 { local / (1.0 - through) } else { 0.0 };
     let roughness = material.highlight_exponent().max(1e-4).recip();
     let mut text = format!(
@@ -366,7 +388,8 @@ fn look(material: &Material, pigment: &str) -> String {
     text
 }
 
-/// Light that fades as `exp(-absorb * way)`: POV-Ray's is `exp(-(1 - color) * way / distance)` for powers above 1000.
+/// Absorption `exp(-absorb * d)`: for powers above 1000 POV-Ray computes `exp(-(1 - color) * d /
+/// distance)`.
 fn absorption(absorb: DVec3) -> String {
     let most = absorb.max_element();
     if most <= 0.0 {
@@ -395,14 +418,15 @@ mod tests {
     #[test]
     fn levels_are_declared_before_they_are_used() {
         let text = to_povray(&scene(), "my tree", 3).unwrap();
-        let place = |what: &str| text.find(what).unwrap_or_else(|| panic!("no {what} in\n{text}"));
+        let position = |what: &str| text.find(what).unwrap_or_else(|| panic!("no {what} in\n{text}"));
         assert_eq!(text.matches("#declare").count(), 4);
-        assert!(place("matrix <1,0,0, 0,1,0, 0,0,1, 0,0,2.5>") < place("\nobject { S_my_tree"));
+        assert!(position("matrix <1,0,0, 0,1,0, 0,0,1, 0,0,2.5>") < position("\nobject { S_my_tree"));
         assert!(text.matches('{').count() == text.matches('}').count());
         for line in text.lines().filter(|line| line.starts_with("#declare")) {
             let identifier = line.split_whitespace().nth(1).unwrap();
             assert!(
-                place(&format!("#declare {identifier}")) < text.rfind(&format!("{{ {identifier} ")).unwrap()
+                position(&format!("#declare {identifier}"))
+                    < text.rfind(&format!("{{ {identifier} ")).unwrap()
             );
         }
     }

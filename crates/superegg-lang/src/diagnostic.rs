@@ -131,7 +131,8 @@ impl fmt::Display for FaultCode {
     }
 }
 
-/// Why a line was not carried out. It knows the columns within the line, but not the file; [`Diagnostic`] adds that.
+/// Why a line was not carried out. It knows the columns within the line, but not the file;
+/// [`Diagnostic`] adds that.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Fault {
@@ -204,7 +205,8 @@ pub struct Diagnostic {
     pub severity: Severity,
     /// The kind of the fault.
     pub code: FaultCode,
-    /// The file, as the user named it; empty for a line typed at the prompt, which is still on the screen.
+    /// The file, as the user named it; empty for a line typed at the prompt, which is still on the
+    /// screen.
     pub file: String,
     /// The line, counted from 1; `None` for the whole file.
     pub line: Option<usize>,
@@ -261,8 +263,8 @@ impl Diagnostic {
     }
 }
 
-/// `file:line:column: error[code]: message` (without the position if there is no file), the line with the wrong
-/// characters marked, and the help.
+/// `file:line:column: error[code]: message` (without the position if there is no file), the line
+/// with the wrong characters marked, and the help.
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let severity = match self.severity {

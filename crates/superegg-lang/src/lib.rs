@@ -1,8 +1,26 @@
-//! The modelling language: lines of text to commands, commands to changes of a scene, a scene back to text.
+//! The modelling language: it parses lines to commands, carries commands out on a scene, and writes
+//! a scene back as text.
 //!
-//! One table ([`COMMANDS`]) declares every command; parsing, checks and help come from it. A [`Session`] is a scene with a selection; it
-//! alone writes to a scene. What a command asks of the world outside (read a file, write one, stop) it returns as an
-//! [`Effect`]; nothing here reads, writes or prints.
+//! - One table, [`COMMANDS`], declares every command. Parser, checks, help, completion and hints
+//!   read it.
+//! - A [`Session`] is a scene with a selection. Commands change it; a fault leaves it unchanged.
+//! - A [`Timeline`] is a session with undo and redo.
+//! - [`load_text`] loads a scene file; [`write_session`] writes one.
+//!
+//! The crate reads no files, writes none, and prints nothing: commands that need that return
+//! [`Effect::Request`].
+//!
+//! ```
+//! use superegg_lang::{load_text, write_session};
+//!
+//! let text = "primitive egg\nsetCoeff 1 1 1.3\nobject nest\naddPrimitive egg\n";
+//! let (session, diagnostics) = load_text("nest.scn", text);
+//! assert!(diagnostics.is_empty());
+//! assert_eq!(session.selected(), Some("nest"));
+//!
+//! let (again, _) = load_text("again.scn", &write_session(&session));
+//! assert_eq!(again, session);
+//! ```
 
 mod assist;
 mod diagnostic;
@@ -35,3 +53,8 @@ pub use session::timeline::Timeline;
 pub use suggest::nearest;
 pub use text::is_unseen;
 pub use writer::{write_scene, write_session};
+
+/// Compiles the examples of the crate's README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -1,10 +1,16 @@
-//! The nearest known word to one that looks like a slip.
+//! Suggestions for misspelt words.
 
-/// The candidate that `word` is most likely a slip of, or `None` where none is near: at most one edit in three letters, three in all.
+/// The candidate nearest to a misspelt word, by Damerau-Levenshtein distance; `None` if none is
+/// near: at most one edit per three letters, and three in all.
+///
+/// ```
+/// assert_eq!(superegg_lang::nearest("tranlsate", ["translate", "rotate"]), Some("translate"));
+/// assert_eq!(superegg_lang::nearest("banana", ["translate", "rotate"]), None);
+/// ```
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    /// Longer words are not compared: it takes time by the square.
+    /// Longer words are not compared: the distance takes quadratic time.
     const LONGEST: usize = 64;
-    /// Of more candidates only the first are looked at, so that a file full of errors is read in its time.
+    /// The maximal number of candidates, so that a file full of errors loads quickly.
     const MOST: usize = 1000;
     let wanted = word.to_lowercase();
     let length = wanted.chars().count();

@@ -1,6 +1,6 @@
-//! Pieces of text for messages: shortened words, lists, columns.
+//! Formatting of messages: shortened words, lists, columns.
 
-/// "4, 7 or 8".
+/// Joins alternatives: "4, 7 or 8".
 pub(crate) fn one_of<S: AsRef<str>>(words: &[S]) -> String {
     let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
     match &words[..] {
@@ -10,7 +10,7 @@ pub(crate) fn one_of<S: AsRef<str>>(words: &[S]) -> String {
     }
 }
 
-/// A word for a message: its first characters, with control characters made visible.
+/// A word for a message: at most 40 characters, with invisible ones escaped.
 pub(crate) fn shorten(word: &str) -> String {
     const LONGEST: usize = 40;
     let mut shown: String = word.chars().take(LONGEST).flat_map(visible).collect();
@@ -26,25 +26,25 @@ fn visible(c: char) -> impl Iterator<Item = char> {
     escaped.into_iter().flatten().chain(plain)
 }
 
-/// Whether a character could steer a terminal, or hide in a text: control characters, and those that turn the direction of writing or take no
-/// room.
+/// Whether a character is invisible or can control a terminal: control characters, zero-width ones,
+/// and those that change the direction of writing.
 pub fn is_unseen(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
 }
 
-/// Text is broken so that it fits a terminal of 80 columns.
+/// Lines are wrapped to fit a terminal of 80 columns.
 const WIDTH: usize = 79;
-/// Where the right one of two columns begins.
+/// The start of the right column.
 const RIGHT: usize = 32;
 
-/// A word or two at the left, and what there is to say about it at the right, broken into lines; below, where the left is too long.
+/// Two columns, the right one wrapped. If `left` is too long, `right` starts on the next line.
 pub(crate) fn two_columns(left: &str, right: &str) -> String {
     let gap = if left.chars().count() + 2 > RIGHT { "\n" } else { "" };
     beside(&format!("{left}{gap}"), right, RIGHT)
 }
 
-/// Text from a column on, beside what stands before it, broken into lines.
+/// Appends `right` to `left`, wrapped, with every line starting at `column`.
 pub(crate) fn beside(left: &str, right: &str, column: usize) -> String {
     let mut text = left.to_owned();
     let mut at = left.rsplit('\n').next().map_or(0, |line| line.chars().count());

@@ -1,4 +1,4 @@
-//! A session back to text that loads to the same session.
+//! The writer: a session as text that loads to the same session.
 
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -14,16 +14,24 @@ use crate::session::interpreter::Session;
 use crate::session::keys::line_of;
 use crate::session::settings;
 
-/// The session as commands: the settings, then one block for each primitive and object, then the floor (which names a primitive), the keys, and what is selected. What has its default value is left
-/// out; numbers read back to the same bits. Loading the text gives the same session.
+/// The session as commands. Loading the text gives the same session; numbers read back to the same
+/// bits.
 ///
-/// A block stands after those of what its object holds, else in the order in which things were made. Where objects hold each other, one of them is
-/// named before its block.
+/// The text has the settings, a block for each primitive and object, the floor (which names a
+/// primitive), the keys, and the selection. Default values are omitted. A block follows those of
+/// its children; otherwise blocks are in the order of creation. Of objects that contain each other,
+/// one is created before its block.
+///
+/// ```
+/// let (session, _) = superegg_lang::load_text("egg.scn", "prm egg\ncoeff 1 1 1.3\n");
+/// let text = superegg_lang::write_session(&session);
+/// assert_eq!(text, "# superegg scene\n\nprimitive egg\nsetCoeff 1 1 1.3\n");
+/// ```
 pub fn write_session(session: &Session) -> String {
     write_scene(session.scene(), session.selected())
 }
 
-/// The same of a scene in which this is selected.
+/// As [`write_session`], for a scene with this selection.
 pub fn write_scene(scene: &Scene, selected: Option<&str>) -> String {
     let mut text = String::from("# superegg scene\n");
     write_settings(&mut text, scene);
@@ -53,16 +61,17 @@ pub fn write_scene(scene: &Scene, selected: Option<&str>) -> String {
 struct Blocks<'a> {
     scene: &'a Scene,
     text: String,
-    /// What is written, or waits for what it holds.
+    /// The entities that are written, or wait for their children.
     begun: HashSet<&'a str>,
-    /// What can be added to objects.
+    /// The names that exist at this point of the text.
     named: HashSet<&'a str>,
-    /// What the last block selects.
+    /// The selection after the last block.
     last: Option<&'a str>,
 }
 
 impl<'a> Blocks<'a> {
-    /// Writes the block of this name, and before it those of what it holds. The way down is kept in a list: there may be any number of levels.
+    /// Writes the block of a name after those of its children. The stack is explicit: nesting has
+    /// no limit.
     fn write(&mut self, name: &'a str) {
         let mut waiting: Vec<(&'a str, bool)> = vec![(name, false)];
         while let Some((name, is_ready)) = waiting.pop() {
@@ -84,7 +93,7 @@ impl<'a> Blocks<'a> {
             Entity::Object(object) => {
                 self.named.insert(name);
                 for (_, child) in object.children() {
-                    // One that holds this one, and whose block is still to come.
+                    // A child that contains this object, and whose block follows.
                     if let Some(held) =
                         self.scene.get(child.target()).filter(|_| self.named.insert(child.target()))
                     {
@@ -99,7 +108,7 @@ impl<'a> Blocks<'a> {
     }
 }
 
-/// The command that selects an entity, and makes it where it is new.
+/// The command that selects an entity, and creates it if it is new.
 fn select(name: &str, entity: &Entity) -> String {
     match entity {
         Entity::Primitive(_) => format!("primitive {name}"),
@@ -112,7 +121,7 @@ fn line(text: &mut String, words: &str) {
     text.push('\n');
 }
 
-/// What tells numbers apart that are equal: 0 and -0.
+/// The bits, which distinguish 0 from -0.
 fn bits(v: DVec3) -> [u64; 3] {
     v.to_array().map(f64::to_bits)
 }
@@ -193,10 +202,10 @@ fn write_floor(text: &mut String, floor: &Floor) {
     }
 }
 
-/// Writes the keys of each track after selecting what they are of, and puts the cursors back that are moved for it. Returns what is selected
-/// afterwards.
+/// Writes the keys of each track, with the selection and cursor that they need, and restores the
+/// cursors. Returns the selection afterwards.
 fn write_keys<'a>(text: &mut String, scene: &'a Scene, mut selected: Option<&'a str>) -> Option<&'a str> {
-    // The cursors that are elsewhere now: object and alias.
+    // The cursors that differ from the scene's at this point: (object, alias).
     let mut moved: Vec<(&str, &str)> = Vec::new();
     let cursor_of = |object: &str| scene.object(object).ok()?.cursor().map(|(alias, _)| alias);
     let mut choose = |text: &mut String, name: &'a str| {
@@ -262,15 +271,15 @@ fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
         ("setIndex", Some(material.index), Some(plain.index)),
         ("setShininess", material.shininess, plain.shininess),
     ] {
-        // By their bits: -0 is not the default 0.
+        // Compared by bits: -0 is not the default 0.
         if let Some(value) = value.filter(|value| Some(value.to_bits()) != default.map(f64::to_bits)) {
             line(text, &format!("{word} {}", format_number(value)));
         }
     }
-    write_look(text, material);
+    write_finish(text, material);
 }
 
-fn write_look(text: &mut String, material: &Material) {
+fn write_finish(text: &mut String, material: &Material) {
     if material.fresnel {
         line(text, "setFresnel on");
     }
@@ -310,7 +319,7 @@ fn write_object(text: &mut String, scene: &Scene, name: &str, object: &Object) {
     }
 }
 
-/// Steps as commands; `suffix` is "All" for those of the whole object.
+/// Writes transform steps; `suffix` is "All" for those of the whole object.
 fn write_steps<'a>(text: &mut String, steps: impl Iterator<Item = &'a TransformStep>, suffix: &str) {
     for step in steps {
         // Writing to a String cannot fail.

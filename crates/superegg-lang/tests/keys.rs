@@ -16,7 +16,7 @@ fn session(lines: &[&str]) -> Session {
     session
 }
 
-fn place_of_hand(session: &Session, frame: f64) -> DVec3 {
+fn hand_position(session: &Session, frame: f64) -> DVec3 {
     let scene = scene_at(session, frame).unwrap();
     let arm = scene.object("arm").unwrap();
     let hand = arm.parent_from_child(arm.child("hand").unwrap()).unwrap();
@@ -29,8 +29,8 @@ fn a_hand_turns_while_something_else_is_selected() {
         session(&["obj arm", "key 48 rotate 0 0 1 90", "key 0 rs 0 0 1 0", "cur elbow", "deselect"]);
     for (frame, angle_deg) in [(-7.0, 0.0f64), (0.0, 0.0), (24.0, 45.0), (48.0, 90.0), (1e9, 90.0)] {
         let (sin, cos) = angle_deg.to_radians().sin_cos();
-        let place = place_of_hand(&session, frame);
-        assert!((place - DVec3::new(cos, sin, 0.0)).length() < 1e-12, "{frame}: {place}");
+        let position = hand_position(&session, frame);
+        assert!((position - DVec3::new(cos, sin, 0.0)).length() < 1e-12, "{frame}: {position}");
     }
     let still = scene_at(&session, 24.0).unwrap();
     assert_eq!(still.object("arm").unwrap().cursor().unwrap().0, "elbow");
@@ -40,7 +40,7 @@ fn a_hand_turns_while_something_else_is_selected() {
 }
 
 #[test]
-fn tracks_are_told_apart_and_are_carried_out_in_the_order_they_began() {
+fn tracks_are_text_apart_and_are_carried_out_in_the_order_they_began() {
     let session = session(&[
         "light lamp 0 0 5",
         "key 0 light lamp 0 0 5",
@@ -56,15 +56,15 @@ fn tracks_are_told_apart_and_are_carried_out_in_the_order_they_began() {
     assert_eq!(session.scene().tracks().len(), 5);
     let scene = scene_at(&session, 5.0).unwrap();
     let lamp = scene.light("lamp").unwrap();
-    // Carried out the other way round the light would be a new one, of no radius.
+    // In the other order the light would be a new one, with radius 0.
     assert_eq!((lamp.position(), lamp.radius), (Some(DVec3::new(5.0, 0.0, 5.0)), 2.0));
     // Samples are whole: 2.5 is rounded.
     assert_eq!((scene.picture.exposure, scene.picture.samples), (1.0, 3));
-    let told = session.describe(&[]).unwrap();
-    assert!(told.contains("keys (9)\n  light lamp: frames 0, 10\n"), "{told}");
-    assert!(told.contains("\n  setPattern checker of other: frame 0"), "{told}");
-    let told = session.describe(&["other".into()]).unwrap();
-    assert!(told.ends_with("\n  key 0 setPattern checker 1 0 0 1"), "{told}");
+    let text = session.describe(&[]).unwrap();
+    assert!(text.contains("keys (9)\n  light lamp: frames 0, 10\n"), "{text}");
+    assert!(text.contains("\n  setPattern checker of other: frame 0"), "{text}");
+    let text = session.describe(&["other".into()]).unwrap();
+    assert!(text.ends_with("\n  key 0 setPattern checker 1 0 0 1"), "{text}");
 }
 
 #[test]
@@ -104,8 +104,8 @@ fn keys_are_taken_away_by_frame_and_by_command() {
         "obj arm",
         "key 5 rs 0 0 1 2",
     ]);
-    let told = session.run_line("unkey 5 rotate").unwrap();
-    assert_eq!(told, Effect::Changed(Some("1 key taken away".into())));
+    let text = session.run_line("unkey 5 rotate").unwrap();
+    assert_eq!(text, Effect::Changed(Some("1 key taken away".into())));
     // The colour is that of another.
     assert_eq!(session.run_line("unkey 5 color").unwrap_err().code.as_str(), "no-key");
     session.run_line("unkey 5").unwrap();

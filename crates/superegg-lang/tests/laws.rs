@@ -1,4 +1,4 @@
-//! Laws of the language, on sessions made from the command table itself.
+//! Laws of the language, on sessions generated from the command table.
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -16,7 +16,7 @@ fn config(cases: u32) -> ProptestConfig {
     }
 }
 
-/// A number in a range, its ends and odd magnitudes included.
+/// A number in a range, including its ends and extreme magnitudes.
 fn number(range: Range) -> BoxedStrategy<f64> {
     let any =
         prop_oneof![-10.0..10.0f64, Just(0.0), Just(-0.0), (-30.0..30.0f64).prop_map(|log| 10f64.powf(log))];
@@ -60,7 +60,8 @@ fn line() -> impl Strategy<Value = String> {
     line_of(COMMANDS.iter().collect())
 }
 
-/// The same of the commands that there can be keys of, but for those of no numbers: faults of a line within a line are the line's.
+/// The same of the commands that there can be keys of, but for those of no numbers: faults of a
+/// line within a line are the line's.
 fn keyable_line() -> impl Strategy<Value = String> {
     line_of(COMMANDS.iter().filter(|spec| spec.is_keyable()).collect())
 }
@@ -113,7 +114,7 @@ fn run(lines: &[String]) -> Timeline {
     timeline
 }
 
-/// What a load brings back: scene and selection, and not the settings of the session.
+/// The part of a session that a load restores: scene and selection, not the settings.
 fn loaded_part(session: &Session) -> Session {
     let mut loaded = session.clone();
     loaded.settings = Settings::default();
@@ -123,8 +124,8 @@ fn loaded_part(session: &Session) -> Session {
 proptest! {
     #![proptest_config(config(2000))]
 
-    /// What is written loads to the same session, without a complaint, be it clean or as typed; saved and loaded again it settles to one
-    /// text.
+    /// A written session, clean or as typed, loads to the same session without diagnostics. Saving
+    /// and loading again gives the same text.
     #[test]
     fn loading_what_was_saved_gives_the_same(lines in lines()) {
         let timeline = run(&lines);
@@ -156,7 +157,8 @@ proptest! {
         }
     }
 
-    /// At any frame there is a scene without keys, or a fault that says what to do; a scene that was saved and loaded has the same.
+    /// At any frame there is a scene without keys, or a fault that says what to do; a scene that
+    /// was saved and loaded has the same.
     #[test]
     fn stills_are_saved(lines in lines(), keys in prop::collection::vec((number(Range::Any), keyable_line()), 1..20), frame in number(Range::Any)) {
         let mut timeline = run(&lines);
@@ -175,7 +177,8 @@ proptest! {
         prop_assert_eq!(scene_at(&loaded, frame), still);
     }
 
-    /// Every line of the table's making parses; a fault at carrying it out changes nothing and says where.
+    /// Every line of the table's making parses; a fault at carrying it out changes nothing and says
+    /// where.
     #[test]
     fn lines_of_the_table_parse_and_faults_change_nothing(lines in lines(), last in line()) {
         let mut timeline = run(&lines);
@@ -193,7 +196,7 @@ proptest! {
         }
     }
 
-    /// Undo gives back what was, step by step, and redo what was undone.
+    /// Undo restores each earlier state, and redo each undone one.
     #[test]
     fn undo_and_redo_are_inverse(lines in lines(), steps in 1usize..20) {
         let mut timeline = run(&lines);
@@ -231,7 +234,7 @@ proptest! {
         }
     }
 
-    /// Any text at all: no panic, and every complaint has its place within the line.
+    /// Any text: no panic, and every fault has columns within the line.
     #[test]
     fn any_line_is_survived(lines in lines(), junk in "\\PC{0,60}|[ \\t#a-z0-9.eE+-]{0,60}") {
         let mut timeline = run(&lines);
@@ -274,7 +277,7 @@ fn every_range_of_the_table_is_checked() {
     }
 }
 
-/// What needs a selection says so, whatever else is selected.
+/// A command that needs a selection reports it, whatever else is selected.
 #[test]
 fn every_need_of_the_table_is_checked() {
     for spec in COMMANDS.iter().filter(|spec| spec.needs() != Needs::Nothing) {

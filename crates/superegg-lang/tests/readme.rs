@@ -11,11 +11,8 @@ fn table() -> String {
     let mut text = String::from("\n| command | also | arguments | what it does |\n|---|---|---|---|\n");
     for group in Group::ALL {
         for spec in COMMANDS.iter().filter(|spec| spec.group == group) {
-            let default = if spec.default.is_empty() {
-                String::new()
-            } else {
-                format!(" (unless said: {})", spec.default)
-            };
+            let default =
+                if spec.default.is_empty() { String::new() } else { format!(" (default: {})", spec.default) };
             text += &format!(
                 "| {} | {} | {} | {}{default} |\n",
                 spec.name,
@@ -34,10 +31,10 @@ fn the_readme_has_the_command_table() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md");
     let readme = std::fs::read_to_string(&path).unwrap();
     let (before, rest) = readme.split_once(BEGIN).expect("the README has a place for the table");
-    let (told, after) = rest.split_once(END).expect("the README ends the table");
+    let (present, after) = rest.split_once(END).expect("the README ends the table");
     if std::env::var_os("SUPEREGG_BLESS").is_some() {
         std::fs::write(&path, [before, BEGIN, &table(), END, after].concat()).unwrap();
         return;
     }
-    assert_eq!(told, table(), "the README's table is old");
+    assert_eq!(present, table(), "the README's table is old");
 }

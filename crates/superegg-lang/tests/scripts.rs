@@ -1,14 +1,15 @@
-//! Whole files with what they are expected to say.
+//! Whole files and their expected diagnostics.
 
 use superegg_lang::{Diagnostic, Severity, lint, load_text};
 
-/// Loads a text whose lines end in `#! code` where that fault is expected, and checks that those and no others are told.
+/// Loads a text whose lines end in `#! code` where that fault is expected, and checks that exactly
+/// these are reported.
 fn check(text: &str) {
     let (_, diagnostics) = load_text("test.scn", text);
-    let told: Vec<(usize, &str)> = diagnostics.iter().map(|d| (d.line.unwrap(), d.code.as_str())).collect();
+    let found: Vec<(usize, &str)> = diagnostics.iter().map(|d| (d.line.unwrap(), d.code.as_str())).collect();
     let expected: Vec<(usize, &str)> =
         text.lines().enumerate().filter_map(|(i, line)| Some((i + 1, line.split_once("#! ")?.1))).collect();
-    assert_eq!(told, expected);
+    assert_eq!(found, expected);
 }
 
 #[test]
@@ -37,7 +38,8 @@ prm o             #! wrong-kind
     let (session, _) = load_text("test.scn", text);
     let object = session.scene().object("o").unwrap();
     assert_eq!(object.children().map(|(alias, _)| alias).collect::<Vec<_>>(), ["ball", "second"]);
-    // The failed selection left everything as it was: the last line moved the child at the cursor of o.
+    // The failed selection left everything as it was: the last line moved the child at the cursor
+    // of o.
     assert_eq!(object.child("second").unwrap().steps().count(), 1);
 }
 

@@ -139,8 +139,8 @@ fn deleting_takes_the_children_along_and_renaming_leads_them() {
         session.scene().object(object).unwrap().child(alias).map(|child| child.target().to_owned())
     };
     assert_eq!((target("q", "self").unwrap(), target("p", "self").unwrap()), ("q".into(), "p".into()));
-    let told = session.run_line("delete a").unwrap();
-    let Effect::Changed(Some(told)) = told else { panic!("{told:?}") };
+    let effect = session.run_line("delete a").unwrap();
+    let Effect::Changed(Some(told)) = told else { panic!("{effect:?}") };
     assert!(told.contains("4 children: q/a, q/again, p/a, p/again"), "{told}");
     let object = session.scene().object("q").unwrap();
     assert_eq!(object.children().map(|(alias, _)| alias).collect::<Vec<_>>(), ["b", "self"]);

@@ -1,4 +1,5 @@
-//! The laws of the fuzz target, on its corpus and on mutations of it: a short run that needs no fuzzer.
+//! The laws of the fuzz target, on its corpus and on mutations of it: a short run that needs no
+//! fuzzer.
 
 #[path = "../../../fuzz/session_laws.rs"]
 mod session_laws;

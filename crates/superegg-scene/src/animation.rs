@@ -24,7 +24,8 @@ pub struct TrackSubject {
     pub command: Arc<str>,
     /// The arguments of the command, in order.
     pub words: Vec<TrackWord>,
-    /// The primitive or object that the command changes; `None` if it does not change the selected one.
+    /// The primitive or object that the command changes; `None` if it does not change the selected
+    /// one.
     pub selected: Option<Arc<str>>,
     /// The alias of the child that the command moves; `None` if it moves no child.
     pub cursor: Option<Arc<str>>,

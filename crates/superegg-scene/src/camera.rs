@@ -12,8 +12,8 @@ pub struct Lens {
     pub focus: f64,
 }
 
-/// A camera. The default is a pinhole at (0, 0, 10) that looks along -z, with +y up and a vertical field
-/// of view of 60 degrees.
+/// A camera. The default is a pinhole at (0, 0, 10) that looks along -z, with +y up and a vertical
+/// field of view of 60 degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The position, in world units.

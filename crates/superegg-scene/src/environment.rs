@@ -36,8 +36,8 @@ pub struct Floor {
 }
 
 impl Floor {
-    /// A right-handed orthonormal frame: two axes in the floor, then its normal. For a normal of y it
-    /// is (z, x, y).
+    /// A right-handed orthonormal frame: two axes in the floor, then its normal. For a normal of y
+    /// it is (z, x, y).
     pub fn axes(&self) -> [DVec3; 3] {
         let up = unit_vector(self.up).unwrap_or(DVec3::Y);
         // The axis after the largest component of up, so that y gives z.
@@ -51,8 +51,8 @@ impl Floor {
     }
 }
 
-/// Ambient occlusion: ambient light is scaled by the fraction of hemisphere rays that are free up to a
-/// distance.
+/// Ambient occlusion: ambient light is scaled by the fraction of hemisphere rays that are free up
+/// to a distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AmbientOcclusion {
     /// Rays for each visible point, at least 1.

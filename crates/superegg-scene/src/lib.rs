@@ -1,9 +1,9 @@
-//! The scene as the user describes it: primitives, objects, lights, camera, environment, image settings and
-//! keyframes.
+//! The scene as the user describes it: primitives, objects, lights, camera, environment, image
+//! settings and keyframes.
 //!
-//! A [`Scene`] keeps these invariants: names are unique over primitives and objects, every child refers to
-//! an existing name, aliases are unique within an object, and every list of transform steps is invertible.
-//! Ray tracing works on a compiled form, which the crate superegg-trace makes.
+//! A [`Scene`] keeps these invariants: names are unique over primitives and objects, every child
+//! refers to an existing name, aliases are unique within an object, and every list of transform
+//! steps is invertible. Ray tracing works on a compiled form, which the crate superegg-trace makes.
 
 mod animation;
 mod camera;
@@ -27,3 +27,8 @@ pub use picture::{Encoding, Filter, Picture, Tone};
 pub use primitive::{Material, MaterialWeight, Patches, Pattern, Primitive};
 pub use scene::{DEFAULT_DEPTH, Entity, MAX_DEPTH, Scene, SceneError};
 pub use view_settings::{Shading, ViewSettings};
+
+/// Compiles the examples of the crate's README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -61,8 +61,8 @@ impl Light {
         }
     }
 
-    /// The unit direction from a point to the centre of the light; `None` if the point is the centre, or
-    /// the difference overflows.
+    /// The unit direction from a point to the centre of the light; `None` if the point is the
+    /// centre, or the difference overflows.
     pub fn direction_from(&self, point: DVec3) -> Option<DVec3> {
         match self.kind {
             LightKind::Point { position } | LightKind::Spot { position, .. } => {
@@ -73,8 +73,8 @@ impl Light {
         }
     }
 
-    /// The unshadowed colour at a point, after attenuation and the cone. It is that of the centre of
-    /// the light, whatever the radius.
+    /// The unshadowed colour at a point, after attenuation and the cone. It is that of the centre
+    /// of the light, whatever the radius.
     pub fn color_at(&self, point: DVec3) -> DVec3 {
         let Some(position) = self.position() else { return self.color };
         let color = self.color * self.cone_factor(point);

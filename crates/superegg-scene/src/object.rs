@@ -10,8 +10,8 @@ use crate::ordered_map::OrderedMap;
 /// A list of transform steps, with the transform they compose to.
 #[derive(Clone, Debug, PartialEq)]
 struct StepList {
-    /// The last steps, at most [`MOST_RECENT`]. A plain vector is small, and scenes have millions of
-    /// short lists.
+    /// The last steps, at most [`MOST_RECENT`]. A plain vector is small, and scenes have millions
+    /// of short lists.
     recent: Vec<TransformStep>,
     /// The steps before those. Clones share them.
     earlier: Vector<TransformStep>,
@@ -75,8 +75,8 @@ pub struct Object {
     children: OrderedMap<Child>,
     overall: StepList,
     cursor: Option<Arc<str>>,
-    /// An upper bound of the [`extent`] of the children's own transforms; removed children may still
-    /// count.
+    /// An upper bound of the [`extent`] of the children's own transforms; removed children may
+    /// still count.
     child_extent: f64,
 }
 
@@ -118,8 +118,8 @@ impl Object {
         self.children.get(alias)
     }
 
-    /// The transform from a child's space to the space of the object's parent: the child's own steps, then
-    /// the steps of the whole.
+    /// The transform from a child's space to the space of the object's parent: the child's own
+    /// steps, then the steps of the whole.
     ///
     /// # Errors
     /// The composition leaves the range of f64. In a valid scene it never does.
@@ -180,8 +180,8 @@ impl Object {
     /// Appends a step to the transform of the whole.
     pub(crate) fn push_overall_step(&mut self, step: TransformStep) -> Result<(), TransformError> {
         let composed = self.overall.composed_with(&step)?;
-        // Below this bound on the entries of both transforms and their inverses no product overflows,
-        // and no column cancels to zero. Only above it is each child checked.
+        // Below this bound on the entries of both transforms and their inverses no product
+        // overflows, and no column cancels to zero. Only above it is each child checked.
         const WELL_CONDITIONED: f64 = 1e12;
         let is_plain = extent(&composed) * self.child_extent < WELL_CONDITIONED;
         for (_, child) in self.children().filter(|_| !is_plain) {

@@ -6,9 +6,9 @@ use foldhash::fast::RandomState;
 use imbl::shared_ptr::DefaultSharedPtr;
 use imbl::{GenericHashMap, OrdMap};
 
-/// A persistent map: cloning takes constant time and memory, and clones share everything that neither
-/// changes. A snapshot of a scene, or a step of an undo history, is therefore cheap. Two maps are equal if
-/// they have equal names and values in the same order.
+/// A persistent map: cloning takes constant time and memory, and clones share everything that
+/// neither changes. A snapshot of a scene, or a step of an undo history, is therefore cheap. Two
+/// maps are equal if they have equal names and values in the same order.
 #[derive(Clone, Debug)]
 pub(crate) struct OrderedMap<V> {
     /// Entries by an increasing number, so that no entry moves when another is removed.
@@ -74,7 +74,8 @@ impl<V: Clone> OrderedMap<V> {
         number.is_some_and(|number| self.entries.remove(&number).is_some())
     }
 
-    /// Renames an entry, which keeps its position. Returns false if `name` is unknown or `new` exists.
+    /// Renames an entry, which keeps its position. Returns false if `name` is unknown or `new`
+    /// exists.
     pub(crate) fn rename(&mut self, name: &str, new: &str) -> bool {
         if self.contains(new) {
             return false;

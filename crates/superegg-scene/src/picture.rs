@@ -20,8 +20,8 @@ pub enum Filter {
     Gaussian,
     /// The Blackman-Harris window of radius 2 pixels: little ringing, little aliasing.
     Blackman,
-    /// The cubic of Mitchell and Netravali (1988), B = C = 1/3, radius 2 pixels: sharper, with slight
-    /// ringing.
+    /// The cubic of Mitchell and Netravali (1988), B = C = 1/3, radius 2 pixels: sharper, with
+    /// slight ringing.
     Mitchell,
 }
 
@@ -32,12 +32,13 @@ pub enum Tone {
     None,
     /// x (1 + x / 16) / (1 + x) of the luminance (Reinhard et al. 2002); luminance 4 becomes white.
     Reinhard,
-    /// A filmic curve in each channel (Narkowicz's fit of ACES, 2015): more contrast, and bright colours
-    /// desaturate.
+    /// A filmic curve in each channel (Narkowicz's fit of ACES, 2015): more contrast, and bright
+    /// colours desaturate.
     Filmic,
 }
 
-/// Size and quality of the image. The fields are settings of the language; `superegg_lang` has their help.
+/// Size and quality of the image. The fields are settings of the language; `superegg_lang` has
+/// their help.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picture {
     /// Width in pixels, 1 to [`Picture::LONGEST_SIDE`].
@@ -46,8 +47,8 @@ pub struct Picture {
     pub height: u32,
     /// Samples per pixel, 1 to [`Picture::MOST_SAMPLES`].
     pub samples: u32,
-    /// The noise threshold: if above 0, a pixel takes more samples until the standard error of its display
-    /// value (0 to 1) is below this.
+    /// The noise threshold: if above 0, a pixel takes more samples until the standard error of its
+    /// display value (0 to 1) is below this.
     pub noise: f64,
     /// The maximal samples per pixel for `noise`, 1 to [`Picture::MOST_SAMPLES`].
     pub most_samples: u32,

@@ -43,8 +43,8 @@ pub enum Pattern {
         /// The edge length of a cube, above 0.
         size: f64,
     },
-    /// A gradient from the base colour to another along a direction, across the whole shape (on a floor:
-    /// a triangle wave, one unit each way).
+    /// A gradient from the base colour to another along a direction, across the whole shape (on a
+    /// floor: a triangle wave, one unit each way).
     Gradient {
         /// The linear colour at the far end.
         color: DVec3,
@@ -76,11 +76,11 @@ pub struct Material {
     pub index: f64,
     /// The exponent of the highlight; derived from `gloss` if `None`.
     pub shininess: Option<f64>,
-    /// Whether the reflected weight is scaled by the Fresnel reflectance of `index`: little at normal
-    /// incidence, all at grazing angles.
+    /// Whether the reflected weight is scaled by the Fresnel reflectance of `index`: little at
+    /// normal incidence, all at grazing angles.
     pub fresnel: bool,
-    /// The absorption coefficient inside, for each channel, >= 0, per world unit: after a distance d the
-    /// transmittance is `exp(-absorb * d)`.
+    /// The absorption coefficient inside, for each channel, >= 0, per world unit: after a distance
+    /// d the transmittance is `exp(-absorb * d)`.
     pub absorb: DVec3,
     /// The procedural second colour.
     pub pattern: Pattern,
@@ -106,11 +106,11 @@ impl Material {
         }
     }
 
-    /// The exponent of the highlight: `shininess` if set, else `2 / gloss^2 - 2` with gloss at least
-    /// 0.01.
+    /// The exponent of the highlight: `shininess` if set, else `2 / gloss^2 - 2` with gloss at
+    /// least 0.01.
     ///
-    /// At the default gloss of 0.3 it is 20, as measured on the reference image of the course; at 1 the
-    /// highlight covers the hemisphere.
+    /// At the default gloss of 0.3 it is 20, as measured on the reference image of the course; at 1
+    /// the highlight covers the hemisphere.
     pub fn highlight_exponent(&self) -> f64 {
         let gloss = self.gloss.max(Self::LEAST_GLOSS);
         self.shininess.unwrap_or(2.0 / (gloss * gloss) - 2.0)

@@ -124,8 +124,8 @@ pub struct Scene {
     pub floor: Option<Floor>,
     /// Ambient occlusion; `None` if off.
     pub ambient_occlusion: Option<AmbientOcclusion>,
-    /// The recursion depth of objects, 0 to [`MAX_DEPTH`]. The root object is level 1; primitives of the
-    /// last level are included.
+    /// The recursion depth of objects, 0 to [`MAX_DEPTH`]. The root object is level 1; primitives
+    /// of the last level are included.
     pub depth: u32,
     /// The image settings.
     pub picture: Picture,
@@ -334,8 +334,8 @@ impl Scene {
         self.objects().flat_map(uses_in).collect()
     }
 
-    /// Deletes a primitive or object, its keys, and every child that refers to it. Returns the object and
-    /// alias of those children.
+    /// Deletes a primitive or object, its keys, and every child that refers to it. Returns the
+    /// object and alias of those children.
     ///
     /// # Errors
     /// An unknown name.
@@ -355,7 +355,8 @@ impl Scene {
         Ok(uses)
     }
 
-    /// Renames a primitive or object. Children that refer to it, the floor and keys follow; aliases stay.
+    /// Renames a primitive or object. Children that refer to it, the floor and keys follow; aliases
+    /// stay.
     ///
     /// # Errors
     /// An unknown name, or a new name that exists.
@@ -377,8 +378,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Adds a copy under a new name, without keys. The copy of an object that contains itself contains
-    /// itself.
+    /// Adds a copy under a new name, without keys. The copy of an object that contains itself
+    /// contains itself.
     ///
     /// # Errors
     /// An unknown name, or a new name that exists.
@@ -446,14 +447,14 @@ impl Scene {
         Ok(())
     }
 
-    /// The keyframe tracks, in the order of creation. The scene only stores them; the language, which
-    /// knows their commands, evaluates them.
+    /// The keyframe tracks, in the order of creation. The scene only stores them; the language,
+    /// which knows their commands, evaluates them.
     pub fn tracks(&self) -> impl ExactSizeIterator<Item = &Track> {
         self.tracks.iter()
     }
 
-    /// Adds a key, or replaces the one at its frame. The names in the subject must exist, and the count of
-    /// numbers must be [`TrackSubject::number_count`].
+    /// Adds a key, or replaces the one at its frame. The names in the subject must exist, and the
+    /// count of numbers must be [`TrackSubject::number_count`].
     ///
     /// # Errors
     /// The other keys of the track have another count of numbers.

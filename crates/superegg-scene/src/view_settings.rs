@@ -32,7 +32,8 @@ pub struct ViewSettings {
     pub io_jitter: f64,
     /// The radius of the marks, above 0.
     pub io_radius: f64,
-    /// Whether the intersection test is drawn: the camera's central ray, and the normal at its first hit.
+    /// Whether the intersection test is drawn: the camera's central ray, and the normal at its
+    /// first hit.
     pub intersect_test: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What the word at the cursor could become.
+//! Completion of the word at the cursor.
 
 use crate::assist::names::{names_of, next_arg};
 use crate::grammar::spec::{ArgKind, CommandSpec};
@@ -9,18 +9,26 @@ use crate::parse::words::Word;
 use crate::session::interpreter::Session;
 use crate::session::settings::{SettingKind, find_setting};
 
-/// The ways to go on from a cursor.
+/// The completions at a cursor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Completion {
-    /// Where the word to be replaced begins, in bytes.
+    /// The start of the word to replace, in bytes.
     pub start: usize,
-    /// What it may be replaced with.
+    /// The replacements.
     pub candidates: Vec<String>,
-    /// The beginning of a file's name, where one belongs here: the language knows no files.
+    /// The start of a file name, if the argument is a file: the caller completes it.
     pub file: Option<String>,
 }
 
-/// Completes the word that ends at byte `at` of a line: a command, a name that fits there, a word of a fixed set. Case does not matter.
+/// Completes the word that ends at byte `at` of a line: a command, a name, an option, a setting, a
+/// value. Case is ignored.
+///
+/// ```
+/// use superegg_lang::{Session, complete};
+///
+/// let completion = complete(&Session::default(), "setCo", 5);
+/// assert_eq!((completion.start, completion.candidates), (0, vec!["setCoeff".into(), "setColor".into()]));
+/// ```
 pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
     let line = line.get(..at).unwrap_or(line);
     let words = words_of_command(line);
@@ -29,7 +37,7 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
     if !is_at_word && line.contains('#') {
         return nothing;
     }
-    // The words before, and the one that is being typed.
+    // The words before the cursor, and the partial word at it.
     let (before, partial) = match words.split_last() {
         Some((last, before)) if is_at_word => (before, last.text),
         _ => (&words[..], ""),
@@ -73,13 +81,13 @@ fn line_at(line: &str, column: usize) -> char {
     line.chars().nth(column).unwrap_or(' ')
 }
 
-/// Command names that begin so; other spellings only where no name does.
+/// Command names with this prefix; other spellings only if there is none.
 fn commands(partial: &str, fits: fn(&CommandSpec) -> bool) -> Vec<String> {
     let known = || COMMANDS.iter().filter(|spec| fits(spec));
     let names = fitting(known().map(|spec| spec.name), partial);
     let spellings = || {
         let mut found = fitting(known().flat_map(CommandSpec::all_spellings), partial);
-        // One spelling may be two commands'.
+        // Two commands may share a spelling.
         found.sort();
         found.dedup();
         found
@@ -87,7 +95,7 @@ fn commands(partial: &str, fits: fn(&CommandSpec) -> bool) -> Vec<String> {
     if names.is_empty() { spellings() } else { names }
 }
 
-/// The values that the setting of this name may have, where they can be listed.
+/// The allowed values of a setting, if they can be listed.
 fn values(setting: &str, partial: &str) -> Vec<String> {
     match find_setting(setting).map(|spec| spec.kind) {
         Some(SettingKind::Switch) => fitting(["on", "off"].into_iter(), partial),
@@ -97,7 +105,7 @@ fn values(setting: &str, partial: &str) -> Vec<String> {
     }
 }
 
-/// The words that begin so; only where none does, those that begin so but for case.
+/// The words with this prefix; if there is none, those with it when case is ignored.
 fn fitting<'a>(words: impl Iterator<Item = &'a str>, partial: &str) -> Vec<String> {
     let folded = partial.to_lowercase();
     let near: Vec<&str> = words.filter(|word| word.to_lowercase().starts_with(&folded)).collect();

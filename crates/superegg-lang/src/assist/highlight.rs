@@ -1,8 +1,8 @@
-//! Which parts of a line are what.
+//! Syntax highlighting of a line.
 
 use std::ops::Range;
 
-use crate::assist::names::{is_loose, is_name_of, names_of, next_arg};
+use crate::assist::names::{is_name_of, is_position_free, names_of, next_arg};
 use crate::grammar::spec::{ArgKind, CommandSpec, NameKind, parse_size, size_form};
 use crate::grammar::table::COMMANDS;
 use crate::parse::number::parse_number;
@@ -12,23 +12,23 @@ use crate::parse::words::Word;
 use crate::session::interpreter::Session;
 use crate::session::settings::can_be;
 
-/// What a part of a line is.
+/// The class of a part of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Paint {
     /// A command.
     Command,
-    /// A name that there is.
+    /// An existing name.
     Name,
-    /// A number within its range, a size, an option, a word of a fixed set.
+    /// A valid number, size, option or choice.
     Value,
-    /// What cannot be right.
+    /// A word that is wrong however the line continues.
     Wrong,
     /// A comment.
     Comment,
 }
 
-/// The parts of a line that are something, as ranges of bytes in order. A word that may still become right is not called wrong while it is
-/// the last.
+/// The classified parts of a line, as ranges of bytes in order. The last word is not wrong while it
+/// may still become valid.
 pub fn highlight(session: &Session, line: &str) -> Vec<(Range<usize>, Paint)> {
     let words = words_of_command(line);
     let mut bytes_of_columns: Vec<usize> = line.char_indices().map(|(byte, _)| byte).collect();
@@ -60,7 +60,7 @@ pub fn highlight(session: &Session, line: &str) -> Vec<(Range<usize>, Paint)> {
     parts
 }
 
-/// A word of a command, after those before it.
+/// The class of an argument, given the arguments before it.
 fn paint_of(
     session: &Session,
     spec: &CommandSpec,
@@ -71,7 +71,7 @@ fn paint_of(
     let text = word.text;
     let right_or_wrong = |is_right: bool| Some(if is_right { Paint::Value } else { Paint::Wrong });
     let unless_typed = |begins: bool| (!(is_typed && begins)).then_some(Paint::Wrong);
-    if is_loose(spec, text) {
+    if is_position_free(spec, text) {
         return right_or_wrong(size_form(text).is_none() || parse_size(text).is_ok());
     }
     let Some(arg) = next_arg(spec, before) else { return Some(Paint::Wrong) };

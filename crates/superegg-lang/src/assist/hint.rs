@@ -1,8 +1,8 @@
-//! What the command that is being typed still takes.
+//! The hint after the cursor: the arguments still to come.
 
 use superegg_scene::Entity;
 
-use crate::assist::names::{is_loose, next_arg};
+use crate::assist::names::{is_position_free, next_arg};
 use crate::grammar::command::Needs;
 use crate::grammar::spec::{Arg, ArgKind, CommandSpec};
 use crate::grammar::table::{COMMANDS, commands_spelt, find_command};
@@ -12,12 +12,12 @@ use crate::parse::words::Word;
 use crate::session::interpreter::Session;
 use crate::session::settings::find_setting;
 
-/// What to show behind the end of a line.
+/// The text to show after the end of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hint {
-    /// The rest of the command's name, which may be taken over; empty where the name is complete.
+    /// The rest of the command's name, which the user may accept; empty if the name is complete.
     pub rest_of_name: String,
-    /// The arguments still to come, with their ranges, and what is missing.
+    /// The remaining arguments with their ranges, or what is wrong.
     pub arguments: String,
 }
 
@@ -29,7 +29,7 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
     let words = words_of_command(line);
     let is_at_word = !line.ends_with(char::is_whitespace);
     let mut words: &[Word<'_>] = &words;
-    // Of a line within the line, once that begins.
+    // Descend into a nested line, once it has begun.
     while let Some((first, rest)) = words.split_first()
         && let Some(within) = find_command(first.text).and_then(|spec| line_within(spec, rest))
         && !within.is_empty()
@@ -42,7 +42,8 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
         None if rest.is_empty() && is_at_word => only_command(first.text)?,
         None => return None,
     };
-    let mut arguments = arguments_after(spec, rest.iter().filter(|word| !is_loose(spec, word.text)).count());
+    let mut arguments =
+        arguments_after(spec, rest.iter().filter(|word| !is_position_free(spec, word.text)).count());
     let others: Vec<_> = commands_spelt(first.text).skip(1).filter(|_| rest.is_empty()).collect();
     for other in &others {
         arguments.push_str(&format!(" or {}", arguments_after(other, 0)));
@@ -68,14 +69,15 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
     (!arguments.is_empty() || !rest_of_name.is_empty()).then_some(Hint { rest_of_name, arguments })
 }
 
-/// The command of a line that may go on; of two with one spelling the one that takes numbers, once a number stands first.
+/// The command of an incomplete line. Of two with one spelling it is the one that takes numbers, if
+/// the first argument is a number.
 fn command_so_far(first: &str, rest: &[Word<'_>]) -> Option<&'static CommandSpec> {
     let is_of_numbers =
         (1..=2).contains(&rest.len()) && rest.iter().all(|word| parse_number(word.text).is_ok());
     commands_spelt(first).nth(usize::from(is_of_numbers)).or_else(|| find_command(first))
 }
 
-/// What the last word must be, where it is a number that cannot be.
+/// The range of the last word, if it is a number outside it.
 fn wrong_number(spec: &CommandSpec, rest: &[Word<'_>]) -> Option<String> {
     let (last, before) = rest.split_last()?;
     let ArgKind::Number(range) = next_arg(spec, before)?.kind else { return None };
@@ -84,7 +86,7 @@ fn wrong_number(spec: &CommandSpec, rest: &[Word<'_>]) -> Option<String> {
     (!range.contains(number)).then(|| format!("   {name} must be {}", range.describe()))
 }
 
-/// The one command whose name begins so, and the rest of that name.
+/// The only command with this prefix, and the rest of its name.
 fn only_command(word: &str) -> Option<(&'static CommandSpec, String)> {
     let begins = |name: &str| name.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
     let mut fitting = COMMANDS.iter().filter(|spec| begins(spec.name));
@@ -92,8 +94,8 @@ fn only_command(word: &str) -> Option<(&'static CommandSpec, String)> {
     fitting.next().is_none().then(|| (spec, spec.name[word.len()..].to_owned()))
 }
 
-/// The arguments from this place on, those that may be left out in brackets.
-fn arguments_after(spec: &CommandSpec, place: usize) -> String {
+/// The arguments from an index on; optional ones in brackets.
+fn arguments_after(spec: &CommandSpec, index: usize) -> String {
     let mut words = Vec::new();
     let mut at = 0;
     for (part, args) in spec.args.iter().enumerate() {
@@ -102,7 +104,7 @@ fn arguments_after(spec: &CommandSpec, place: usize) -> String {
             .iter()
             .filter(|arg| {
                 at += 1;
-                at > place || matches!(arg.kind, ArgKind::Words(_) | ArgKind::Line)
+                at > index || matches!(arg.kind, ArgKind::Words(_) | ArgKind::Line)
             })
             .map(brief)
             .collect();

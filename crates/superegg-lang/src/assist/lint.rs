@@ -1,4 +1,4 @@
-//! What is allowed but may not be what was meant.
+//! Warnings about valid files that are probably wrong.
 
 use std::collections::HashSet;
 
@@ -9,10 +9,10 @@ use crate::session::interpreter::Session;
 use crate::session::keys::key_frames;
 use crate::session::still::scene_at;
 
-/// So many frames with keys are tried.
+/// The maximal number of frames to check.
 const MOST_FRAMES: usize = 1000;
 
-/// Warnings about a loaded file as a whole, in the order of what was made.
+/// Warnings about a loaded file as a whole.
 pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
     let scene = session.scene();
     let mut warnings = Vec::new();
@@ -30,7 +30,7 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
                 warn(
                     FaultCode::EmptyObject,
                     format!("the object '{name}' has no children"),
-                    "is its name a slip for another's?",
+                    "the name may be misspelt",
                 );
             }
             Entity::Object(_) if !used.contains(name) && !is_selected => {
@@ -56,11 +56,12 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
             warn(
                 FaultCode::Weights,
                 format!("reflected and refracted of '{name}' are more than 1 together"),
-                "they will be scaled down to 1",
+                "they will be scaled to a sum of 1",
             );
         }
     }
-    // Between keys a number may be 0 where it cannot be; at the keys themselves what other lines made may not bear it.
+    // Between keys an interpolated number may be an invalid 0; at a key the transform may not be
+    // invertible.
     let frames = key_frames(scene);
     let between = frames.windows(2).map(|pair| 0.5 * pair[0] + 0.5 * pair[1]);
     if let Some(fault) = between
@@ -79,7 +80,7 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
         warn(
             FaultCode::CameraUp,
             "the camera looks along its up direction".to_owned(),
-            "cameraUp x y z gives another; until then an axis is taken",
+            "'cameraUp x y z' sets another; until then an axis replaces it",
         );
     }
     if session.selected().is_none() {

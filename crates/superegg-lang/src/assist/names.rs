@@ -1,4 +1,4 @@
-//! The names that an argument may have, and the argument that a place in a line is.
+//! The known names of each kind, and the argument at a position in a line.
 
 use superegg_scene::Entity;
 
@@ -10,7 +10,7 @@ use crate::session::interpreter::Session;
 use crate::session::keys::key_frames;
 use crate::session::settings::SETTINGS;
 
-/// Every name of this kind that there is now, in the order of the scene or table.
+/// Every existing name of a kind, in the order of the scene or the table.
 pub(crate) fn names_of(session: &Session, of: NameKind) -> Vec<&str> {
     let scene = session.scene();
     match of {
@@ -25,12 +25,12 @@ pub(crate) fn names_of(session: &Session, of: NameKind) -> Vec<&str> {
         NameKind::Light => scene.named_lights().map(|(name, _)| name).collect(),
         NameKind::Command => COMMANDS.iter().map(|spec| spec.name).collect(),
         NameKind::Setting => SETTINGS.iter().map(|spec| spec.name).collect(),
-        // Frames are numbers, and there may be thousands.
+        // Frames are not completed: there may be thousands.
         NameKind::KeyFrame => vec!["all"],
     }
 }
 
-/// Whether a name of this kind is there; cheaper than listing them.
+/// Whether a name of a kind exists; cheaper than listing them.
 pub(crate) fn is_name_of(session: &Session, of: NameKind, name: &str) -> bool {
     let scene = session.scene();
     match of {
@@ -55,15 +55,15 @@ pub(crate) fn is_name_of(session: &Session, of: NameKind, name: &str) -> bool {
     }
 }
 
-/// Whether a word is an option of the command, or the size that it takes: those have no place of their own.
-pub(crate) fn is_loose(spec: &CommandSpec, word: &str) -> bool {
+/// Whether a word is an option of the command or an image size, which may stand anywhere.
+pub(crate) fn is_position_free(spec: &CommandSpec, word: &str) -> bool {
     spec.options.iter().any(|option| option.eq_ignore_ascii_case(word))
         || (size_form(word).is_some() && spec.all_args().any(|arg| arg.kind == ArgKind::Size))
 }
 
-/// The argument that follows these words of a command (its own word not among them), if there may be one more.
+/// The argument that follows these words of a command (without its own word), if there is one.
 pub(crate) fn next_arg<'s>(spec: &'s CommandSpec, before: &[Word<'_>]) -> Option<&'s Arg> {
-    let place = before.iter().filter(|word| !is_loose(spec, word.text)).count();
+    let index = before.iter().filter(|word| !is_position_free(spec, word.text)).count();
     let last_repeated = spec.all_args().last().filter(|_| spec.is_variadic());
-    spec.all_args().filter(|arg| arg.kind != ArgKind::Size).nth(place).or(last_repeated)
+    spec.all_args().filter(|arg| arg.kind != ArgKind::Size).nth(index).or(last_repeated)
 }

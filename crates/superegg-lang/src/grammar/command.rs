@@ -1,7 +1,8 @@
 //! Commands, as parsed.
 //!
-//! A command's variant says what it works on, so what must be selected ([`Command::needs`]) follows from its type. The
-//! enums of commands are exhaustive on purpose: whoever matches them is told by the compiler of a new command.
+//! The variant of a command says what the command works on, so what must be selected
+//! ([`Command::needs`]) follows from its type. The enums of commands are exhaustive on purpose: the
+//! compiler reports each match that does not handle a new command.
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
@@ -32,7 +33,8 @@ impl Command {
         }
     }
 
-    /// Whether the command can do no more than change the selection or a cursor, once the entity that it names exists.
+    /// Whether the command can do no more than change the selection or a cursor, once the entity
+    /// that it names exists.
     pub fn is_selection(&self) -> bool {
         match self {
             Self::Session(command) => match command {
@@ -132,7 +134,8 @@ pub enum SceneCommand {
     SetCamera(Camera),
     /// Set the camera's up direction.
     SetCameraUp(DVec3),
-    /// Make the camera orthographic, with an image of this height in world units; 0 for a perspective camera.
+    /// Make the camera orthographic, with an image of this height in world units; 0 for a
+    /// perspective camera.
     SetOrthographic(f64),
     /// Set the camera's lens; a radius of 0 for a pinhole.
     SetLens {
@@ -162,7 +165,8 @@ pub enum SceneCommand {
     SetAmbientOcclusion(Option<AmbientOcclusion>),
     /// Set the recursion depth of objects.
     SetDepth(u32),
-    /// Add a key: keep the numbers of a line at a frame. The parsed line is [`crate::Parsed::keyed`].
+    /// Add a key: keep the numbers of a line at a frame. The parsed line is
+    /// [`crate::Parsed::keyed`].
     SetKey {
         /// The frame.
         frame: f64,
@@ -173,7 +177,8 @@ pub enum SceneCommand {
     RemoveKeys {
         /// The frame, or `all`.
         frame: String,
-        /// Remove only the keys of this command on the selected entity; the keys of every command if `None`.
+        /// Remove only the keys of this command on the selected entity; the keys of every command
+        /// if `None`.
         command: Option<String>,
     },
 }
@@ -269,7 +274,8 @@ pub enum Request {
     Undo(u32),
     /// Redo this many changes.
     Redo(u32),
-    /// Show the tree, the number of instances and the bounds of the named entities; of the selected one if none is named.
+    /// Show the tree, the number of instances and the bounds of the named entities; of the selected
+    /// one if none is named.
     Show(Vec<String>),
     /// Show the typed lines: all, or the last ones.
     History(Option<u32>),

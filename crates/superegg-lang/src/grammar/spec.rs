@@ -195,7 +195,8 @@ pub struct Arg {
     pub kind: ArgKind,
 }
 
-/// How a command is made from its arguments. The variant says what the command needs to be selected.
+/// How a command is made from its arguments. The variant says what the command needs to be
+/// selected.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Build {
     Session(fn(&Args<'_>) -> SessionCommand),
@@ -236,7 +237,8 @@ pub struct CommandSpec {
     pub group: Group,
     /// Options, for example `--history`, at any position among the arguments.
     pub options: &'static [&'static str],
-    /// The arguments, in parts. The first part is required; each later part is optional, together with all after it.
+    /// The arguments, in parts. The first part is required; each later part is optional, together
+    /// with all after it.
     pub args: &'static [&'static [Arg]],
     /// What the command does, in one line.
     pub summary: &'static str,
@@ -274,14 +276,16 @@ impl CommandSpec {
         self.all_args().any(|arg| arg.kind == ArgKind::Line)
     }
 
-    /// Whether the command can have keys: it sets numbers of the scene. For `set` this also depends on the setting.
+    /// Whether the command can have keys: it sets numbers of the scene. For `set` this also depends
+    /// on the setting.
     pub fn is_keyable(&self) -> bool {
         let is_of_scene = matches!(self.group, Group::Primitives | Group::Objects | Group::Scene);
         let has_number = self.all_args().any(|arg| matches!(arg.kind, ArgKind::Number(_)));
         self.name == "set" || (is_of_scene && has_number)
     }
 
-    /// The allowed counts of arguments, without those of a variadic one, in rising order; some may repeat.
+    /// The allowed counts of arguments, without those of a variadic one, in rising order; some may
+    /// repeat.
     pub fn counts(&self) -> impl Iterator<Item = usize> {
         self.args.iter().scan(0, |total, part| {
             *total += part.iter().filter(|arg| arg.kind != ArgKind::Size).count();

@@ -1,4 +1,4 @@
-//! The one table of commands.
+//! The command table.
 
 use std::sync::LazyLock;
 
@@ -21,7 +21,7 @@ const fn name(name: &'static str, of: NameKind) -> Arg {
 
 const FILE: Arg = Arg { name: "FILE", kind: ArgKind::File };
 const FOLDER: Arg = Arg { name: "FOLDER", kind: ArgKind::File };
-/// Saves the commands as they were typed.
+/// The option of `save` to write the commands as typed.
 const HISTORY_OPTION: &str = "--history";
 const COUNT: Arg = number("N", Range::Whole(1, u32::MAX));
 const UNIT: Range = Range::Within(0.0, 1.0);
@@ -39,14 +39,14 @@ const RADIANCE: &[Arg] =
     &[number("r", Range::NonNegative), number("g", Range::NonNegative), number("b", Range::NonNegative)];
 const WEIGHT: &[Arg] = &[number("share", UNIT)];
 
-/// A colour that stands behind another one.
+/// A colour after another one.
 const SECOND_RADIANCE: &[Arg] =
     &[number("r2", Range::NonNegative), number("g2", Range::NonNegative), number("b2", Range::NonNegative)];
-/// Rays for each point that is seen, for ambient occlusion.
+/// The maximal number of ambient occlusion rays per point.
 const MOST_OCCLUSION_SAMPLES: u32 = 65_536;
-/// The share of a spot's cone over which its light fades, unless it is said.
+/// The default fraction of a spot's cone over which its light fades.
 const SPOT_SOFT: f64 = 0.2;
-/// The edge of a pattern's cubes, unless it is said.
+/// The default edge length of a checker's cubes.
 pub(crate) const CHECKER_SIZE: f64 = 0.5;
 
 /// A command that sets one weight of the selected primitive's material.
@@ -69,6 +69,14 @@ macro_rules! weight {
 }
 
 /// Every command of the language.
+///
+/// ```
+/// use superegg_lang::{COMMANDS, Needs, find_command};
+///
+/// let index = find_command("INDEX").unwrap();
+/// assert_eq!((index.name, index.usage().as_str(), index.needs()), ("setIndex", "index", Needs::Primitive));
+/// assert!(COMMANDS.iter().all(|spec| find_command(spec.name).is_some()));
+/// ```
 pub const COMMANDS: &[CommandSpec] = &[
     CommandSpec {
         name: "help",
@@ -76,7 +84,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Session,
         options: &[],
         args: &[&[], &[Arg { name: "COMMAND", kind: ArgKind::Words(NameKind::Command) }]],
-        summary: "lists the commands, or explains those named; also one group of them",
+        summary: "lists the commands, or explains the named commands or groups",
         default: "",
         example: "help setColor",
         build: Build::Session(|args| SessionCommand::Help(args.texts())),
@@ -87,7 +95,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Session,
         options: &[],
         args: &[&[], &[Arg { name: "JOB", kind: ArgKind::Choice(&["render"]) }]],
-        summary: "leaves; in a file, the rest of it is not read. 'stop render' stops the pictures being rendered instead",
+        summary: "leaves; in a file, ignores the rest. 'stop render' stops the renders in progress instead",
         default: "",
         example: "stop",
         build: Build::Request(|args| if args.words.is_empty() { Request::Stop } else { Request::StopRender }),
@@ -98,7 +106,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Session,
         options: &[],
         args: &[&[], &[Arg { name: "NAME", kind: ArgKind::Words(NameKind::Entity) }]],
-        summary: "lists what there is, or shows the details of what is named; 'all' and 'selected' are names too",
+        summary: "lists the scene, or shows the details of the named entities; 'all' and 'selected' are names too",
         default: "",
         example: "info selected",
         build: Build::Session(|args| SessionCommand::Info(args.texts())),
@@ -109,7 +117,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Session,
         options: &[],
         args: &[&[], &[Arg { name: "NAME", kind: ArgKind::Words(NameKind::Entity) }]],
-        summary: "as info, with the tree of what is in it, how many instances it comes to, and its bounds",
+        summary: "as info, with the tree of children, the number of instances, and the bounding box",
         default: "what is selected",
         example: "show selected",
         build: Build::Request(|args| Request::Show(args.texts())),
@@ -131,7 +139,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Pictures,
         options: &[],
         args: &[],
-        summary: "hands the keyboard to the viewer",
+        summary: "gives the keyboard to the viewer",
         default: "",
         example: "interact",
         build: Build::Request(|_| Request::Interact),
@@ -142,7 +150,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Files,
         options: &[],
         args: &[&[], &[FILE]],
-        summary: "clears the scene, then runs a file; a file with errors changes nothing, but load! takes what is good in it",
+        summary: "clears the scene, then runs a file; a file with errors changes nothing, but load! keeps its good lines",
         default: "the quicksave",
         example: "source robot.scn",
         build: Build::Request(|args| Request::Source {
@@ -156,7 +164,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Files,
         options: &[HISTORY_OPTION],
         args: &[&[], &[FILE]],
-        summary: "writes the scene to a file, or with --history the commands as they were typed; save! overwrites any file",
+        summary: "writes the scene to a file, or with --history the commands as typed; save! overwrites any file",
         default: "the quicksave; .scn is added to a name without an ending",
         example: "save robot.scn",
         build: Build::Request(|args| Request::Save {
@@ -175,7 +183,7 @@ pub const COMMANDS: &[CommandSpec] = &[
             &[Arg { name: "WHAT", kind: ArgKind::Choice(&["list", "discard", "restore"]) }],
             &[COUNT],
         ],
-        summary: "brings back a session that was not saved: the last one, or 'recover restore N'; 'recover list' tells of all with their numbers, 'recover discard N' forgets one, 'recover discard' all",
+        summary: "restores an unsaved session: the last one, or 'recover restore N'; 'recover list' lists them with their numbers, 'recover discard N' discards one, 'recover discard' all",
         default: "",
         example: "recover",
         build: Build::Request(|args| {
@@ -194,7 +202,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Files,
         options: &[],
         args: &[],
-        summary: "tells the working folder",
+        summary: "prints the working folder",
         default: "",
         example: "pwd",
         build: Build::Request(|_| Request::PrintFolder),
@@ -216,7 +224,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Files,
         options: &[],
         args: &[&[], &[FOLDER]],
-        summary: "lists what is in a folder",
+        summary: "lists the files in a folder",
         default: "the working folder",
         example: "dir scenes",
         build: Build::Request(|args| Request::ListFolder(args.optional_text(0))),
@@ -227,7 +235,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Editing,
         options: &[],
         args: &[&[], &[COUNT]],
-        summary: "takes back the last change, or the last N; also a load",
+        summary: "undoes the last change, or the last N; also a load",
         default: "1",
         example: "undo 3",
         build: Build::Request(|args| Request::Undo(args.optional_whole(0).unwrap_or(1))),
@@ -238,7 +246,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Editing,
         options: &[],
         args: &[&[], &[COUNT]],
-        summary: "makes the last change that was undone again, or the last N",
+        summary: "redoes the last undone change, or the last N",
         default: "1",
         example: "redo",
         build: Build::Request(|args| Request::Redo(args.optional_whole(0).unwrap_or(1))),
@@ -249,7 +257,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Editing,
         options: &[],
         args: &[&[name("NAME", NameKind::Entity)]],
-        summary: "deletes a primitive or object with its keys, and every child that stands for it",
+        summary: "deletes a primitive or object, its keys, and every child that refers to it",
         default: "",
         example: "delete ball",
         build: Build::Scene(|args| SceneCommand::Delete(args.text(0))),
@@ -271,7 +279,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Editing,
         options: &[],
         args: &[&[name("NAME", NameKind::Entity), name("NEW", NameKind::New)]],
-        summary: "copies a primitive or object under another name; an object that holds itself becomes one that holds itself",
+        summary: "copies a primitive or object under another name; the copy of an object that contains itself contains itself",
         default: "",
         example: "copy ball small_ball",
         build: Build::Scene(|args| SceneCommand::Copy { name: args.text(0), new: args.text(1) }),
@@ -282,7 +290,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Editing,
         options: &[],
         args: &[&[], &[Arg { name: "WHAT", kind: ArgKind::Choice(&["screen"]) }]],
-        summary: "empties the scene, which undo takes back; 'clear screen' empties the terminal instead",
+        summary: "empties the scene; undo restores it. 'clear screen' empties the terminal instead",
         default: "",
         example: "clear",
         build: Build::Session(|args| {
@@ -306,7 +314,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Primitives,
         options: &[],
         args: &[&[name("NAME", NameKind::PrimitiveOrNew)]],
-        summary: "selects a primitive, making it if it is new",
+        summary: "selects a primitive; creates it if it is new",
         default: "a new one is a white sphere of radius 1",
         example: "primitive ball",
         build: Build::Session(|args| SessionCommand::SelectPrimitive(args.text(0))),
@@ -342,7 +350,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Primitives,
         options: &[],
         args: &[&[number("u", Range::Whole(1, u32::MAX)), number("v", Range::Whole(1, u32::MAX))]],
-        summary: "sets how many patches the preview has around and from pole to pole",
+        summary: "sets the number of patches in the preview: around, and from pole to pole",
         default: "15 15",
         example: "setPatch 30 20",
         build: Build::Primitive(|args| {
@@ -360,24 +368,24 @@ pub const COMMANDS: &[CommandSpec] = &[
         example: "setColor 0.8 0.2 0.1",
         build: Build::Primitive(|args| PrimitiveCommand::SetColor(args.vector(0))),
     },
-    weight!("setAmbient", "ambient", Ambient, "sets the share of ambient light", "0.1"),
+    weight!("setAmbient", "ambient", Ambient, "sets the weight of ambient light", "0.1"),
     weight!(
         "setReflected",
         "reflected",
         Reflected,
-        "sets the share of mirrored light; only what is set mirrors",
-        "nothing is mirrored"
+        "sets the weight of reflected light; a surface reflects only if this is set",
+        "no reflection"
     ),
     weight!(
         "setRefracted",
         "refracted",
         Refracted,
-        "sets the share of light let through; only what is set does so",
-        "nothing is let through"
+        "sets the weight of transmitted light; a surface transmits only if this is set",
+        "no refraction"
     ),
     weight!("setGloss", "gloss", Gloss, "sets the roughness of the highlight: smaller is sharper", "0.3"),
-    weight!("setDiffuse", "diffuse", Diffuse, "sets the diffuse share", "0.8"),
-    weight!("setSpecular", "specular", Specular, "sets the share of the highlight", "0.1"),
+    weight!("setDiffuse", "diffuse", Diffuse, "sets the weight of diffuse light", "0.8"),
+    weight!("setSpecular", "specular", Specular, "sets the weight of the highlight", "0.1"),
     CommandSpec {
         name: "setIndex",
         spellings: &["index"],
@@ -395,7 +403,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Primitives,
         options: &[],
         args: &[&[number("exponent", Range::NonNegative)]],
-        summary: "sets the exponent of the highlight, instead of what gloss gives",
+        summary: "sets the exponent of the highlight, instead of the one from gloss",
         default: "2 / gloss^2 - 2",
         example: "setShininess 80",
         build: Build::Primitive(|args| PrimitiveCommand::SetShininess(args.number(0))),
@@ -406,7 +414,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Primitives,
         options: &[],
         args: &[&[Arg { name: "on|off", kind: ArgKind::Choice(&["on", "off"]) }]],
-        summary: "lets the mirrored share follow Fresnel's reflectance of the index: little head-on, all at grazing angles",
+        summary: "scales the reflected weight by the Fresnel reflectance of the index: little at normal incidence, all at grazing angles",
         default: "off",
         example: "setFresnel on",
         build: Build::Primitive(|args| {
@@ -419,7 +427,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Primitives,
         options: &[],
         args: &[RADIANCE],
-        summary: "sets what the inside takes away of light let through: after a way d inside, exp(-r d), exp(-g d), exp(-b d) is left",
+        summary: "sets the absorption inside, per world unit: after a distance d, exp(-r d), exp(-g d), exp(-b d) of the light is left",
         default: "0 0 0",
         example: "setAbsorb 0.1 0.6 0.9",
         build: Build::Primitive(|args| PrimitiveCommand::SetAbsorption(args.vector(0))),
@@ -435,7 +443,7 @@ pub const COMMANDS: &[CommandSpec] = &[
             &[number("size|x", Range::Any)],
             &[number("y", Range::Any), number("z", Range::Any)],
         ],
-        summary: "sets a second colour on the surface: 'none', 'checker r g b [size]' in cubes, 'gradient r g b [x y z]' along a direction, in the primitive's own space",
+        summary: "sets a second colour: 'none', 'checker r g b [size]' in cubes, 'gradient r g b [x y z]' along a direction, in the primitive's own space",
         default: "none; size 0.5, x y z 0 0 1",
         example: "setPattern checker 0.1 0.1 0.1 0.25",
         build: Build::Primitive(|args| PrimitiveCommand::SetPattern {
@@ -449,7 +457,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[&[name("NAME", NameKind::ObjectOrNew)]],
-        summary: "selects an object, making it if it is new",
+        summary: "selects an object; creates it if it is new",
         default: "a new one is empty",
         example: "object snowman",
         build: Build::Session(|args| SessionCommand::SelectObject(args.text(0))),
@@ -460,7 +468,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[VECTOR],
-        summary: "moves the object as a whole, after all that was done to it before",
+        summary: "moves the whole object, after its earlier transforms",
         default: "",
         example: "translateAll 0 0 -2",
         build: Build::Object(|args| ObjectCommand::TransformWhole(TransformStep::Translate(args.vector(0)))),
@@ -471,7 +479,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[TURN],
-        summary: "turns the object as a whole about an axis through the origin, right-handed",
+        summary: "rotates the whole object about an axis through the origin, right-handed",
         default: "",
         example: "rotateAll 0 0 1 90",
         build: Build::Object(|args| ObjectCommand::TransformWhole(args.rotation())),
@@ -482,7 +490,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[FACTORS],
-        summary: "scales the object as a whole; a negative factor mirrors",
+        summary: "scales the whole object; a negative factor mirrors",
         default: "",
         example: "scaleAll 2 2 2",
         build: Build::Object(|args| ObjectCommand::TransformWhole(TransformStep::Scale(args.vector(0)))),
@@ -521,7 +529,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[&[name("ALIAS", NameKind::Child)]],
-        summary: "chooses the child that translate, rotate and scale move",
+        summary: "moves the cursor to a child: translate, rotate and scale act on it",
         default: "the child added last",
         example: "setCursor head",
         build: Build::Object(|args| ObjectCommand::SetCursor(args.text(0))),
@@ -532,7 +540,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[&[name("ALIAS", NameKind::Child)]],
-        summary: "takes a child and its keys out of the object; what it stands for stays",
+        summary: "removes a child and its keys from the object; the primitive or object it refers to stays",
         default: "",
         example: "remove head",
         build: Build::Object(|args| ObjectCommand::RemoveChild(args.text(0))),
@@ -543,7 +551,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[VECTOR],
-        summary: "moves the child at the cursor (which addPrimitive, addObject and setCursor choose), after all that was done to it before",
+        summary: "moves the child at the cursor (set by addPrimitive, addObject and setCursor), after its earlier transforms",
         default: "",
         example: "translate 0 0 1.5",
         build: Build::Object(|args| ObjectCommand::TransformChild(TransformStep::Translate(args.vector(0)))),
@@ -554,7 +562,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[TURN],
-        summary: "turns the child at the cursor about an axis through the origin, right-handed",
+        summary: "rotates the child at the cursor about an axis through the origin, right-handed",
         default: "",
         example: "rotate 1 0 0 30",
         build: Build::Object(|args| ObjectCommand::TransformChild(args.rotation())),
@@ -585,7 +593,7 @@ pub const COMMANDS: &[CommandSpec] = &[
             RADIANCE,
             &[number("k", Range::NonNegative)],
         ],
-        summary: "adds or replaces a light that shines to all sides; at distance d it has fallen to 1 / (1 + k d^2)",
+        summary: "adds or replaces a point light; its attenuation at distance d is 1 / (1 + k d^2)",
         default: "r g b 1 1 1, k 0; without any light, white at 3 4 5 with k 0.01",
         example: "light lamp 3 4 5 1 0.9 0.7 0.01",
         build: Build::Scene(|args| {
@@ -618,7 +626,7 @@ pub const COMMANDS: &[CommandSpec] = &[
             &[number("k", Range::NonNegative)],
             &[number("soft", UNIT)],
         ],
-        summary: "adds or replaces a light that shines from x y z towards tx ty tz, into a cone of so many degrees from side to side; over the share soft of it the light fades towards the rim",
+        summary: "adds or replaces a spot light that shines from x y z towards tx ty tz, into a cone of this full angle; the light fades towards the rim over the fraction soft of the angle",
         default: "r g b 1 1 1, k 0, soft 0.2",
         example: "spot lamp 0 6 0 0 0 0 40 1 0.9 0.7 0.01 0.3",
         build: Build::Scene(|args| {
@@ -650,7 +658,7 @@ pub const COMMANDS: &[CommandSpec] = &[
             ],
             RADIANCE,
         ],
-        summary: "adds or replaces a light from infinitely far away; x y z is the direction towards it",
+        summary: "adds or replaces a directional light; x y z is the direction towards it",
         default: "r g b 1 1 1",
         example: "sun noon 1 3 2 1 0.95 0.85",
         build: Build::Scene(|args| {
@@ -669,8 +677,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[&[name("NAME", NameKind::Light), number("radius", Range::NonNegative)]],
-        summary: "makes a light a ball of this radius, whose shadows are soft; for a sun, the radius of its disc seen at distance 1",
-        default: "0, whose shadows are hard; light, spot and sun set it so again",
+        summary: "makes a light a spherical area light of this radius, with soft shadows; for a sun, the tangent of its angular radius",
+        default: "0: hard shadows; light, spot and sun reset it",
         example: "lightRadius lamp 0.5",
         build: Build::Scene(|args| SceneCommand::SetLightRadius {
             name: args.text(0),
@@ -683,7 +691,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[&[name("NAME", NameKind::Light)]],
-        summary: "takes a light and its keys away",
+        summary: "removes a light and its keys",
         default: "",
         example: "unlight lamp",
         build: Build::Scene(|args| SceneCommand::RemoveLight(args.text(0))),
@@ -704,7 +712,7 @@ pub const COMMANDS: &[CommandSpec] = &[
             ],
             &[number("fov_deg", Range::Between(0.0, 180.0))],
         ],
-        summary: "places the camera and the point it looks at; the field of view is vertical, in degrees",
+        summary: "sets the position of the camera and the point it looks at; the field of view is vertical, in degrees",
         default: "0 0 10 0 0 0 60: it looks along -z, and y is up (see cameraUp); fov_deg is 60 unless given",
         example: "camera 6 -8 5 0 0 1 40",
         build: Build::Scene(|args| {
@@ -722,7 +730,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[VECTOR],
-        summary: "sets the direction that goes up in the picture",
+        summary: "sets the direction that is up in the picture",
         default: "0 1 0",
         example: "cameraUp 0 0 1",
         build: Build::Scene(|args| SceneCommand::SetCameraUp(args.vector(0))),
@@ -733,7 +741,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[&[number("height", Range::NonNegative)]],
-        summary: "makes the camera's rays parallel; the picture is this high in world units. 0 makes it a perspective again",
+        summary: "makes the camera orthographic; height is that of the picture in world units. 0 makes it perspective again",
         default: "0",
         example: "orthographic 8",
         build: Build::Scene(|args| SceneCommand::SetOrthographic(args.number(0))),
@@ -744,8 +752,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[&[number("radius", Range::NonNegative)], &[number("focus", Range::Positive)]],
-        summary: "gives the camera a lens of this radius: what is not at the distance focus is blurred. 0 makes it a pinhole again",
-        default: "0; focus is the distance from the camera to its target as it is now",
+        summary: "sets the lens radius and the focus distance of the camera, for depth of field. 0 makes it a pinhole again",
+        default: "0; focus is the current distance from the camera to its target",
         example: "lens 0.2 9",
         build: Build::Scene(|args| SceneCommand::SetLens {
             radius: args.number(0),
@@ -758,7 +766,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[RADIANCE],
-        summary: "sets the colour where nothing is, in linear values",
+        summary: "sets the colour of rays that hit nothing, in linear values",
         default: "0 0 0",
         example: "background 0.2 0.3 0.5",
         build: Build::Scene(|args| SceneCommand::SetBackground(args.vector(0))),
@@ -769,7 +777,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[RADIANCE, SECOND_RADIANCE, VECTOR],
-        summary: "sets the colour where nothing is, instead of the background: all round, or at the horizon and then at the zenith; x y z is up",
+        summary: "sets the sky, which replaces the background: one colour, or a gradient from the horizon to the zenith; x y z is up",
         default: "no sky; r2 g2 b2 as r g b, x y z 0 1 0",
         example: "sky 0.7 0.8 0.9 0.1 0.2 0.6",
         build: Build::Scene(|args| {
@@ -785,7 +793,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[],
-        summary: "takes the sky and its keys away: the background shows again",
+        summary: "removes the sky and its keys: the background shows again",
         default: "",
         example: "unsky",
         build: Build::Scene(|_| SceneCommand::SetSky(None)),
@@ -796,8 +804,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[&[number("height", Range::Any)], &[name("SURFACE", NameKind::Primitive)], VECTOR],
-        summary: "lays a plane without end at this height, with the surface of a primitive; x y z is up",
-        default: "no floor; the surface of a new primitive, x y z 0 1 0",
+        summary: "adds an infinite floor at this height, with the material of a primitive; x y z is its normal",
+        default: "no floor; the material of a new primitive, x y z 0 1 0",
         example: "floor -1 tiles",
         build: Build::Scene(|args| SceneCommand::SetFloor {
             height: args.number(0),
@@ -811,8 +819,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[VECTOR],
-        summary: "sets the direction that is up from the floor",
-        default: "0 1 0; floor sets it so again",
+        summary: "sets the normal of the floor",
+        default: "0 1 0; floor resets it",
         example: "floorUp 0 0 1",
         build: Build::Scene(|args| SceneCommand::SetFloorUp(args.vector(0))),
     },
@@ -822,7 +830,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[],
-        summary: "takes the floor and its keys away",
+        summary: "removes the floor and its keys",
         default: "",
         example: "unfloor",
         build: Build::Scene(|_| SceneCommand::RemoveFloor),
@@ -836,7 +844,7 @@ pub const COMMANDS: &[CommandSpec] = &[
             number("samples", Range::Whole(0, MOST_OCCLUSION_SAMPLES)),
             number("distance", Range::Positive),
         ]],
-        summary: "keeps ambient light from corners, by so many rays to all sides from each point; what is farther away than distance shades none. 0 samples turn it off; 'ao' with two numbers is this, else addObject",
+        summary: "sets ambient occlusion: the number of rays from each point, and the distance beyond which nothing occludes. 0 samples turn it off; 'ao' with two numbers is this, else addObject",
         default: "off",
         example: "ambientOcclusion 16 2",
         build: Build::Scene(|args| {
@@ -850,7 +858,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Scene,
         options: &[],
         args: &[&[number("levels", Range::Whole(0, MAX_DEPTH))]],
-        summary: "sets how deep objects are opened: the selected one is level 1, primitives of the last level included",
+        summary: "sets the recursion depth of objects: the selected one is level 1, primitives of the last level are included",
         default: "25",
         example: "setDepth 8",
         build: Build::Scene(|args| SceneCommand::SetDepth(args.whole(0))),
@@ -861,7 +869,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Animation,
         options: &[],
         args: &[&[number("FRAME", Range::Any), Arg { name: "COMMAND", kind: ArgKind::Line }]],
-        summary: "keeps the numbers of a command at a frame, for what is selected and the child at the cursor; at a frame between keys they go over smoothly, and the command is carried out with them after all others",
+        summary: "adds a keyframe: the numbers of a command at a frame, for the selected entity and the child at the cursor. Between keys the numbers are interpolated smoothly, and the command runs after all others",
         default: "",
         example: "key 24 rotate 0 0 1 90",
         build: Build::Scene(|args| SceneCommand::SetKey { frame: args.number(0), words: args.texts() }),
@@ -872,7 +880,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Animation,
         options: &[],
         args: &[&[name("FRAME|all", NameKind::KeyFrame)], &[name("COMMAND", NameKind::Command)]],
-        summary: "takes the keys at a frame away, or all; with COMMAND only those of that command for what is selected",
+        summary: "removes the keys at a frame, or all; with COMMAND only those of that command for the selected entity",
         default: "",
         example: "unkey 24 rotate",
         build: Build::Scene(|args| SceneCommand::RemoveKeys {
@@ -886,8 +894,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Pictures,
         options: &[],
         args: &[&[], &[FILE], &[Arg { name: "WxH", kind: ArgKind::Size }]],
-        summary: "ray traces what is selected into a picture (.png, or .exr for linear light), in the background; 'stop render' stops it",
-        default: "the scene's name with .png, and the size that 'set size' says",
+        summary: "ray traces the selected entity into a picture (.png, or .exr for linear values), in the background; 'stop render' stops it",
+        default: "the scene's name with .png, and the size of 'set size'",
         example: "render robot.png 640x480",
         build: Build::Request(|args| Request::Render { file: args.optional_text(0), size: args.size }),
     },
@@ -897,7 +905,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Pictures,
         options: &[],
         args: &[&[], &[number("FRAME", Range::Any)]],
-        summary: "ray traces what is selected into the terminal, as it is at a frame where one is given",
+        summary: "ray traces the selected entity into the terminal, at a frame if one is given",
         default: "without keys",
         example: "preview",
         build: Build::Request(|args| Request::Preview(args.numbers.first().copied())),
@@ -919,8 +927,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Pictures,
         options: &[],
         args: &[&[], VECTOR],
-        summary: "tells whether a point is inside, by the inside-outside function; without one, counts a grid of points",
-        default: "the grid that 'set ioStep' and 'set ioHalf' say",
+        summary: "tests whether a point is inside, by the inside-outside function; without a point, tests a grid",
+        default: "the grid of 'set ioStep' and 'set ioHalf'",
         example: "iotest 0 0 0.5",
         build: Build::Request(|args| Request::InsideOutside(args.optional_vector(0))),
     },
@@ -940,8 +948,8 @@ pub const COMMANDS: &[CommandSpec] = &[
                 number("dz", Range::Any),
             ],
         ],
-        summary: "tells where the ray from o along d first meets a surface, and the normal there",
-        default: "the ray along which the camera looks",
+        summary: "intersects the ray from o along d with the scene: the first hit, and the normal there",
+        default: "the central ray of the camera",
         example: "intersect 0 0 10 0 0 -1",
         build: Build::Request(|args| {
             let ray = args.optional_vector(0).zip(args.optional_vector(3));
@@ -968,29 +976,31 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Pictures,
         options: &[],
         args: &[&[], &[Arg { name: "SETTING", kind: ArgKind::Words(NameKind::Setting) }]],
-        summary: "tells settings with what they may be",
+        summary: "shows settings with their allowed values",
         default: "all",
         example: "get size",
         build: Build::Session(|args| SessionCommand::Get(args.texts())),
     },
 ];
 
-/// The one spelling of two commands: addObject's of old, and ambientOcclusion's. See [`command_of`].
+/// The only spelling of two commands: addObject and ambientOcclusion. The parser decides by the
+/// arguments.
 pub(crate) const SHARED_SPELLING: &str = "ao";
 
-/// The command with this spelling, in any case; the course's where two have it.
+/// The command with this spelling; case is ignored. For `ao` it is addObject.
 pub fn find_command(word: &str) -> Option<&'static CommandSpec> {
     commands_spelt(word).next()
 }
 
-/// Every command with this spelling, in any case.
+/// Every command with this spelling; case is ignored.
 pub(crate) fn commands_spelt(word: &str) -> impl Iterator<Item = &'static CommandSpec> {
     let alike = word.bytes().next().map_or(&[][..], |first| &BY_FIRST_LETTER[usize::from(first)]);
     let is_spelt = move |spelling: &str| spelling.eq_ignore_ascii_case(word);
     alike.iter().filter(move |(spelling, _)| is_spelt(spelling)).map(|(_, spec)| *spec)
 }
 
-/// The spellings with their commands by their first byte, in either case: files have a hundred thousand lines.
+/// The spellings with their commands, by their first byte in either case: files may have 100,000
+/// lines.
 static BY_FIRST_LETTER: LazyLock<[Vec<(&str, &CommandSpec)>; 256]> = LazyLock::new(|| {
     let all = || COMMANDS.iter().flat_map(|spec| spec.all_spellings().map(move |spelling| (spelling, spec)));
     std::array::from_fn(|first| {

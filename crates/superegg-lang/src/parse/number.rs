@@ -1,28 +1,22 @@
-//! Numbers as the language reads and writes them.
-
-use std::fmt;
+//! Reading and writing of numbers.
 
 use superegg_geom::glam::DVec3;
+use thiserror::Error;
 
-/// Why a word is not a number of the language.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Why a word is not a number. The message follows the word: `'1e999' is too large a number`.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NumberError {
-    /// Not plain decimal or exponent form.
+    /// The word is not in decimal or exponent form.
+    #[error("is not a number")]
     NotANumber,
-    /// Beyond the largest f64.
+    /// The number is beyond the largest f64.
+    #[error("is too large a number")]
     TooLarge,
 }
 
-impl fmt::Display for NumberError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NotANumber => "is not a number",
-            Self::TooLarge => "is too large a number",
-        })
-    }
-}
-
-/// Reads plain decimal or exponent form: `2`, `1.`, `.5`, `-.6`, `1e-3`. The whole word must be a number; `inf` and `nan` are none.
+/// Reads a number in decimal or exponent form: `2`, `1.`, `.5`, `-.6`, `1e-3`. The whole word must
+/// be a number; `inf` and `nan` are not.
 ///
 /// # Errors
 /// The word is not a number, or larger than the largest f64.
@@ -38,13 +32,21 @@ pub fn parse_number(word: &str) -> Result<f64, NumberError> {
     }
 }
 
-/// The shortest text that reads back to the same f64; exponent form where plain form would be long.
+/// The shortest text that reads back to the same f64; in exponent form below 1e-5 and from 1e16 on.
+///
+/// ```
+/// use superegg_lang::{format_number, parse_number};
+///
+/// assert_eq!(format_number(0.1), "0.1");
+/// assert_eq!(parse_number("1e-3"), Ok(0.001));
+/// assert_eq!(parse_number("1,5").unwrap_err().to_string(), "is not a number");
+/// ```
 pub fn format_number(x: f64) -> String {
     let magnitude = x.abs();
     if magnitude == 0.0 || (1e-5..1e16).contains(&magnitude) { format!("{x}") } else { format!("{x:e}") }
 }
 
-/// Three numbers as the language writes them.
+/// Three numbers, separated by blanks.
 pub(crate) fn vector(v: DVec3) -> String {
     v.to_array().map(format_number).join(" ")
 }

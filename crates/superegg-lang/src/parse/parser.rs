@@ -1,4 +1,4 @@
-//! One line of text to one command.
+//! The parser: a line to a command.
 
 use std::ops::Range;
 
@@ -13,33 +13,35 @@ use crate::parse::words::{Quoting, Word, split_words};
 use crate::suggest::{did_you_mean, nearest};
 use crate::text::{one_of, shorten};
 
-/// A parsed line: the command, its row of the table, and where its words stand.
+/// A parsed line: the command, its row of the table, and the columns of its words.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Parsed {
     /// The command.
     pub command: Command,
-    /// Its row of the table.
+    /// The row of the command table.
     pub spec: &'static CommandSpec,
-    /// The characters of the command's own word and of each argument that has a place of its own, counted from 0.
+    /// The columns of the command and of each positional argument, in characters from 0. Options
+    /// and image sizes, which may stand anywhere, are not included.
     pub columns: Vec<Range<usize>>,
-    /// The command within it, of a command that takes a line.
+    /// The nested command, for a command that takes a line (`key`).
     pub keyed: Option<Box<Parsed>>,
 }
 
 impl Parsed {
-    /// The characters of a word, 0 being the command; those of the command where there is no such word.
+    /// The columns of a word, 0 being the command; those of the command if there is no such word.
     pub(crate) fn word_columns(&self, word: usize) -> Range<usize> {
         self.columns.get(word).unwrap_or(&self.columns[0]).clone()
     }
 
-    /// The characters of all arguments.
+    /// The columns of all arguments.
     pub(crate) fn argument_columns(&self) -> Range<usize> {
         let first = self.columns.get(1).unwrap_or(&self.columns[0]);
         first.start..self.columns[self.columns.len() - 1].end
     }
 }
 
-/// The words of a line as its command tells them apart.
+/// The words of a line. Quotes are special only if the command takes a file.
 pub(crate) fn words_of_command(line: &str) -> Vec<Word<'_>> {
     let words = split_words(line, Quoting::Plain);
     let takes_file = || {
@@ -49,22 +51,32 @@ pub(crate) fn words_of_command(line: &str) -> Vec<Word<'_>> {
     if line.contains('"') && takes_file() { split_words(line, Quoting::Quoted) } else { words }
 }
 
-/// Reads one line. `None` is a line without a command: blank, or a comment.
+/// Parses one line. Returns `None` for a line without a command: blank, or a comment.
 ///
 /// # Errors
-/// An unknown command, a wrong number of arguments, or an argument out of its range.
+/// An unknown command, a wrong number of arguments, or an argument outside its range.
+///
+/// ```
+/// use superegg_lang::{Command, PrimitiveCommand, parse_line};
+///
+/// let parsed = parse_line("index 1.33  # water").unwrap().unwrap();
+/// assert_eq!(parsed.command, Command::Primitive(PrimitiveCommand::SetIndex(1.33)));
+/// assert_eq!(parsed.spec.name, "setIndex");
+/// assert_eq!(parse_line("transalte 1 2 3").unwrap_err().help.as_deref(), Some("did you mean 'translate'?"));
+/// assert!(parse_line("# a comment").unwrap().is_none());
+/// ```
 pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
     let words = words_of_command(line);
     words.split_first().map(|(first, rest)| parse_words(first, rest)).transpose()
 }
 
-/// The command that a line within a line is, once it begins: of a command that takes one, the words from there on.
+/// The words of the nested command, if the command takes one and it has begun.
 pub(crate) fn line_within<'w, 'a>(spec: &CommandSpec, rest: &'w [Word<'a>]) -> Option<&'w [Word<'a>]> {
     rest.get(1..).filter(|_| spec.takes_line())
 }
 
-/// The command that these words call: a spelling and its arguments. `ao` with exactly two arguments, both of them numbers, is
-/// ambientOcclusion; with any others it is addObject, as it was before there was the other one.
+/// The command of a spelling with its arguments. `ao` with exactly two numbers is ambientOcclusion;
+/// with other arguments it is addObject, its older meaning.
 pub(crate) fn command_of(first: &str, rest: &[Word<'_>]) -> Option<&'static CommandSpec> {
     let is_number = |word: &Word<'_>| parse_number(word.text).is_ok();
     let is_second =
@@ -85,13 +97,13 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
         Some((first, rest)) => Some(Box::new(parse_keyed(first, rest)?)),
         None => None,
     };
-    let rest = take_loose(spec, rest, &mut args)?;
+    let rest = split_positional(spec, rest, &mut args)?;
     check_count(spec, first, &rest)?;
-    // Of a line within this one the command's own word is told by `keyed`.
+    // `keyed` has the command of a nested line.
     let begins_line = |i: usize| i == 1 && spec.takes_line();
-    let placed = spec.all_args().filter(|arg| arg.kind != ArgKind::Size);
+    let positional = spec.all_args().filter(|arg| arg.kind != ArgKind::Size);
     let last_repeated = spec.all_args().last().filter(|_| spec.is_variadic());
-    for (i, (word, arg)) in rest.iter().zip(placed.chain(last_repeated.into_iter().cycle())).enumerate() {
+    for (i, (word, arg)) in rest.iter().zip(positional.chain(last_repeated.into_iter().cycle())).enumerate() {
         match arg.kind {
             ArgKind::Line if begins_line(i) => {}
             ArgKind::Number(range) => args.numbers.push(read_number(spec, arg.name, range, word)?),
@@ -119,7 +131,7 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
     Ok(Parsed { command, spec, columns, keyed })
 }
 
-/// A line within a line, of a command that there can be keys of.
+/// Parses a nested line; its command must be keyable.
 fn parse_keyed<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault> {
     match command_of(first.text, rest) {
         Some(spec) if !spec.is_keyable() => Err(not_keyable(spec).at(first.columns.clone())),
@@ -127,14 +139,14 @@ fn parse_keyed<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
     }
 }
 
-/// Takes out what has no place of its own among the arguments: options, and the size of a picture.
-fn take_loose<'w, 'a>(
+/// Separates options and the image size from the positional arguments, which it returns.
+fn split_positional<'w, 'a>(
     spec: &CommandSpec,
     rest: &'w [Word<'a>],
     args: &mut Args<'a>,
 ) -> Result<Vec<&'w Word<'a>>, Fault> {
     let takes_size = spec.all_args().any(|arg| arg.kind == ArgKind::Size);
-    let mut placed = Vec::with_capacity(rest.len());
+    let mut positional = Vec::with_capacity(rest.len());
     for word in rest {
         let option = spec.options.iter().copied().find(|option| option.eq_ignore_ascii_case(word.text));
         if let Some(option) = option {
@@ -149,10 +161,10 @@ fn take_loose<'w, 'a>(
             let help = did_you_mean(word.text, spec.options.iter().copied(), &usage_help(spec));
             return Err(Fault::new(FaultCode::UnknownOption, message).help(help).at(word.columns.clone()));
         } else {
-            placed.push(word);
+            positional.push(word);
         }
     }
-    Ok(placed)
+    Ok(positional)
 }
 
 fn check_choice(spec: &CommandSpec, choices: &[&str], word: &Word<'_>) -> Result<(), Fault> {
@@ -351,7 +363,7 @@ mod tests {
         ] {
             assert_eq!(parse_line(line).unwrap().unwrap().spec.name, name, "{line}");
         }
-        // What is wrong with the numbers is said of those.
+        // Faults of the numbers are those of ambientOcclusion.
         assert_eq!(parse_line("ao 1.5 2").unwrap_err().code.as_str(), "out-of-range");
     }
 

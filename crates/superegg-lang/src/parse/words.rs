@@ -1,26 +1,27 @@
-//! A line of text to words.
+//! Splitting of a line into words.
 
 use std::ops::Range;
 
 /// A word of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Word<'a> {
-    /// Its text, without the quotes around it.
+    /// The text, without enclosing quotes.
     pub(crate) text: &'a str,
-    /// Its characters in the line, quotes included, counted from 0.
+    /// The columns in the line, in characters from 0, including quotes.
     pub(crate) columns: Range<usize>,
 }
 
-/// How the words of a line are told apart.
+/// The role of double quotes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quoting {
-    /// A quote is a character like any other: names may have them.
+    /// A quote is an ordinary character: names may contain it.
     Plain,
-    /// A word that begins with a double quote goes to the next one: file names may have blanks.
+    /// A word that begins with a quote ends at the next one: file names may contain blanks.
     Quoted,
 }
 
-/// The words of a line up to a `#`, which starts a comment anywhere but within quotes. A quote that is not closed goes to the end.
+/// The words of a line. `#` starts a comment, except within quotes. An open quote extends to the
+/// end.
 pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
     if line.is_ascii() {
         let characters = line.bytes().enumerate().map(|(byte, c)| (byte, byte, char::from(c)));
@@ -29,14 +30,14 @@ pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
     split(line, quoting, line.char_indices().enumerate().map(|(column, (byte, c))| (byte, column, c)))
 }
 
-/// The same of a line with its characters: the byte and the column of each.
+/// As [`split_words`], with the byte, column and character of each character of the line.
 fn split(
     line: &str,
     quoting: Quoting,
     characters: impl Iterator<Item = (usize, usize, char)>,
 ) -> Vec<Word<'_>> {
     let mut words = Vec::with_capacity(8);
-    // Byte and column where the present word began, and whether with a quote.
+    // Byte and column of the start of the current word, and whether it starts with a quote.
     let mut start: Option<(usize, usize, bool)> = None;
     let mut end = 0;
     for (byte, column, c) in characters {

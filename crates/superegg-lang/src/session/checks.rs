@@ -1,4 +1,4 @@
-//! Checks of arguments that the ranges of the table cannot express.
+//! Checks of arguments that ranges of single numbers cannot express.
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::{Camera, Light, LightKind, Pattern};
@@ -7,7 +7,7 @@ use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::table::CHECKER_SIZE;
 use crate::parse::parser::Parsed;
 
-/// Refuses the direction 0 0 0.
+/// Rejects the direction 0 0 0.
 pub(crate) fn check_direction(direction: DVec3, wanted: &str, parsed: &Parsed) -> Result<(), Fault> {
     if direction.abs().max_element() > 0.0 {
         return Ok(());
@@ -16,7 +16,7 @@ pub(crate) fn check_direction(direction: DVec3, wanted: &str, parsed: &Parsed) -
     Err(fault.help(format!("give {wanted}")).at(parsed.argument_columns()))
 }
 
-/// Refuses a camera without a line of sight.
+/// Rejects a camera whose position is its target, or too far from it.
 pub(crate) fn check_camera(camera: &Camera, parsed: &Parsed) -> Result<(), Fault> {
     let to_target = camera.target - camera.position;
     if to_target.is_finite() && to_target.abs().max_element() > 0.0 {
@@ -28,7 +28,7 @@ pub(crate) fn check_camera(camera: &Camera, parsed: &Parsed) -> Result<(), Fault
         .at(parsed.argument_columns()))
 }
 
-/// Refuses a spot without an axis and a sun without a direction.
+/// Rejects a spot light without an axis and a directional light without a direction.
 pub(crate) fn check_light(light: &Light, parsed: &Parsed) -> Result<(), Fault> {
     match light.kind {
         LightKind::Point { .. } => Ok(()),
@@ -51,14 +51,15 @@ pub(crate) fn check_light(light: &Light, parsed: &Parsed) -> Result<(), Fault> {
     }
 }
 
-/// The distance from a camera to its target; infinite where it is too large for a number.
+/// The distance from a camera to its target; infinite if it overflows.
 pub(crate) fn target_distance(camera: &Camera) -> f64 {
     let to_target = camera.target - camera.position;
     let largest = to_target.abs().max_element();
     largest * (to_target / largest).length()
 }
 
-/// The pattern of a word and its numbers: the table lets through more numbers than each word takes.
+/// The pattern of a word and its numbers. The table allows more counts of numbers than each word
+/// takes.
 pub(crate) fn pattern(word: &str, numbers: &[f64], parsed: &Parsed) -> Result<Pattern, Fault> {
     let color = || DVec3::from_slice(&numbers[..3]);
     match (word, numbers.len()) {

@@ -1,4 +1,4 @@
-//! Errors of the scene as faults that point to the word they are about.
+//! Conversion of scene errors to faults.
 
 use superegg_scene::{Scene, SceneError};
 
@@ -8,16 +8,16 @@ use crate::parse::parser::Parsed;
 use crate::suggest::did_you_mean;
 use crate::text::shorten;
 
-/// A refusal of the scene as a fault that points to the word it is about.
+/// The fault of a scene error, with the columns of the word that caused it.
 pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) -> Fault {
     let names = || scene.entities().map(|(name, _)| name);
-    // Where the name stands that is of something.
-    let place =
+    // The first argument that names something existing.
+    let named =
         parsed.spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Name(of) if of != NameKind::New));
-    let place = place.unwrap_or(0) + 1;
+    let named = named.unwrap_or(0) + 1;
     let (code, word, help) = match error {
         SceneError::Unknown(name) => {
-            (FaultCode::UnknownName, place, did_you_mean(name, names(), "'info' lists what there is"))
+            (FaultCode::UnknownName, named, did_you_mean(name, names(), "'info' lists what there is"))
         }
         SceneError::NotAnObject(_) => (
             FaultCode::WrongKind,
@@ -25,11 +25,11 @@ pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) ->
             "addPrimitive adds a primitive, and 'primitive NAME' selects one".to_owned(),
         ),
         SceneError::NotAPrimitive(_) if parsed.spec.name == "floor" => {
-            (FaultCode::WrongKind, place, "a floor has the surface of a primitive".to_owned())
+            (FaultCode::WrongKind, named, "a floor has the surface of a primitive".to_owned())
         }
         SceneError::NotAPrimitive(_) => (
             FaultCode::WrongKind,
-            place,
+            named,
             "addObject adds an object, and 'object NAME' selects one".to_owned(),
         ),
         SceneError::AliasExists { .. } => (
@@ -48,7 +48,7 @@ pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) ->
         SceneError::NameExists(name) => (
             FaultCode::NameExists,
             2,
-            format!("take another name; 'show {}' tells what has it", shorten(name)),
+            format!("take another name; 'show {}' shows what has it", shorten(name)),
         ),
         SceneError::UnknownLight(name) => {
             let lights = scene.named_lights().map(|(name, _)| name);

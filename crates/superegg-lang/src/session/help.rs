@@ -1,4 +1,4 @@
-//! Help, made from the table.
+//! The help, made from the command table.
 
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::Needs;
@@ -8,10 +8,10 @@ use crate::session::settings::SETTINGS;
 use crate::suggest::did_you_mean;
 use crate::text::{beside, shorten, two_columns};
 
-/// The list of commands by groups, or the text of each of those named.
+/// The list of commands by groups, or the help of each named command or group.
 ///
 /// # Errors
-/// A word that is no command, with its place in `names`.
+/// The index in `names` of a word that is no command or group, and the fault.
 pub fn help(names: &[String]) -> Result<String, (usize, Fault)> {
     if names.is_empty() {
         return Ok(list());
@@ -36,7 +36,7 @@ fn list() -> String {
     let groups = Group::ALL.map(list_group).join("\n\n");
     let words = Group::ALL.map(Group::word).join(", ");
     format!(
-        "{groups}\n\nCase does not matter; # starts a comment. 'help COMMAND' tells more of one.\n\
+        "{groups}\n\nCase does not matter; # starts a comment. 'help COMMAND' explains one.\n\
          'help GROUP' lists one of\n{words}."
     )
 }

@@ -1,4 +1,4 @@
-//! What there is, in words.
+//! The command `info`: the contents of a scene as text.
 
 use superegg_geom::TransformStep;
 use superegg_scene::{
@@ -12,11 +12,11 @@ use crate::session::selection::Selection;
 use crate::suggest::did_you_mean;
 use crate::text::shorten;
 
-/// The list of what there is, or the details of each thing named; `all` and `selected` stand for what they say unless something has
-/// that name.
+/// The contents of the scene, or the details of each named entity. `all` and `selected` are
+/// keywords unless an entity has that name.
 ///
 /// # Errors
-/// A name that nothing has, with its place in `names`.
+/// The index in `names` of an unknown name, and the fault.
 pub(crate) fn info(selection: Selection<'_>, names: &[String]) -> Result<String, (usize, Fault)> {
     if names.is_empty() {
         return Ok(list(selection));
@@ -82,7 +82,7 @@ fn list(selection: Selection<'_>) -> String {
     lines.join("\n")
 }
 
-/// What a track's keys are of, and their frames.
+/// The subject of a track, and its frames.
 fn track_words(track: &Track) -> String {
     const MOST_FRAMES: usize = 12;
     let subject = track.subject();
@@ -105,7 +105,7 @@ fn track_words(track: &Track) -> String {
     words
 }
 
-/// The keys of what has this name, one a line.
+/// The keys of an entity, one per line.
 fn key_details(scene: &Scene, name: &str) -> String {
     let mut text = String::new();
     for track in scene.tracks().filter(|track| track.subject().selected.as_deref() == Some(name)) {
@@ -119,7 +119,7 @@ fn key_details(scene: &Scene, name: &str) -> String {
     text
 }
 
-/// By name, as people look for things; the order in which they were made tells nothing.
+/// The entries sorted by name, ignoring case.
 fn sorted<'a, T>(entries: impl Iterator<Item = (&'a str, T)>) -> Vec<(&'a str, T)> {
     let mut entries: Vec<_> = entries.collect();
     entries.sort_by_cached_key(|(name, _)| (name.to_lowercase(), *name));
@@ -145,7 +145,7 @@ fn camera_words(scene: &Scene) -> String {
     words
 }
 
-/// Sky, floor and ambient occlusion, where they are.
+/// Sky, floor and ambient occlusion, if set.
 fn environment_words(scene: &Scene) -> Vec<String> {
     let sky = scene.sky.map(|sky| {
         let (horizon, zenith) = (vector(sky.horizon), vector(sky.zenith));
@@ -202,7 +202,7 @@ fn primitive_details(name: &str, primitive: &Primitive) -> String {
     };
     let shininess = match material.shininess {
         Some(exponent) => format_number(exponent),
-        // Rounded to six digits: it is computed.
+        // A computed value: rounded to six decimals.
         None => format!("{} (from gloss)", (material.highlight_exponent() * 1e6).round() / 1e6),
     };
     let exponents = shape.exponents();

@@ -21,8 +21,8 @@ use crate::text::shorten;
 
 /// A scene, the selected name in it, and the settings.
 ///
-/// Every change goes through [`Session::run_line`] or [`Session::execute`]. Cloning takes constant time, whatever the
-/// size of the scene.
+/// Every change goes through [`Session::run_line`] or [`Session::execute`]. Cloning takes constant
+/// time, whatever the size of the scene.
 ///
 /// ```
 /// use superegg_lang::{Effect, Session};
@@ -53,7 +53,8 @@ pub struct Session {
 pub enum Effect {
     /// The scene and the selection are unchanged: a blank line, or a setting of the session.
     Done,
-    /// The scene or the selection has changed. The text, if there is one, is a message for the user.
+    /// The scene or the selection has changed. The text, if there is one, is a message for the
+    /// user.
     Changed(Option<String>),
     /// Show this text.
     Print(String),
@@ -77,7 +78,8 @@ impl Session {
         Selection { scene: &self.scene, selected: self.selected() }
     }
 
-    /// The text of the command `info`: the contents of the scene, or the details of the named entities.
+    /// The text of the command `info`: the contents of the scene, or the details of the named
+    /// entities.
     ///
     /// # Errors
     /// An unknown name.
@@ -104,8 +106,8 @@ impl Session {
     /// Carries out a parsed command.
     ///
     /// # Errors
-    /// The selection is of the wrong kind, a name does not fit, or a transform is not invertible. The session is then
-    /// unchanged.
+    /// The selection is of the wrong kind, a name does not fit, or a transform is not invertible.
+    /// The session is then unchanged.
     pub fn execute(&mut self, parsed: &Parsed) -> Result<Effect, Fault> {
         self.check_selection(parsed)?;
         match &parsed.command {
@@ -326,7 +328,8 @@ impl Session {
     /// Adds a key of a line.
     ///
     /// # Errors
-    /// The line cannot be carried out on its own, or its count of numbers differs from that of the track's other keys.
+    /// The line cannot be carried out on its own, or its count of numbers differs from that of the
+    /// track's other keys.
     fn set_key(&mut self, frame: f64, keyed: &Parsed, words: &[String]) -> Result<(), Fault> {
         let (subject, numbers) = subject_of(self.selection(), keyed, words)?;
         self.check_keyed(keyed)?;
@@ -338,8 +341,8 @@ impl Session {
 
     /// Rejects a keyed line with wrong numbers or unknown names.
     ///
-    /// Whether its transform is invertible together with those before it is not checked: that depends on what other
-    /// commands do, now and later, and a saved scene must load.
+    /// Whether its transform is invertible together with those before it is not checked: that
+    /// depends on what other commands do, now and later, and a saved scene must load.
     fn check_keyed(&self, keyed: &Parsed) -> Result<(), Fault> {
         const CODES_OF_NAMES: [FaultCode; 5] = [
             FaultCode::Selection,
@@ -377,8 +380,8 @@ impl Session {
         alone.execute(keyed).map(drop)
     }
 
-    /// Removes the keys at a frame, or at all frames: of every command, or of one on the selected entity. Returns a
-    /// message for the user.
+    /// Removes the keys at a frame, or at all frames: of every command, or of one on the selected
+    /// entity. Returns a message for the user.
     ///
     /// # Errors
     /// There is no such key.

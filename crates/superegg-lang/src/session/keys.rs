@@ -1,8 +1,7 @@
-//! Keys of commands, and the scene at a frame.
+//! Keyframes: the subject and the numbers of a keyed command.
 //!
-//! A key keeps the numbers of a command at a frame, with what was selected and the cursor when it was typed, where the command changes those. At
-//! a frame the scene is what the other commands made, and then each keyed command carried out with its numbers at that frame
-//! ([`superegg_scene::Track::numbers_at`]), in the order in which the tracks began, as if its line stood at the end of the file.
+//! A key stores the numbers of a command at a frame. If the command changes the selected entity or
+//! the child at the cursor, the key also stores those.
 
 use std::sync::Arc;
 
@@ -20,7 +19,7 @@ use crate::session::settings::{SettingKind, find_setting};
 /// The word for every frame.
 pub(crate) const ALL_FRAMES: &str = "all";
 
-/// The command with these numbers in their places; those that must be whole are rounded.
+/// The line of a keyed command with these numbers; whole numbers are rounded.
 pub(crate) fn line_of(subject: &TrackSubject, numbers: &[f64]) -> String {
     let mut words = vec![subject.command.to_string()];
     let mut numbers = numbers.iter();
@@ -45,7 +44,8 @@ fn args_of(command: &str) -> impl Iterator<Item = ArgKind> {
     find_command(command).into_iter().flat_map(CommandSpec::all_args).map(|arg| arg.kind)
 }
 
-/// The numbers that an argument may be; `before` is the word before it, which may be a setting.
+/// The range of a keyable argument; `before` is the previous word, which may be a setting of the
+/// scene.
 fn number_range(arg: ArgKind, before: &str) -> Option<Range> {
     let of_setting =
         |setting: &str| find_setting(setting).filter(|spec| spec.is_of_scene).map(|spec| spec.kind);
@@ -59,7 +59,7 @@ fn number_range(arg: ArgKind, before: &str) -> Option<Range> {
     }
 }
 
-/// What a keyed line is about, and its numbers.
+/// The subject of a keyed line, and its numbers.
 pub(crate) fn subject_of(
     selection: Selection<'_>,
     keyed: &Parsed,
@@ -102,7 +102,7 @@ pub(crate) fn subject_of(
     Ok((subject, numbers))
 }
 
-/// The frames that have keys, rising, each once.
+/// The frames that have keys, in rising order, each once.
 pub(crate) fn key_frames(scene: &Scene) -> Vec<f64> {
     let mut frames: Vec<f64> = scene.tracks().flat_map(Track::keys).map(|key| key.frame).collect();
     frames.sort_by(f64::total_cmp);

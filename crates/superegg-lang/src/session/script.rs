@@ -1,25 +1,25 @@
-//! Files of commands.
+//! Scene files: lines of commands.
 
 use crate::diagnostic::{Diagnostic, Fault, FaultCode};
 use crate::grammar::command::Request;
 use crate::session::interpreter::{Effect, Session};
 
-/// Whether to go on after a line.
+/// Whether to continue after a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
-    /// With the next line.
+    /// Go on with the next line.
     Continue,
-    /// No further.
+    /// Ignore the rest of the file.
     Stop,
 }
 
-/// What carries out the effects of a script's lines, and is told each line that went well. It may run another script into the same
-/// diagnostics. A fault becomes the line's.
+/// Called with each line that succeeded and its effect, to carry the effect out. It may run another
+/// script with the same diagnostics. A fault that it returns is reported for the line.
 pub type Perform<'a> =
     dyn FnMut(&mut Session, &str, Effect, &mut Vec<Diagnostic>) -> Result<Flow, Fault> + 'a;
 
-/// Runs the lines of a file. Every fault is reported and changes nothing; the good lines count. A byte order mark, CRLF and a missing
-/// last newline are nothing.
+/// Runs the lines of a file. A line with a fault is reported and changes nothing; the other lines
+/// take effect. A byte order mark, CRLF line ends and a missing last newline are allowed.
 pub fn run_script(
     session: &mut Session,
     file: &str,
@@ -45,7 +45,7 @@ pub fn run_script(
     Flow::Continue
 }
 
-/// What is wrong with a line of bytes that is UTF-8 only so far.
+/// The fault of a line that is valid UTF-8 only up to a byte.
 pub fn not_text(line: &[u8], valid_up_to: usize) -> Fault {
     let column = String::from_utf8_lossy(&line[..valid_up_to]).chars().count();
     Fault::new(FaultCode::NotText, "this is not UTF-8 text")
@@ -53,7 +53,8 @@ pub fn not_text(line: &[u8], valid_up_to: usize) -> Fault {
         .at(column..column + 1)
 }
 
-/// Loads a text into a new session. What a line asks of the world outside (to read or write files) is not done.
+/// Loads a text into a new session. Requests (such as reading or writing files) are ignored, except
+/// `stop`.
 pub fn load_text(file: &str, text: &str) -> (Session, Vec<Diagnostic>) {
     let mut session = Session::default();
     let mut diagnostics = Vec::new();

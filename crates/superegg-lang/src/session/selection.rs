@@ -1,4 +1,4 @@
-//! What commands that only read work on: a scene and what is selected in it.
+//! A read-only view of a session: the scene and the selection.
 
 use superegg_scene::{Entity, Object, Scene};
 

@@ -1,4 +1,5 @@
-//! Settings: what `set` changes and `get` tells. Those of the picture belong to the scene, the others to the session.
+//! Settings, for the commands `set` and `get`. Image settings belong to the scene, the others to
+//! the session.
 
 use superegg_scene::{Encoding, Filter, Picture, Shading, Tone, ViewSettings};
 
@@ -11,12 +12,12 @@ use crate::text::{one_of, shorten, two_columns};
 /// How `preview` draws in the terminal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PreviewStyle {
-    /// As the terminal says it can.
+    /// The best that the terminal supports.
     #[default]
     Auto,
-    /// Half blocks in true colour.
+    /// Half-block characters in true colour.
     Blocks,
-    /// The kitty picture protocol.
+    /// The kitty graphics protocol.
     Kitty,
     /// Sixel graphics.
     Sixel,
@@ -24,32 +25,32 @@ pub enum PreviewStyle {
     Plain,
 }
 
-/// The settings that belong to the session: a load does not change them, and a scene does not save them.
+/// The settings of a session. Loading does not change them, and they are not saved with a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// The switches of the viewer, and the grid of the inside-outside test.
+    /// Settings of the viewer, and the grid of the inside-outside test.
     pub view: ViewSettings,
-    /// Threads to render with; 0 for one a core.
+    /// Render threads; 0 for one per core.
     pub threads: u32,
     /// How `preview` draws.
     pub preview: PreviewStyle,
 }
 
-/// What a setting may be.
+/// The type of a setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SettingKind {
     /// On or off.
     Switch,
     /// A number.
     Number(Range),
-    /// One of these words.
+    /// One of these words; case is ignored.
     Choice(&'static [&'static str]),
-    /// The size of a picture.
+    /// An image size.
     Size,
 }
 
 impl SettingKind {
-    /// What it may be, in words.
+    /// The allowed values, in words.
     pub fn describe(self) -> String {
         match self {
             Self::Switch => "on or off".to_owned(),
@@ -65,7 +66,7 @@ impl SettingKind {
 pub(crate) enum Value {
     Switch(bool),
     Number(f64),
-    /// A place among the choices.
+    /// An index into the choices.
     Choice(usize),
     Size(u32, u32),
 }
@@ -73,13 +74,13 @@ pub(crate) enum Value {
 /// One setting.
 #[derive(Debug)]
 pub struct SettingSpec {
-    /// Its name.
+    /// The name.
     pub name: &'static str,
-    /// What it may be.
+    /// The type.
     pub kind: SettingKind,
-    /// What it does, in one line.
+    /// What the setting does, in one line.
     pub summary: &'static str,
-    /// Whether it belongs to the scene, and is saved with it.
+    /// Whether the setting belongs to the scene and is saved with it.
     pub is_of_scene: bool,
     get: fn(&Picture, &Settings) -> Value,
     set: fn(&mut Picture, &mut Settings, Value),
@@ -121,7 +122,7 @@ macro_rules! view_number {
     };
 }
 
-/// A setting of the picture that is a number; a whole one is kept as such.
+/// A setting of the image that is a number.
 macro_rules! picture_number {
     ($name:literal, $field:ident as $type:ty, $range:expr, $summary:literal) => {
         SettingSpec {
@@ -139,9 +140,10 @@ macro_rules! picture_number {
     };
 }
 
-/// A setting that is one of a few values, each with its word: `$place` is where it is kept in a `Picture` or a `Settings`.
+/// A setting that is one of a few values, each with its word: `$field` is its field in a `Picture`
+/// or a `Settings`.
 macro_rules! choice {
-    ($name:literal, $is_of_scene:literal, |$picture:ident, $settings:ident| $place:expr, $summary:literal,
+    ($name:literal, $is_of_scene:literal, |$picture:ident, $settings:ident| $field:expr, $summary:literal,
      $($word:literal => $value:expr),+) => {
         SettingSpec {
             name: $name,
@@ -149,11 +151,11 @@ macro_rules! choice {
             summary: $summary,
             is_of_scene: $is_of_scene,
             get: |$picture, $settings| {
-                Value::Choice([$($value),+].iter().position(|value| *value == $place).unwrap_or(0))
+                Value::Choice([$($value),+].iter().position(|value| *value == $field).unwrap_or(0))
             },
             set: |$picture, $settings, value| {
                 if let Value::Choice(at) = value {
-                    $place = [$($value),+][at];
+                    $field = [$($value),+][at];
                 }
             },
         }
@@ -174,38 +176,38 @@ pub const SETTINGS: &[SettingSpec] = &[
             }
         },
     },
-    picture_number!("samples", samples as u32, Range::Whole(1, Picture::MOST_SAMPLES), "samples a pixel"),
+    picture_number!("samples", samples as u32, Range::Whole(1, Picture::MOST_SAMPLES), "samples per pixel"),
     picture_number!(
         "noise",
         noise as f64,
         Range::Within(0.0, 1.0),
-        "where above 0, a pixel takes more samples until the standard error of its value, 0 to 1, is below this"
+        "noise threshold: if above 0, a pixel takes more samples until the standard error of its value, 0 to 1, is below this"
     ),
     picture_number!(
         "mostSamples",
         most_samples as u32,
         Range::Whole(1, Picture::MOST_SAMPLES),
-        "the most samples that a pixel takes for noise"
+        "the maximal samples per pixel for noise"
     ),
-    choice!("filter", true, |picture, _settings| picture.filter, "how samples are weighted; saved with the scene",
+    choice!("filter", true, |picture, _settings| picture.filter, "the reconstruction filter; saved with the scene",
         "box" => Filter::Box, "tent" => Filter::Tent, "gaussian" => Filter::Gaussian,
         "blackman" => Filter::Blackman, "mitchell" => Filter::Mitchell),
     picture_number!(
         "exposure",
         exposure as f64,
         Range::Within(-32.0, 32.0),
-        "stops by which the picture is brighter: linear values are multiplied by 2^exposure"
+        "exposure in stops: linear values are multiplied by 2^exposure"
     ),
-    choice!("tone", true, |picture, _settings| picture.tone, "how bright light is brought into range; saved with the scene",
+    choice!("tone", true, |picture, _settings| picture.tone, "the tone mapping operator; saved with the scene",
         "none" => Tone::None, "reinhard" => Tone::Reinhard, "filmic" => Tone::Filmic),
-    choice!("encoding", true, |picture, _settings| picture.encoding, "how linear values become bytes; saved with the scene",
+    choice!("encoding", true, |picture, _settings| picture.encoding, "the transfer function of the file; saved with the scene",
         "srgb" => Encoding::Srgb, "linear" => Encoding::Linear),
-    choice!("bits", true, |picture, _settings| picture.bits, "bits a channel of a PNG file; saved with the scene",
+    choice!("bits", true, |picture, _settings| picture.bits, "bits per channel of a PNG file; saved with the scene",
         "8" => 8, "16" => 16),
     SettingSpec {
         name: "transparent",
         kind: SettingKind::Switch,
-        summary: "the background is left transparent; saved with the scene",
+        summary: "the background is transparent; saved with the scene",
         is_of_scene: true,
         get: |picture, _| Value::Switch(picture.transparent),
         set: |picture, _, value| {
@@ -218,30 +220,30 @@ pub const SETTINGS: &[SettingSpec] = &[
         "bounces",
         bounces as u32,
         Range::Whole(0, 256),
-        "after so many mirrorings and transmissions a ray sees the sky"
+        "the maximal number of reflections and refractions of a path; after that it sees the sky"
     ),
     picture_number!(
         "leastWeight",
         least_weight as f64,
         Range::Within(0.0, 1.0),
-        "a ray that adds less than this share to its pixel is not followed"
+        "rays whose weight in their pixel is below this are not traced"
     ),
     picture_number!(
         "lightRays",
         light_rays as u32,
         Range::Whole(1, 4096),
-        "shadow rays to each light of some radius, from each point"
+        "shadow rays to each area light, for each hit point"
     ),
     picture_number!(
         "glossRays",
         gloss_rays as u32,
         Range::Whole(0, 4096),
-        "rays into which gloss spreads what a surface mirrors; 0 mirrors sharply"
+        "glossy reflection rays for each hit point; 0 makes reflections sharp"
     ),
     SettingSpec {
         name: "threads",
         kind: SettingKind::Number(Range::Whole(0, 1024)),
-        summary: "threads to render with; 0 is one for each core",
+        summary: "render threads; 0 is one per core",
         is_of_scene: false,
         get: |_, settings| Value::Number(f64::from(settings.threads)),
         set: |_, settings, value| {
@@ -254,35 +256,30 @@ pub const SETTINGS: &[SettingSpec] = &[
         "auto" => PreviewStyle::Auto, "blocks" => PreviewStyle::Blocks, "kitty" => PreviewStyle::Kitty,
         "sixel" => PreviewStyle::Sixel, "plain" => PreviewStyle::Plain),
     switch!("lightsTurn", lights_turn, "in the viewer, the lights turn with the arcball (key b)"),
-    choice!("shading", false, |_picture, settings| settings.view.shading, "in the viewer, light at each pixel or vertex (key m)",
+    choice!("shading", false, |_picture, settings| settings.view.shading, "in the viewer, shading per pixel or per vertex (key m)",
         "phong" => Shading::Phong, "gouraud" => Shading::Gouraud),
     switch!("wireframe", wireframe, "in the viewer, edges instead of surfaces (key t)"),
     switch!("normals", normals, "in the viewer, normals at the vertices (key n)"),
-    switch!("axes", axes, "in the viewer, the axes and the places of the lights"),
+    switch!("axes", axes, "in the viewer, the axes and the positions of the lights"),
     switch!("ioTest", io_test, "in the viewer, the inside-outside test (key o)"),
     view_number!("ioStep", io_step, Range::Positive, "the spacing of the grid of the inside-outside test"),
-    view_number!(
-        "ioHalf",
-        io_half,
-        Range::NonNegative,
-        "how far that grid goes from the origin along each axis"
-    ),
+    view_number!("ioHalf", io_half, Range::NonNegative, "the half extent of that grid along each axis"),
     view_number!(
         "ioJitter",
         io_jitter,
         Range::NonNegative,
-        "in the viewer, how far its points are moved along each axis"
+        "in the viewer, the random offset of its points along each axis"
     ),
     view_number!("ioRadius", io_radius, Range::Positive, "in the viewer, the radius of its marks"),
     switch!("intersectTest", intersect_test, "in the viewer, the intersection test (key i)"),
 ];
 
-/// The setting of this name, in any case.
+/// The setting of this name; case is ignored.
 pub(crate) fn find_setting(name: &str) -> Option<&'static SettingSpec> {
     SETTINGS.iter().find(|spec| spec.name.eq_ignore_ascii_case(name))
 }
 
-/// Whether the setting of this name may have this value.
+/// Whether the setting of this name accepts a value.
 pub(crate) fn can_be(name: &str, word: &str) -> bool {
     find_setting(name).is_some_and(|spec| read(spec.kind, word).is_some())
 }
@@ -290,7 +287,7 @@ pub(crate) fn can_be(name: &str, word: &str) -> bool {
 /// Changes a setting and returns its row.
 ///
 /// # Errors
-/// No setting has this name (word 1 of the command), or it cannot have this value (word 2).
+/// An unknown setting (word 1 of the command), or a value outside its range (word 2).
 pub(crate) fn set(
     picture: &mut Picture,
     settings: &mut Settings,
@@ -314,10 +311,10 @@ pub(crate) fn set(
     Ok(spec)
 }
 
-/// Settings as lines of text; all where none is named.
+/// The named settings with their values and help; all if none is named.
 ///
 /// # Errors
-/// A name that no setting has, with its place in `names`.
+/// The index in `names` of an unknown setting, and the fault.
 pub(crate) fn list(
     picture: &Picture,
     settings: &Settings,
@@ -342,7 +339,7 @@ pub(crate) fn list(
     Ok(specs.iter().map(line).collect::<Vec<_>>().join("\n"))
 }
 
-/// The commands that set what of the scene's settings is not as in a new scene.
+/// The `set` commands for the settings of the scene that differ from their defaults.
 pub(crate) fn lines_of_scene(picture: &Picture) -> impl Iterator<Item = String> {
     let settings = Settings::default();
     SETTINGS.iter().filter(|spec| spec.is_of_scene).filter_map(move |spec| {
@@ -365,7 +362,7 @@ fn read(kind: SettingKind, word: &str) -> Option<Value> {
         SettingKind::Switch if word_is(&["off", "no", "false", "0"]) => Some(Value::Switch(false)),
         SettingKind::Switch => None,
         SettingKind::Number(range) => {
-            // 0 added, so that -0, which is saved as the default 0, is no other value.
+            // Adding 0 turns -0 into 0, as which it is saved.
             parse_number(word)
                 .ok()
                 .filter(|number| range.contains(*number))

@@ -1,4 +1,4 @@
-//! A session with its past: undo, redo, and the lines that made it.
+//! A session with its history: undo, redo, and the lines that made it.
 
 use superegg_scene::Scene;
 
@@ -9,36 +9,52 @@ use crate::session::interpreter::{Effect, Session};
 use crate::session::selection::Selection;
 use crate::session::settings::Settings;
 
-/// The last so many steps keep what was before them, so that undoing them takes no time.
+/// The number of latest steps that all keep a snapshot, so that undo is immediate.
 const DENSE: usize = 1000;
-/// Of older ones each so manyth keeps it; the others are found by doing again what lies between.
+/// Older steps keep a snapshot only every `SPARSE`th time; those between are replayed.
 const SPARSE: usize = 64;
 
-/// Of a longer line undo tells only the beginning.
+/// Messages of undo show at most this many characters of a line.
 const LONGEST_LABEL: usize = 200;
 
-/// A session, the changes that led to it, and those that were undone. Any number of changes can be undone and made again, loads
-/// included; memory grows by the text of a change, and by a few kilobytes for each of the last thousand.
+/// A session with undo and redo.
+///
+/// Any number of changes can be undone and redone, including loads. Each change takes the memory of
+/// its text, and each of the last thousand a few kilobytes more.
+///
+/// ```
+/// use superegg_lang::Timeline;
+///
+/// let mut timeline = Timeline::default();
+/// timeline.run_line("primitive egg")?;
+/// timeline.run_line("setColor 1 0 0")?;
+/// timeline.run_line("undo 2")?;
+/// assert!(timeline.session().scene().get("egg").is_none());
+/// timeline.run_line("redo")?;
+/// assert_eq!(timeline.session().selected(), Some("egg"));
+/// assert_eq!((timeline.undo_count(), timeline.redo_count()), (1, 1));
+/// # Ok::<(), superegg_lang::Fault>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Timeline {
     now: Session,
     past: Vec<Step>,
-    /// What was undone, the next to be made again last.
+    /// The undone steps; the next one to redo is the last.
     future: Vec<Undone>,
-    /// How many steps there have ever been.
+    /// The number of steps ever made.
     step_count: u64,
-    /// The number of the last step that was on disk, 0 for none.
+    /// The number of the last saved step, 0 for none.
     saved: u64,
 }
 
-/// What undo and redo bring back. Settings of the session are no part of it.
+/// A snapshot that undo and redo restore. It does not include the settings of the session.
 #[derive(Clone, Debug)]
-struct Moment {
+struct Snapshot {
     scene: Scene,
     selected: Option<String>,
 }
 
-impl Moment {
+impl Snapshot {
     fn of(session: &Session) -> Self {
         Self { scene: session.scene.clone(), selected: session.selected.clone() }
     }
@@ -47,7 +63,7 @@ impl Moment {
         Selection { scene: &self.scene, selected: self.selected.as_deref() }
     }
 
-    fn bring_back(self, session: &mut Session) {
+    fn restore(self, session: &mut Session) {
         session.scene = self.scene;
         session.selected = self.selected;
     }
@@ -58,25 +74,25 @@ impl Moment {
 struct Step {
     /// Counted from 1.
     number: u64,
-    /// What was typed.
+    /// The line as typed, for messages.
     label: String,
-    /// The lines that do it again.
+    /// The lines that replay the step.
     lines: String,
-    /// Whether it begins with an empty scene.
-    starts_anew: bool,
-    /// Whether it changed nothing but the selection or a cursor.
+    /// Whether the step starts from an empty scene.
+    starts_empty: bool,
+    /// Whether the step changes only the selection or a cursor.
     is_selection: bool,
-    before: Option<Moment>,
+    before: Option<Snapshot>,
 }
 
 #[derive(Clone, Debug)]
 struct Undone {
     step: Step,
-    after: Moment,
+    after: Snapshot,
 }
 
 impl Timeline {
-    /// A session without a past. What `root` names is selected in it, if there is such a thing.
+    /// A session without history. Selects `root` if it exists.
     pub fn beginning_with(mut session: Session, root: Option<&str>) -> Self {
         if let Some(root) = root.filter(|root| session.scene.get(root).is_some()) {
             session.selected = Some(root.to_owned());
@@ -89,25 +105,26 @@ impl Timeline {
         &self.now
     }
 
-    /// Changes the settings that do not belong to the scene.
+    /// Sets the settings that do not belong to the scene.
     pub fn set_settings(&mut self, settings: Settings) {
         self.now.settings = settings;
     }
 
-    /// How many changes can be undone.
+    /// The number of changes that can be undone.
     pub fn undo_count(&self) -> usize {
         self.past.len()
     }
 
-    /// How many undone changes can be made again.
+    /// The number of changes that can be redone.
     pub fn redo_count(&self) -> usize {
         self.future.len()
     }
 
-    /// Reads and carries out one line, as [`Session::run_line`] does, and remembers what it changed. `undo` and `redo` are carried out here.
+    /// Carries out one line as [`Session::run_line`] and records its change. Also carries out
+    /// `undo` and `redo`.
     ///
     /// # Errors
-    /// The line cannot be read or carried out; then nothing has changed.
+    /// The line cannot be read or carried out. Nothing is then changed.
     pub fn run_line(&mut self, line: &str) -> Result<Effect, Fault> {
         let Some(parsed) = parse_line(line)? else { return Ok(Effect::Done) };
         match parsed.command {
@@ -118,7 +135,7 @@ impl Timeline {
     }
 
     fn execute(&mut self, parsed: &Parsed, line: &str) -> Result<Effect, Fault> {
-        let before = Moment::of(&self.now);
+        let before = Snapshot::of(&self.now);
         let entity_count = before.scene.entities().len();
         let effect = self.now.execute(parsed)?;
         if matches!(effect, Effect::Changed(_)) {
@@ -132,34 +149,35 @@ impl Timeline {
                 return Ok(Effect::Done);
             }
             let line = line.trim();
-            let starts_anew = parsed.command == Command::Session(SessionCommand::Clear);
-            let lines = if starts_anew { "" } else { line };
-            self.push(before, line, lines, starts_anew, is_same && selects);
+            let starts_empty = parsed.command == Command::Session(SessionCommand::Clear);
+            let lines = if starts_empty { "" } else { line };
+            self.push(before, line, lines, starts_empty, is_same && selects);
         }
         Ok(effect)
     }
 
-    /// Goes on with another session, such as one that was loaded, as one change. `lines` are those that make it from an empty scene.
+    /// Replaces the session, for example by a loaded one, as one change. `lines` make it from an
+    /// empty scene.
     pub fn replace(&mut self, session: Session, label: &str, lines: &str) {
-        let before = Moment::of(&self.now);
+        let before = Snapshot::of(&self.now);
         self.now = session;
         self.push(before, label, lines, true, false);
     }
 
-    fn push(&mut self, before: Moment, label: &str, lines: &str, starts_anew: bool, is_selection: bool) {
+    fn push(&mut self, before: Snapshot, label: &str, lines: &str, starts_empty: bool, is_selection: bool) {
         self.future.clear();
         self.step_count += 1;
         self.past.push(Step {
             number: self.step_count,
             label: label.chars().take(LONGEST_LABEL).collect(),
             lines: lines.to_owned(),
-            starts_anew,
+            starts_empty,
             is_selection,
             before: Some(before),
         });
         if let Some(old) = self.past.len().checked_sub(DENSE + 1) {
-            // What follows a load stays: doing that again would take its whole time.
-            if old % SPARSE != 0 && !self.past[old - 1].starts_anew {
+            // The step after a load keeps its snapshot: replaying a load is slow.
+            if old % SPARSE != 0 && !self.past[old - 1].starts_empty {
                 self.past[old].before = None;
             }
         }
@@ -175,8 +193,8 @@ impl Timeline {
             self.fill(last);
             let Some(mut step) = self.past.pop() else { break };
             let Some(before) = step.before.take() else { break };
-            self.future.push(Undone { step, after: Moment::of(&self.now) });
-            before.bring_back(&mut self.now);
+            self.future.push(Undone { step, after: Snapshot::of(&self.now) });
+            before.restore(&mut self.now);
         }
         let label = self.future.last().map_or("", |undone| &undone.step.label);
         Ok(Effect::Changed(Some(summary("undone", count, label))))
@@ -189,38 +207,38 @@ impl Timeline {
         let count = self.future.len().min(count as usize);
         for _ in 0..count {
             let Some(Undone { mut step, after }) = self.future.pop() else { break };
-            step.before = Some(Moment::of(&self.now));
+            step.before = Some(Snapshot::of(&self.now));
             self.past.push(step);
-            after.bring_back(&mut self.now);
+            after.restore(&mut self.now);
         }
         let label = self.past.last().map_or("", |step| &step.label);
         Ok(Effect::Changed(Some(summary("made again", count, label))))
     }
 
-    /// Finds what was before a step that no longer keeps it, and before those since the nearest that does.
+    /// Restores the snapshot of a step by replaying from the nearest earlier step that has one.
     fn fill(&mut self, at: usize) {
         let kept = (0..=at).rev().find(|&i| self.past[i].before.is_some()).unwrap_or(0);
         let mut session = Session { settings: self.now.settings, ..Session::default() };
         if let Some(before) = &self.past[kept].before {
-            before.clone().bring_back(&mut session);
+            before.clone().restore(&mut session);
         }
         for i in kept..at {
             let step = &self.past[i];
-            if step.starts_anew {
+            if step.starts_empty {
                 session.clear();
             }
             for line in step.lines.lines() {
-                // It went well the first time, from the same state.
+                // It succeeded the first time, from the same state.
                 let done = session.run_line(line);
                 debug_assert!(done.is_ok(), "{line}: {done:?}");
             }
-            self.past[i + 1].before = Some(Moment::of(&session));
+            self.past[i + 1].before = Some(Snapshot::of(&session));
         }
     }
 
-    /// The lines that made the scene, as they were typed or stood in the files loaded; what was undone is left out.
+    /// The lines that made the scene, as typed or as in the loaded files, without undone ones.
     pub fn typed_lines(&self) -> String {
-        let first = self.past.iter().rposition(|step| step.starts_anew).unwrap_or(0);
+        let first = self.past.iter().rposition(|step| step.starts_empty).unwrap_or(0);
         let mut text = String::from("# superegg history\n");
         for step in &self.past[first..] {
             text.push_str(&step.lines);
@@ -231,12 +249,13 @@ impl Timeline {
         text
     }
 
-    /// Remembers that the scene as it is now is on disk.
+    /// Marks the current scene as saved.
     pub fn mark_saved(&mut self) {
         self.saved = self.last_change();
     }
 
-    /// Whether the scene has changes that are not on disk. A selection is no change; an empty scene has nothing to lose.
+    /// Whether the scene has unsaved changes. Selecting does not count, and an empty scene has
+    /// none.
     pub fn has_unsaved_changes(&self) -> bool {
         self.last_change() != self.saved && self.now.scene != Scene::default()
     }
@@ -295,7 +314,7 @@ mod tests {
         run(&mut timeline, "undo 1000");
         assert_eq!(timeline.session(), &Session::default());
         run(&mut timeline, "redo 3");
-        // What is selected already is no step.
+        // Selecting the selected object is not a step.
         assert_eq!(run(&mut timeline, "obj o"), Effect::Done);
         assert_eq!(timeline.redo_count(), 3);
         run(&mut timeline, "deselect");
