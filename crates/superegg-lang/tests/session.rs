@@ -140,8 +140,8 @@ fn deleting_takes_the_children_along_and_renaming_leads_them() {
     };
     assert_eq!((target("q", "self").unwrap(), target("p", "self").unwrap()), ("q".into(), "p".into()));
     let effect = session.run_line("delete a").unwrap();
-    let Effect::Changed(Some(told)) = told else { panic!("{effect:?}") };
-    assert!(told.contains("4 children: q/a, q/again, p/a, p/again"), "{told}");
+    let Effect::Changed(Some(message)) = effect else { panic!("{effect:?}") };
+    assert!(message.contains("4 children: q/a, q/again, p/a, p/again"), "{message}");
     let object = session.scene().object("q").unwrap();
     assert_eq!(object.children().map(|(alias, _)| alias).collect::<Vec<_>>(), ["b", "self"]);
     assert_eq!(object.cursor().unwrap().0, "self");
