@@ -17,7 +17,7 @@ use crate::scene::proxy::Proxy;
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct BatchOptions {
-    /// The number of threads, default: 1. The answers do not depend on it.
+    /// The number of threads, default: 1. The answers do not depend on it, but for the last digits of t.
     pub threads: NonZeroUsize,
 }
 
@@ -112,7 +112,7 @@ impl CompiledScene {
     /// The closest hit of each ray within its range of t.
     ///
     /// It is the fastest way to trace many rays that have nothing in common. A ray that is not finite, or whose direction
-    /// is zero, hits nothing. Equal rays give equal rows, whatever else is in the batch.
+    /// is zero, hits nothing.
     ///
     /// ```
     /// use superegg_geom::RayBatch;

@@ -65,7 +65,12 @@ fn rows_are_the_answers_of_single_rays_at_any_number_of_threads() {
     }
     for threads in [0, 2, 7] {
         let options = BatchOptions::default().with_threads(threads);
-        assert_eq!(scene.intersect_batch(&rays, options), hits);
+        let other = scene.intersect_batch(&rays, options);
+        // Rows, and not columns: those of misses are NaN.
+        assert!(other.hits().iter().eq(hits.hits().iter()));
+        assert_eq!(other.primitives(), hits.primitives());
+        assert_eq!(other.instance_ids(), hits.instance_ids());
+        assert!((0..rays.len()).all(|i| other.path(i) == hits.path(i)));
         assert_eq!(scene.occluded_batch(&rays, options), occluded);
     }
 }
