@@ -9,7 +9,7 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rays::{camera_rays, random_rays};
 use superegg_geom::glam::DVec3;
-use superegg_geom::kernels::newton::{LaneHits, LaneRays};
+use superegg_geom::kernels::batch;
 use superegg_geom::{Exponents, RayStart, Superquadric, textbook};
 
 const COUNT: usize = 10_000;
@@ -42,10 +42,11 @@ fn methods(criterion: &mut Criterion) {
                     });
                 });
             });
-            if shape.is_convex() {
-                let (mut batch, mut hits) = (LaneRays::default(), LaneHits::default());
-                rays.iter().for_each(|ray| batch.push(&shape, ray));
-                group.bench_function("lanes", |bencher| bencher.iter(|| batch.intersect(&shape, &mut hits)));
+            if let Some(convex) = shape.as_convex() {
+                let mut hits = Vec::new();
+                group.bench_function("lanes", |bencher| {
+                    bencher.iter(|| batch::intersect(&convex, &rays, &mut hits));
+                });
             }
             group.finish();
         }

@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use rays::{camera_rays, random_rays};
 use superegg_geom::glam::DVec3;
-use superegg_geom::kernels::newton::{LaneHits, LanePowers, LaneRays, lanes_at_a_time};
+use superegg_geom::kernels::{batch, lane_count};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, textbook};
 
 const ROUNDS: usize = 5;
@@ -55,23 +55,13 @@ fn measure(name: &str, e: f64, n: f64, rays: &[Ray]) {
     let textbook_steps: u32 = rays.iter().map(|ray| textbook::intersect(ray, exponents).steps).sum();
     let per_ray = |count: f64| count / rays.len() as f64;
 
-    let (lanes, pairs, lane_steps) = if shape.is_convex() {
-        let mut batch = LaneRays::default();
-        let mut powers = LanePowers::default();
-        for ray in rays {
-            batch.push(&shape, ray);
-            powers.push(&shape);
-        }
-        let mut answers = LaneHits::default();
-        let lanes = speed(best(|| batch.intersect(&shape, &mut answers)));
-        let steps: u32 = (0..rays.len()).map(|i| answers.steps(i)).sum();
-        let pairs = speed(best(|| batch.intersect_each(&mut powers, &mut answers)));
-        (format!("{lanes:.1}"), format!("{pairs:.1}"), format!("{:.1}", per_ray(f64::from(steps))))
-    } else {
-        ("-".into(), "-".into(), "-".into())
-    };
+    let lanes = shape.as_convex().map_or("-".into(), |convex| {
+        let mut answers = Vec::new();
+        let lanes = speed(best(|| batch::intersect(&convex, rays, &mut answers)));
+        format!("{lanes:.1}")
+    });
     println!(
-        "| {name} | {e} | {n} | {:.2} | {:.2} | {by_textbook:.2} | {by_f64:.2} | {by_certified:.2} | {lanes} | {pairs} | {:.1} | {lane_steps} |",
+        "| {name} | {e} | {n} | {:.2} | {:.2} | {by_textbook:.2} | {by_f64:.2} | {by_certified:.2} | {lanes} | {:.1} |",
         per_ray(hits as f64),
         per_ray(textbook_hits as f64),
         per_ray(f64::from(textbook_steps)),
@@ -80,10 +70,8 @@ fn measure(name: &str, e: f64, n: f64, rays: &[Ray]) {
 
 fn main() {
     let count = std::env::args().find_map(|word| word.parse().ok()).unwrap_or(250_000);
-    println!(
-        "| rays | e | n | hits | textbook hits | textbook | f64 | certified | lanes | pairs | textbook steps | lane steps |"
-    );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("| rays | e | n | hits | textbook hits | textbook | f64 | certified | lanes | textbook steps |");
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for (name, rays) in [("camera", camera_rays(count)), ("random", random_rays(count))] {
         for (e, n) in [
             (1.0, 1.0),
@@ -103,6 +91,6 @@ fn main() {
     }
     println!(
         "\nmillion rays a second, one thread, the best of {ROUNDS} rounds; hits and steps are a ray's mean; {} lanes",
-        lanes_at_a_time()
+        lane_count()
     );
 }

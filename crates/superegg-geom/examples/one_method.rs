@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use superegg_geom::glam::DVec3;
-use superegg_geom::kernels::newton::{LaneHits, LaneRays};
+use superegg_geom::kernels::batch;
 use superegg_geom::{Exponents, RayStart, Superquadric, textbook};
 
 #[path = "../benches/rays/mod.rs"]
@@ -18,8 +18,6 @@ fn main() {
     let exponents = Exponents::new(number(2), number(3)).expect("good exponents");
     let shape = Superquadric::new(DVec3::ONE, exponents).expect("good exponents");
     let rays = rays::camera_rays(number(4) as usize);
-    let (mut batch, mut hits) = (LaneRays::default(), LaneHits::default());
-    rays.iter().for_each(|ray| batch.push(&shape, ray));
     match words.get(1).map(String::as_str) {
         Some("textbook") => rays.iter().for_each(|ray| {
             black_box(textbook::intersect(ray, exponents));
@@ -30,7 +28,11 @@ fn main() {
         Some("certified") => rays.iter().for_each(|ray| {
             black_box(shape.intersect_certified(ray, RayStart::Free));
         }),
-        Some("lanes") => batch.intersect(&shape, &mut hits),
+        Some("lanes") => {
+            if let Some(convex) = shape.as_convex() {
+                batch::intersect(&convex, black_box(&rays), black_box(&mut Vec::new()));
+            }
+        }
         _ => {}
     }
 }

@@ -3,6 +3,7 @@
 //!
 //! - [`packet`]: packets of 16 rays with a common origin, against the boxes of a tree and against one shape.
 //! - [`stream`]: incoherent rays, each against a box or a shape of its own.
+//! - [`batch`]: many rays against one shape, by streams and refinement.
 //! - [`refine`]: the f64 refinement of the crossings that f32 found.
 //!
 //! Kernels return candidates. Each answer carries a bound on its error or is marked unresolved; the caller refines it in
@@ -10,7 +11,7 @@
 //!
 //! `norm` evaluates N and its derivatives, `root` searches along a ray; packets and streams share both.
 
-pub mod newton;
+pub mod batch;
 mod norm;
 pub mod packet;
 mod powers;
@@ -19,3 +20,17 @@ mod root;
 pub mod stream;
 
 pub use powers::LanePowers;
+
+use superegg_simd::{Arch, Simd, WithSimd};
+
+/// The number of f32 lanes of this machine.
+pub fn lane_count() -> usize {
+    struct Count;
+    impl WithSimd for Count {
+        type Output = usize;
+        fn with_simd<S: Simd>(self, _: S) -> usize {
+            S::F32_LANES
+        }
+    }
+    Arch::new().dispatch(Count)
+}

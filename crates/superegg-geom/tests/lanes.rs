@@ -1,8 +1,8 @@
-//! The lanes against the f64 path: millions of rays in release, fewer without optimisation.
+//! The batch kernel against the f64 path: millions of rays in release, fewer without optimisation.
 
 use rays::Random;
 use superegg_geom::glam::DVec3;
-use superegg_geom::kernels::newton::{LaneHit, LaneHits, LanePowers, LaneRays};
+use superegg_geom::kernels::batch;
 use superegg_geom::{Exponents, Ray, RayStart, ShapeHit, Superquadric};
 
 #[path = "../benches/rays/mod.rs"]
@@ -57,7 +57,7 @@ fn distance_from_tangency(shape: &Superquadric, ray: &Ray) -> f64 {
 }
 
 /// What the lanes may differ by: hit or miss only within 1e-5 of tangency, the place by 1e-5 across the surface.
-fn check(shape: &Superquadric, ray: &Ray, lanes: Option<LaneHit>, exact: Option<ShapeHit>) {
+fn check(shape: &Superquadric, ray: &Ray, lanes: Option<ShapeHit>, exact: Option<ShapeHit>) {
     let told = || format!("{:?} {ray:?}: {lanes:?} for {exact:?}", shape.exponents());
     match (&lanes, &exact) {
         (None, None) => {}
@@ -91,37 +91,28 @@ const RAYS: usize = 2500;
 #[test]
 fn many_rays_against_one_shape_agree_with_the_f64_path() {
     let mut random = Random(3 + shape_count() as u64);
-    let (mut batch, mut hits) = (LaneRays::default(), LaneHits::default());
+    let mut hits = Vec::new();
     for _ in 0..shape_count() {
         let exponents = Exponents::new(random.exponent(), random.exponent()).unwrap();
         let shape = Superquadric::new(DVec3::ONE, exponents).unwrap();
         let rays: Vec<Ray> = (0..RAYS + (random.unit() * 20.0) as usize).map(|_| random.ray()).collect();
-        batch.clear();
-        rays.iter().for_each(|ray| batch.push(&shape, ray));
-        batch.intersect(&shape, &mut hits);
+        batch::intersect(&shape.as_convex().unwrap(), &rays, &mut hits);
         for (i, ray) in rays.iter().enumerate() {
-            check(&shape, ray, batch.hit(&hits, i), shape.intersect(ray, RayStart::Free));
+            check(&shape, ray, hits[i], shape.intersect(ray, RayStart::Free));
         }
     }
 }
 
 #[test]
-fn rays_against_a_shape_each_agree_with_the_f64_path() {
+fn one_ray_against_each_of_many_shapes_agrees_with_the_f64_path() {
     let mut random = Random(4);
-    let pairs: Vec<(Superquadric, Ray)> = (0..shape_count() * 200)
-        .map(|_| {
-            let exponents = Exponents::new(random.exponent(), random.exponent()).unwrap();
-            (Superquadric::new(DVec3::ONE, exponents).unwrap(), random.ray())
-        })
-        .collect();
-    let (mut batch, mut powers, mut hits) = (LaneRays::default(), LanePowers::default(), LaneHits::default());
-    for (shape, ray) in &pairs {
-        batch.push(shape, ray);
-        powers.push(shape);
-    }
-    batch.intersect_each(&mut powers, &mut hits);
-    for (i, (shape, ray)) in pairs.iter().enumerate() {
-        check(shape, ray, batch.hit(&hits, i), shape.intersect(ray, RayStart::Free));
+    let mut hits = Vec::new();
+    for _ in 0..shape_count() * 200 {
+        let exponents = Exponents::new(random.exponent(), random.exponent()).unwrap();
+        let shape = Superquadric::new(DVec3::ONE, exponents).unwrap();
+        let ray = random.ray();
+        batch::intersect(&shape.as_convex().unwrap(), &[ray], &mut hits);
+        check(&shape, &ray, hits[0], shape.intersect(&ray, RayStart::Free));
     }
 }
 
@@ -144,17 +135,15 @@ fn hostile_rays_do_no_harm() {
     ];
     let mut random = Random(5);
     let mut any = || values[(random.unit() * values.len() as f64) as usize];
-    let (mut batch, mut hits) = (LaneRays::default(), LaneHits::default());
+    let mut hits = Vec::new();
     for (e, n) in [(1.0, 1.0), (0.0001, 0.0001), (2.0, 2.0), (0.5, 1.5), (1e-300, 2.0)] {
         let shape = Superquadric::new(DVec3::new(1.0, 2.0, 1e-3), Exponents::new(e, n).unwrap()).unwrap();
         let rays: Vec<Ray> = (0..20_000)
             .map(|_| Ray::new(DVec3::new(any(), any(), any()), DVec3::new(any(), any(), any())))
             .collect();
-        batch.clear();
-        rays.iter().for_each(|ray| batch.push(&shape, ray));
-        batch.intersect(&shape, &mut hits);
+        batch::intersect(&shape.as_convex().unwrap(), &rays, &mut hits);
         for (i, ray) in rays.iter().enumerate() {
-            if let Some(hit) = batch.hit(&hits, i) {
+            if let Some(hit) = hits[i] {
                 assert!(hit.t >= 0.0 && !hit.t.is_nan(), "{ray:?} {hit:?}");
             }
         }

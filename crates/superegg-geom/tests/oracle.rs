@@ -7,6 +7,8 @@
 use std::path::{Path, PathBuf};
 
 use superegg_geom::glam::DVec3;
+#[cfg(feature = "simd")]
+use superegg_geom::kernels;
 use superegg_geom::{Exponents, Ray, RayStart, ShapeHit, Superquadric, textbook};
 
 struct TruthRow {
@@ -119,14 +121,19 @@ fn every_ray_of_a_named_ground_truth() {
     }
 }
 
-/// The lanes against the truth: hit or miss right but within 1e-5 of tangency, the place within 1e-5 across the surface.
+/// The batch kernel against the reference: hit or miss right but within 1e-5 of tangency, the point within 1e-5 across the
+/// surface.
 #[cfg(feature = "simd")]
 #[test]
-fn the_lanes_meet_the_truth() {
+fn the_batch_kernel_finds_the_true_crossings() {
     for path in [Some(own_rays()), beside_the_project("oracle/rays.csv")].into_iter().flatten() {
         for row in read(&path).iter().filter(|row| row.margin > 1e-5) {
             let told = || format!("{:?} {:?} margin {}", row.shape.exponents(), row.ray, row.margin);
-            match (row.hit, row.shape.intersect_fast(&row.ray, RayStart::Free)) {
+            let mut hits = vec![row.shape.intersect(&row.ray, RayStart::Free)];
+            if let Some(convex) = row.shape.as_convex() {
+                kernels::batch::intersect(&convex, &[row.ray], &mut hits);
+            }
+            match (row.hit, hits[0]) {
                 (None, None) => {}
                 (Some((t, normal)), Some(actual)) => {
                     let across = (actual.t - t).abs() * normal.dot(row.ray.direction).abs();

@@ -4,7 +4,6 @@
 
 use image::{Rgb, RgbImage};
 use superegg_geom::glam::DVec2;
-use superegg_geom::kernels::newton::{LaneHits, LaneRays};
 use superegg_geom::{Exponents, Ray, RayStart, Superquadric, textbook};
 use superegg_render::View;
 use superegg_scene::Camera;
@@ -48,15 +47,8 @@ fn panels(shape: &Superquadric, ray: &Ray) -> [Rgb<u8>; 3] {
         (Some(_), Some(hit)) => Rgb([(120.0 + 100.0 * shape.normal(hit.point).z) as u8; 3]),
         (None, None) => Rgb([20; 3]),
     };
-    let ours = if shape.is_convex() { heat(lane_steps(shape, ray)) } else { Rgb([20; 3]) };
+    let ours = shape.newton_steps(ray, RayStart::Free).map_or(Rgb([20; 3]), heat);
     [heat(textbook.steps), ours, verdict]
-}
-
-fn lane_steps(shape: &Superquadric, ray: &Ray) -> u32 {
-    let (mut rays, mut hits) = (LaneRays::default(), LaneHits::default());
-    rays.push(shape, ray);
-    rays.intersect(shape, &mut hits);
-    hits.steps(0)
 }
 
 /// Black for none, over violet, red and yellow to white for 64 and more: a step of colour for each doubling.

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use crate::column::Column;
-use crate::vector::{Lanes, Mask};
+use crate::vector::Lanes;
 
 /// A point, direction or gradient in each lane.
 #[derive(Clone, Copy)]
@@ -54,12 +54,6 @@ impl<S: Simd, const K: usize> Triple<S, K> {
     #[inline(always)]
     pub fn scaled(self, factor: Lanes<S, K>) -> Self {
         Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
-    }
-
-    /// `a` where the mask is true, `b` elsewhere.
-    #[inline(always)]
-    pub fn select(mask: Mask<S, K>, a: Self, b: Self) -> Self {
-        Self { x: mask.select(a.x, b.x), y: mask.select(a.y, b.y), z: mask.select(a.z, b.z) }
     }
 
     /// The scalar product.

@@ -1,10 +1,10 @@
-//! A vector of f32 lanes with operators, and the powers that the norm form needs. Safe: the instructions are pulp's.
+//! Vectors of f32 lanes with operators, roots, logarithms and powers of two; masks of lanes.
 
 #![allow(
     clippy::needless_range_loop,
     clippy::redundant_closure,
     clippy::redundant_closure_for_method_calls,
-    reason = "only what is spelled out is inlined for the lanes of the machine"
+    reason = "only what is written out is inlined for the lanes of the machine"
 )]
 
 use std::f32::consts::LOG2_E;
@@ -15,7 +15,8 @@ use pulp::Simd;
 #[cfg(target_arch = "x86_64")]
 use crate::arch::{avx2, avx512};
 
-/// Registers of f32 lanes, one unless said otherwise. The operations on several are independent of each other, which fills the time that each takes.
+/// `K` registers of f32 lanes, default: 1. The operations on several registers are independent of each other, which hides
+/// the latency of each.
 #[derive(Clone, Copy)]
 pub struct Lanes<S: Simd, const K: usize = 1> {
     simd: S,
@@ -48,8 +49,8 @@ impl<S: Simd> Lanes<S> {
         Self::new(self.simd, register)
     }
 
-    /// Writes the lanes of a mask one after the other, and what does not matter after them, up to a register in all; all in their places where the machine
-    /// cannot do that quickly. See [`Mask::packed`].
+    /// Writes the lanes of a mask side by side (stream compaction), and undefined numbers after them up to the length of a
+    /// register. Without AVX-512 it writes the register unchanged. [`Mask::packed`] is the number of lanes written.
     #[inline(always)]
     pub fn pack(self, mask: Mask<S>, to: &mut [f32]) {
         let to = &mut to[..S::F32_LANES];
@@ -62,7 +63,7 @@ impl<S: Simd> Lanes<S> {
         to.copy_from_slice(pulp::bytemuck::cast_slice(std::slice::from_ref(&self.registers[0])));
     }
 
-    /// The lanes of a mask as [`Self::pack`] has written them.
+    /// Reads the lanes of a mask that [`Self::pack`] has written, back into their own positions.
     #[inline(always)]
     pub fn unpack(simd: S, mask: u32, from: &[f32]) -> Self {
         let from = &from[..S::F32_LANES];
@@ -105,7 +106,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         }
     }
 
-    /// Registers side by side.
+    /// Joins `K` single registers.
     #[inline(always)]
     pub fn join(parts: [Lanes<S>; K]) -> Self {
         let mut registers = [parts[0].registers[0]; K];
@@ -115,7 +116,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         Self { simd: parts[0].simd, registers }
     }
 
-    /// One of the registers.
+    /// Register `k`.
     #[inline(always)]
     pub fn part(self, k: usize) -> Lanes<S> {
         Lanes { simd: self.simd, registers: [self.registers[k]] }
@@ -161,19 +162,19 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         self
     }
 
-    /// Without its sign.
+    /// The absolute value.
     #[inline(always)]
     pub fn abs(self) -> Self {
         self.each(|simd, x| simd.abs_f32s(x))
     }
 
-    /// The root, of numbers >= 0.
+    /// The square root of numbers >= 0.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
         self.each(|simd, x| simd.sqrt_f32s(x))
     }
 
-    /// The lesser of two.
+    /// The smaller of two.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         self.zip(other, |simd, a, b| simd.min_f32s(a, b))
@@ -185,13 +186,13 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         self.zip(other, |simd, a, b| simd.max_f32s(a, b))
     }
 
-    /// Where it is less.
+    /// True where `self < other`.
     #[inline(always)]
     pub fn lt(self, other: Self) -> Mask<S, K> {
         self.compare(other, |simd, a, b| simd.less_than_f32s(a, b))
     }
 
-    /// Where it is less or equal.
+    /// True where `self <= other`.
     #[inline(always)]
     pub fn le(self, other: Self) -> Mask<S, K> {
         self.compare(other, |simd, a, b| simd.less_than_or_equal_f32s(a, b))
@@ -213,7 +214,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         -(-self).least()
     }
 
-    /// 1 / x to 1e-4 of its size or better, by a quick instruction where the machine has one; for |x| from 1e-30 to 1e30.
+    /// 1 / x for |x| in [1e-30, 1e30], relative error below 1e-4; by one fast instruction with AVX-512.
     #[inline(always)]
     pub fn recip_rough(self) -> Self {
         #[cfg(target_arch = "x86_64")]
@@ -224,14 +225,14 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         self.all(1.0) / self
     }
 
-    /// 1 / x to two units of the last place, for |x| from 1e-30 to 1e30.
+    /// 1 / x for |x| in [1e-30, 1e30], to two units of the last place.
     #[inline(always)]
     pub fn recip(self) -> Self {
         let rough = self.recip_rough();
         (-self).mul_add(rough, self.all(1.0)).mul_add(rough, rough)
     }
 
-    /// 1 / sqrt x to three units of the last place, for x from 1e-38 to 1e38.
+    /// 1 / sqrt x for x in [1e-38, 1e38], to three units of the last place.
     #[inline(always)]
     pub fn rsqrt(self) -> Self {
         #[cfg(target_arch = "x86_64")]
@@ -245,7 +246,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         self.all(1.0) / self.sqrt()
     }
 
-    /// The square root of a finite number to 1e-4 of its size or better; of less than 1e-30, negative numbers among them, a number from 0 to 1e-15.
+    /// The square root of a finite number, relative error below 1e-4. For x < 1e-30, also negative, a number in [0, 1e-15].
     #[inline(always)]
     pub fn root_rough(self) -> Self {
         #[cfg(target_arch = "x86_64")]
@@ -282,7 +283,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         })
     }
 
-    /// x = 2^k m with m in [3/4, 3/2), for a normal x below 2^127: k and m.
+    /// k and m of x = 2^k m with m in [3/4, 3/2), for a normal x below 2^127.
     #[inline(always)]
     fn exponent_and_mantissa(self) -> (Self, Self) {
         // Adding this carries into the exponent from 3/2 on.
@@ -295,7 +296,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
                 let m = v4.avx512f._mm512_getmant_ps::<_MM_MANT_NORM_P75_1P5, _MM_MANT_SIGN_SRC>(x);
                 pulp::bytemuck::cast(m)
             });
-            // What is 3/2 becomes 2.
+            // Moves the boundary from 2 to 3/2.
             let exponent = (self * self.all(4.0 / 3.0))
                 .each(|_, x| pulp::bytemuck::cast(v4.avx512f._mm512_getexp_ps(pulp::bytemuck::cast(x))));
             return (exponent, mantissa);
@@ -311,14 +312,14 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
                 simd.splat_u32s(0x3f80_0000),
             );
             mantissa.registers[k] = simd.transmute_f32s_u32s(m);
-            // k as a number: the bits of 2^23 + k.
+            // Converts k to f32: these are the bits of 2^23 + k.
             exponent.registers[k] =
                 simd.transmute_f32s_u32s(simd.or_u32s(power, simd.splat_u32s(0x4b00_0000)));
         }
         (exponent - self.all(8_388_608.0 + 127.0), mantissa)
     }
 
-    /// The base-2 logarithm of a normal x > 0 below 2^127, to 4e-7 of its own size, near 1 too; without a division.
+    /// log2 x of a normal x > 0 below 2^127 without a division; relative error of the result below 4e-7, near 1 too.
     #[inline(always)]
     pub fn log2_quick(self) -> Self {
         let (exponent, m) = self.exponent_and_mantissa();
@@ -338,7 +339,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         series.mul_add(u, exponent)
     }
 
-    /// A polynomial of degree 8, by pairs: the sum of c\[i\] x^i in five steps that depend on each other.
+    /// The sum of c\[i\] x^i by pairs of terms: a chain of five dependent steps.
     #[inline(always)]
     fn polynomial(self, c: [f32; 9]) -> Self {
         let pair = |i: usize| self.all(c[i + 1]).mul_add(self, self.all(c[i]));
@@ -349,7 +350,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         self.all(c[8]).mul_add(fourth, high).mul_add(fourth, low)
     }
 
-    /// `log2(1 + x)` for x in [0, 1], to 3e-7 of its own size.
+    /// log2(1 + x) for x in [0, 1], relative error below 3e-7.
     #[inline(always)]
     pub fn log2_of_one_plus(self) -> Self {
         let series = self.polynomial([
@@ -366,19 +367,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         series * self
     }
 
-    /// The base-2 logarithm of a normal x > 0 below 2^127, to 4e-7 of its own size, near 1 too.
-    #[inline(always)]
-    pub fn log2(self) -> Self {
-        let (exponent, m) = self.exponent_and_mantissa();
-        // log2 m = (2 / ln 2) artanh s, s = (m - 1) / (m + 1), |s| <= 0.2; coefficients fitted to 3e-9.
-        let s = (m - self.all(1.0)) / (m + self.all(1.0));
-        let z = s * s;
-        let series =
-            self.all(0.439_083_17).mul_add(z, self.all(0.576_395_2)).mul_add(z, self.all(0.961_802_2));
-        series.mul_add(z, self.all(2.885_39)).mul_add(s, exponent)
-    }
-
-    /// 2^x for x from -1/2 to 1/2; coefficients fitted to 3e-9.
+    /// 2^x for x in [-1/2, 1/2]; coefficients fitted to 3e-9.
     #[inline(always)]
     fn exp2_of_half(self) -> Self {
         let (square, one) = (self * self, self.all(1.0));
@@ -389,18 +378,18 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         high.mul_add(square, middle).mul_add(square, low)
     }
 
-    /// 2^x for x <= 127, to 2e-7 of its own size; from -126 down that of -126.
+    /// 2^x for x <= 127, relative error below 2e-7; 2^-126 for x < -126.
     #[inline(always)]
     pub fn exp2(self) -> Self {
         self.max(self.all(-126.0)).exp2_quick()
     }
 
-    /// The same for x from -126 on.
+    /// 2^x for x in [-126, 127], relative error below 2e-7.
     #[inline(always)]
     pub fn exp2_quick(self) -> Self {
         #[cfg(target_arch = "x86_64")]
         if let Some(v4) = avx512(self.simd) {
-            // What is left of the nearest whole number.
+            // The difference from the nearest integer.
             let f = self.each(|_, x| {
                 pulp::bytemuck::cast(v4.avx512dq._mm512_reduce_ps::<0>(pulp::bytemuck::cast(x)))
             });
@@ -409,7 +398,7 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
                 pulp::bytemuck::cast(power)
             });
         }
-        // Adding 1.5 * 2^23 leaves the nearest whole number in the low bits.
+        // Adding 1.5 * 2^23 leaves the nearest integer in the low bits.
         let magic = self.all(12_582_912.0);
         let whole = self + magic;
         let f = self - (whole - magic);
@@ -431,7 +420,7 @@ impl<S: Simd> Mask<S> {
         Self { simd, registers: [simd.equal_u32s(bit, one)] }
     }
 
-    /// How many places [`Lanes::pack`] fills.
+    /// The number of lanes that [`Lanes::pack`] writes for this mask.
     #[inline(always)]
     pub fn packed(self) -> usize {
         #[cfg(target_arch = "x86_64")]
@@ -500,7 +489,7 @@ impl<S: Simd, const K: usize> Mask<S, K> {
         bits
     }
 
-    /// One of the registers.
+    /// Register `k`.
     #[inline(always)]
     pub fn part(self, k: usize) -> Mask<S> {
         Mask { simd: self.simd, registers: [self.registers[k]] }
@@ -587,7 +576,6 @@ mod tests {
 
     #[derive(Clone, Copy, Debug)]
     enum Function {
-        Log2,
         Log2Quick,
         Log2OfOnePlus,
         Exp2,
@@ -610,7 +598,6 @@ mod tests {
             for register in S::as_mut_simd_f32s(self.1).0 {
                 let x = Lanes::<S>::new(simd, *register);
                 let y = match self.0 {
-                    Function::Log2 => x.log2(),
                     Function::Log2Quick => x.log2_quick(),
                     Function::Log2OfOnePlus => x.log2_of_one_plus(),
                     Function::Exp2 => x.exp2(),
@@ -651,8 +638,7 @@ mod tests {
         let up_to_one = || (1..=1_000_000).map(|i| i as f32 / 1e6).collect();
         let of_one_plus = |x: f64| x.ln_1p() / std::f64::consts::LN_2;
         let last_place = f64::from(f32::EPSILON) / 2.0;
-        let cases: [(Function, Vec<f32>, Truth, f64); 8] = [
-            (Function::Log2, normal.clone(), f64::log2, 4e-7),
+        let cases: [(Function, Vec<f32>, Truth, f64); 7] = [
             (Function::Log2Quick, normal.clone(), f64::log2, 4e-7),
             (Function::Log2OfOnePlus, up_to_one(), of_one_plus, 3e-7),
             (Function::Exp2, exponents(), f64::exp2, 2e-7),
@@ -742,7 +728,7 @@ mod tests {
     #[test]
     fn powers_of_extremes_are_finite() {
         let of = |x: f32| Lanes::splat(pulp::Scalar, x);
-        assert_eq!(of(1.0).log2().register(), 0.0);
+        assert_eq!(of(1.0).log2_quick().register(), 0.0);
         assert_eq!(of(-1e30).exp2().register(), 2f32.powi(-126));
         assert_eq!(of(0.0).exp2().register(), 1.0);
     }

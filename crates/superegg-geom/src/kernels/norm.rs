@@ -9,10 +9,9 @@ use superegg_simd::{Lanes, Simd};
 
 pub(super) use curve::{CLOSE, Curve, EvaluateNorm, Slope, TINY, ValueAndGradient};
 pub(super) use log::{AnyPower, LogNorm};
-pub(super) use terms::{Norm2, Square, Sum, evaluate};
 
 use self::log::Round;
-use self::terms::Nested;
+use self::terms::{Nested, Square, Sum};
 use super::powers::PowerKind;
 
 /// The box [-1, 1]^3 is enlarged by this factor, for the rounding of crossings with its faces.

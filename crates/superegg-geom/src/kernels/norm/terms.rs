@@ -105,7 +105,7 @@ impl<S: Simd, X: BendingNorm2<S, K>, Z: BendingNorm2<S, K>, const K: usize> Eval
 
 /// N at a point, and its derivative along a direction.
 #[inline(always)]
-pub(crate) fn evaluate<S: Simd, const K: usize>(
+fn evaluate<S: Simd, const K: usize>(
     xy: impl Norm2<S, K>,
     rz: impl Norm2<S, K>,
     point: Triple<S, K>,

@@ -70,7 +70,12 @@ impl ShapeEntries {
     /// Sets the ray of a lane: the map to the space of its unit shape, its origin and direction, and the t where it ends.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, map: &DAffine3, [origin, direction]: [DVec3; 2], t_max: f64) {
-        let (origin, direction) = (map.transform_point3(origin), map.transform_vector3(direction));
+        self.set_unit(lane, map.transform_point3(origin), map.transform_vector3(direction), t_max);
+    }
+
+    /// As [`ShapeEntries::set`], for a ray in the space of the unit shape.
+    #[inline(always)]
+    pub fn set_unit(&mut self, lane: usize, origin: DVec3, direction: DVec3, t_max: f64) {
         for axis in 0..3 {
             self.origin[axis][lane] = origin[axis];
             self.direction[axis][lane] = direction[axis];
