@@ -1,16 +1,25 @@
-//! The partial file: finished tiles of a picture, and what picture they are of. Bytes in, bytes out; the files are others' work.
+//! The partial file: finished tiles of a picture, and the picture that they belong to. This module
+//! turns them into bytes and back; reading and writing files is up to the caller.
 //!
 //! ```text
-//! superegg part 2\n                                  the format and its version
-//! length u32, check u128, so many bytes of text      the header: lines of a name, a blank and a value
+//! superegg part 3\n                                  the format and its version
+//! length u32, check u128, `length` bytes of text     the header: lines of a name, a blank and a value
 //! then for each finished tile, in any order:
-//! "TILE", tile u32, length u32, check u32            the head of a record; the check is of the twelve bytes before it
-//! so many bytes, check u128                          the pixels, row by row; the check is of head and pixels
+//! "TILE", tile u32, length u32, check u32            the head of a record; its check covers the twelve
+//!                                                    bytes before it
+//! `length` bytes, check u128                         the pixels, row by row; the check covers head and
+//!                                                    pixels
 //! ```
 //!
-//! Numbers have their lowest byte first. Checks are XXH3, those of records seeded with the fingerprint of the picture, so a record is good only
-//! in a file of the same picture. What is not a good record is stepped over to the next that is: after a kill or damage every
-//! tile whose bytes are whole still counts, and no length is believed that does not fit.
+//! Integers are little-endian. Checks are XXH3; those of records are seeded with the fingerprint of
+//! the header, so that a record is valid only in a file of the same picture. A reader skips to the
+//! next valid record: after a kill or damage every tile whose bytes are whole still counts, and no
+//! length is trusted before its check.
+//!
+//! A floating-point value of the header is `0x` and its 64 bits in hexadecimal. Camera, environment
+//! and scene are only compared, by hashes of explicit bytes ([`crate::render::part_words`]). In version 2
+//! floating-point values were decimal, and the hashed bytes were another text. Its files are read and
+//! merged; a render does not continue them, because the hashes cannot be compared.
 
 use std::ops::RangeInclusive;
 
@@ -21,57 +30,110 @@ use twox_hash::XxHash3_128;
 use crate::film::buffer::Film;
 use crate::film::pixel::Pixel;
 use crate::film::tile::{Tile, tiles};
+use crate::render::part_words::{self, ENCODINGS, FILTERS, FLAGS, OUTPUTS, TONES, value_of_word, word_of};
 use crate::render::shard::Shard;
 use crate::settings::{Output, RenderSettings};
 
-/// What those of this version begin with. A change of anything that this file writes is a new version.
-const FIRST_LINE: &[u8] = b"superegg part 2\n";
-/// No header is longer, in bytes.
+/// A version of the format. Any change of the bytes is a new version.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Version {
+    Two,
+    Three,
+}
+
+impl Version {
+    /// The version that is written.
+    const CURRENT: Self = Self::Three;
+    /// All versions that are read.
+    const READ: [Self; 2] = [Self::Two, Self::Three];
+
+    /// The first line of a file; all have the same length.
+    const fn first_line(self) -> &'static [u8] {
+        match self {
+            Self::Two => b"superegg part 2\n",
+            Self::Three => b"superegg part 3\n",
+        }
+    }
+
+    fn number(self) -> &'static str {
+        match self {
+            Self::Two => "2",
+            Self::Three => "3",
+        }
+    }
+
+    /// The text of a number.
+    fn number_text(self, number: f64) -> String {
+        match self {
+            Self::Two => number.to_string(),
+            Self::Three => format!("{BITS}{:016x}", number.to_bits()),
+        }
+    }
+
+    /// The number of a text.
+    fn number_of(self, text: &str) -> Option<f64> {
+        match self {
+            Self::Two => text.parse().ok(),
+            Self::Three => {
+                let digits = text.strip_prefix(BITS).filter(|digits| digits.len() == 16)?;
+                u64::from_str_radix(digits, 16).ok().map(f64::from_bits)
+            }
+        }
+    }
+}
+
+const FIRST_LINE: &[u8] = Version::CURRENT.first_line();
+/// The longest header, in bytes.
 const LONGEST_HEADER: usize = 1 << 16;
 const MARK: &[u8] = b"TILE";
 const HEAD: usize = 16;
 const CHECK: usize = 16;
+/// The prefix of the bits of a number.
+const BITS: &str = "0x";
 
-/// Why bytes are no partial file that can be used.
+/// Why bytes are not a usable partial file.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PartError {
-    /// They begin with something else.
+    /// The first bytes are those of another kind of file.
     #[error("it is not a partial file of superegg")]
     NotAPart,
-    /// They are of another version of the format.
+    /// The format has a version that is not read.
     #[error("it has another version of the format: it was written by an older or newer superegg")]
     OtherVersion,
-    /// They end before the header does: whoever wrote it was stopped before the first tile.
+    /// The header is cut off: the writer was stopped before the first tile.
     #[error("it breaks off in its header, so it has no tiles")]
     BrokenOff,
-    /// The header is not what was written.
+    /// The header is damaged.
     #[error("its header is damaged: {0}")]
     DamagedHeader(String),
 }
 
-/// What a partial file says of the picture whose tiles it has.
+/// The picture that the tiles of a partial file belong to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartHeader {
-    /// The tiles that it is to have in the end.
+    /// The tiles of the complete file.
     pub shard: Shard,
-    /// All that the picture depends on, names and values; tiles belong to one picture if these are the same.
-    facts: Vec<(String, String)>,
-    /// The picture, as it is to be developed.
+    version: Version,
+    /// Everything that the picture depends on, as names and values. Tiles belong to the same picture
+    /// if these are equal.
+    fields: Vec<(String, String)>,
     picture: Picture,
     output: Output,
 }
 
-/// What tells two pictures apart.
+/// The first difference between two pictures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// What it is, such as "samples".
+    /// Its name, such as "samples".
     pub name: String,
-    /// Its values in the one and the other; `None` where they are only known to differ.
+    /// The two values; `None` if only hashes of them are known.
     pub values: Option<(String, String)>,
 }
 
 impl PartHeader {
-    /// Of a picture that `program` (its version) makes of the `scene` (its text as written by the program) with these settings.
+    /// The header of a shard of a picture. `program` is the version of the program, `scene` the text
+    /// of the scene as the program writes it.
     pub fn new(
         program: &str,
         scene: &str,
@@ -81,40 +143,40 @@ impl PartHeader {
         shard: Shard,
     ) -> Self {
         let RenderSettings { picture, camera, environment, output, layers: _ } = settings;
-        // `Debug` of f64 tells numbers apart to the last bit.
-        let hash = |text: &str| format!("{HASHED}{:032x}", XxHash3_128::oneshot(text.as_bytes()));
-        let mut facts = vec![("program", program.to_owned())];
-        facts.extend(picture_facts(picture));
-        facts.push(("view", format!("{output:?}")));
-        facts.push((LAYERS, settings.keeps_layers().to_string()));
-        facts.push(("root", root.unwrap_or_default().to_owned()));
-        facts.push(("depth", depth.to_string()));
-        facts.push(("camera", hash(&format!("{camera:?}"))));
-        facts.push(("surroundings", hash(&format!("{environment:?}"))));
-        facts.push(("scene", hash(scene)));
+        let hash = |bytes: &[u8]| format!("{HASHED}{:032x}", XxHash3_128::oneshot(bytes));
+        let mut fields = vec![("program", program.to_owned())];
+        fields.extend(picture_fields(picture));
+        fields.push((OUTPUT, word_of(*output, &OUTPUTS).to_owned()));
+        fields.push((LAYERS, word_of(settings.keeps_layers(), &FLAGS).to_owned()));
+        fields.push(("root", root.unwrap_or_default().to_owned()));
+        fields.push(("depth", depth.to_string()));
+        fields.push(("camera", hash(&part_words::camera_bytes(camera))));
+        fields.push(("surroundings", hash(&part_words::environment_bytes(environment))));
+        fields.push(("scene", hash(scene.as_bytes())));
         // A value is the rest of a line.
         let line = |value: String| value.replace(['\n', '\r'], " ");
         Self {
             shard,
-            facts: facts.into_iter().map(|(name, value)| (name.to_owned(), line(value))).collect(),
+            version: Version::CURRENT,
+            fields: fields.into_iter().map(|(name, value)| (name.to_owned(), line(value))).collect(),
             picture: *picture,
             output: *output,
         }
     }
 
-    /// The picture, as it is to be developed.
+    /// Size, quality and development of the picture.
     pub fn picture(&self) -> &Picture {
         &self.picture
     }
 
-    /// What the picture shows.
+    /// The quantity that the picture has.
     pub fn output(&self) -> Output {
         self.output
     }
 
-    /// Whether the pixels have more than their light.
+    /// Whether the pixels have depth, normal, albedo and id.
     pub fn has_layers(&self) -> bool {
-        self.fact(LAYERS) == Some("true")
+        self.field(LAYERS) == Some(word_of(true, &FLAGS))
     }
 
     /// The tiles of the whole picture.
@@ -122,67 +184,82 @@ impl PartHeader {
         tiles(self.picture.width, self.picture.height)
     }
 
-    fn fact(&self, name: &str) -> Option<&str> {
-        value_of(&self.facts, name)
+    fn field(&self, name: &str) -> Option<&str> {
+        value_of(&self.fields, name)
     }
 
-    /// The first thing that makes the tiles of two headers different; the shares may differ.
+    /// The first difference between the pictures of two headers. Shards of one picture have none.
     pub fn difference(&self, other: &Self) -> Option<Difference> {
-        self.difference_but(other, "")
+        self.difference_except(other, None)
     }
 
-    /// The same but for whether pixels have more than their light: the first thing that makes the pictures different.
+    /// The first difference apart from whether pixels have layers.
     pub fn difference_of_light(&self, other: &Self) -> Option<Difference> {
-        self.difference_but(other, LAYERS)
+        self.difference_except(other, Some(LAYERS))
     }
 
-    fn difference_but(&self, other: &Self, but: &str) -> Option<Difference> {
-        let names = self.facts.iter().chain(&other.facts).map(|(name, _)| name.as_str());
-        let mut differing = names.filter(|name| *name != but && self.fact(name) != other.fact(name));
+    fn difference_except(&self, other: &Self, ignored: Option<&str>) -> Option<Difference> {
+        if self.version != other.version {
+            let values = [self, other].map(|header| header.version.number().to_owned());
+            return Some(Difference { name: "format_version".to_owned(), values: Some(values.into()) });
+        }
+        let names = self.fields.iter().chain(&other.fields).map(|(name, _)| name.as_str());
+        let mut differing =
+            names.filter(|name| Some(*name) != ignored && self.field(name) != other.field(name));
         let name = differing.next()?;
-        let values = [self.fact(name), other.fact(name)].map(|value| value.unwrap_or("(nothing)").to_owned());
-        let [one, two] = values;
-        let is_hash = one.starts_with(HASHED) || two.starts_with(HASHED);
-        Some(Difference { name: name.to_owned(), values: (!is_hash).then_some((one, two)) })
+        let is_hash = [self, other]
+            .iter()
+            .any(|header| header.field(name).is_some_and(|value| value.starts_with(HASHED)));
+        let values = (!is_hash).then(|| (self.readable(name), other.readable(name)));
+        Some(Difference { name: name.to_owned(), values })
     }
 
-    /// The same for all shares of one picture.
+    /// A value as text for a person.
+    fn readable(&self, name: &str) -> String {
+        let Some(value) = self.field(name) else { return "(nothing)".to_owned() };
+        if !NUMBERS.contains(&name) {
+            return value.to_owned();
+        }
+        self.version.number_of(value).map_or_else(|| value.to_owned(), |number| number.to_string())
+    }
+
+    /// Equal for all shards of one picture.
     fn fingerprint(&self) -> u64 {
         let mut text = String::new();
-        self.write_facts(&mut text);
+        self.write_fields(&mut text);
         XxHash3_128::oneshot(text.as_bytes()) as u64
     }
 
-    fn write_facts(&self, text: &mut String) {
-        for (name, value) in &self.facts {
+    fn write_fields(&self, text: &mut String) {
+        for (name, value) in &self.fields {
             text.extend([name.as_str(), " ", value, "\n"]);
         }
     }
 
-    /// The bytes that a partial file begins with.
+    /// The first bytes of the partial file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut text = format!("share {}\n", self.shard);
-        self.write_facts(&mut text);
-        let mut bytes = FIRST_LINE.to_vec();
+        let mut text = format!("{SHARD} {}\n", self.shard);
+        self.write_fields(&mut text);
+        let mut bytes = self.version.first_line().to_vec();
         bytes.extend((text.len() as u32).to_le_bytes());
         bytes.extend(XxHash3_128::oneshot(text.as_bytes()).to_le_bytes());
         bytes.extend(text.as_bytes());
         bytes
     }
 
-    /// What every partial file begins with, of any version.
+    /// The first bytes of partial files of every version.
     pub const FAMILY: &[u8] = b"superegg part ";
 
-    /// No header is longer.
+    /// The length of the longest header.
     pub const MOST_BYTES: u64 = (FIRST_LINE.len() + 4 + CHECK + LONGEST_HEADER) as u64;
 
-    /// The most bytes that a file of this picture should have: each tile twice.
+    /// The greatest sensible length of a file of this picture: each tile twice.
     pub fn most_bytes(&self) -> u64 {
         let record = |tile: &Tile| (HEAD + tile.pixel_count() * Pixel::BYTES + CHECK) as u64;
         Self::MOST_BYTES + 2 * self.tiles().iter().map(record).sum::<u64>()
     }
 
-    /// A finished tile as a record, with its pixels row by row.
+    /// The record of a finished tile.
     pub fn record(&self, tile: usize, pixels: &Film) -> Vec<u8> {
         let length = pixels.pixels().len() * Pixel::BYTES;
         let mut bytes = Vec::with_capacity(HEAD + length + CHECK);
@@ -195,16 +272,21 @@ impl PartHeader {
         bytes
     }
 
-    /// A header and its length, from what a partial file begins with.
+    /// Reads the header of a partial file. Returns it and its length.
     ///
     /// # Errors
-    /// They are none, or a header that was not written whole, or was changed.
+    /// The bytes are no partial file, or the header is cut off or damaged.
     pub fn read(bytes: &[u8]) -> Result<(Self, usize), PartError> {
         let damaged = |why: &str| PartError::DamagedHeader(why.to_owned());
-        if bytes.len() < FIRST_LINE.len() && FIRST_LINE.starts_with(bytes) {
+        if bytes.len() < FIRST_LINE.len()
+            && Version::READ.iter().any(|version| version.first_line().starts_with(bytes))
+        {
             return Err(PartError::BrokenOff);
         }
-        let Some(rest) = bytes.strip_prefix(FIRST_LINE) else {
+        let versions = Version::READ.into_iter();
+        let found =
+            versions.filter_map(|version| Some((version, bytes.strip_prefix(version.first_line())?))).next();
+        let Some((version, rest)) = found else {
             let is_part = bytes.starts_with(Self::FAMILY);
             return Err(if is_part { PartError::OtherVersion } else { PartError::NotAPart });
         };
@@ -219,32 +301,38 @@ impl PartHeader {
             return Err(damaged("its checksum does not fit"));
         }
         let text = std::str::from_utf8(text).map_err(|_| damaged("it is no text"))?;
-        let lines =
-            text.lines().map(|line| line.split_once(' ').ok_or_else(|| damaged("a line has no value")));
-        let mut facts = Vec::new();
+        let mut fields = Vec::new();
         let mut shard = None;
-        for line in lines {
-            match line? {
-                ("share", value) => shard = Some(value.parse().map_err(|error: String| damaged(&error))?),
-                (name, value) => facts.push((name.to_owned(), value.to_owned())),
+        for line in text.lines() {
+            match line.split_once(' ').ok_or_else(|| damaged("a line has no value"))? {
+                (SHARD, value) => shard = Some(value.parse().map_err(|error: String| damaged(&error))?),
+                (name, value) => fields.push((name.to_owned(), value.to_owned())),
             }
         }
         let shard = shard.ok_or_else(|| damaged("it names no share"))?;
-        let picture = read_picture(&|name| value_of(&facts, name))?;
-        let output = word(value_of(&facts, "view"), &OUTPUTS).ok_or_else(|| damaged("it has no view"))?;
-        Ok((Self { shard, facts, picture, output }, FIRST_LINE.len() + 4 + CHECK + length))
+        let picture = read_picture(version, &|name| value_of(&fields, name))?;
+        let output = value_of_word(value_of(&fields, OUTPUT), &OUTPUTS);
+        let output = output.ok_or_else(|| damaged("it has no view"))?;
+        let header = Self { shard, version, fields, picture, output };
+        Ok((header, FIRST_LINE.len() + 4 + CHECK + length))
     }
 }
 
-/// The fact that says whether pixels have more than their light.
+/// The name of the shard.
+const SHARD: &str = "share";
+/// The name of the field for the output.
+const OUTPUT: &str = "view";
+/// The name of the field for layers.
 const LAYERS: &str = "layers";
+/// The names of the fields that are floating-point values.
+const NUMBERS: [&str; 3] = ["noise", "exposure", "least_weight"];
 
-/// What the values begin with that are only good to tell whether two things are the same.
+/// The prefix of values that are hashes.
 const HASHED: &str = "xxh3:";
 
-/// Every value of a picture by its name.
-fn picture_facts(picture: &Picture) -> Vec<(&'static str, String)> {
-    // All fields, so that none is forgotten.
+/// Every value of a picture with its name.
+fn picture_fields(picture: &Picture) -> Vec<(&'static str, String)> {
+    // Names all fields, so that none is forgotten.
     let &Picture {
         width,
         height,
@@ -262,60 +350,52 @@ fn picture_facts(picture: &Picture) -> Vec<(&'static str, String)> {
         light_rays,
         gloss_rays,
     } = picture;
+    let number = |number| Version::CURRENT.number_text(number);
     vec![
         ("width", width.to_string()),
         ("height", height.to_string()),
         ("samples", samples.to_string()),
-        ("noise", noise.to_string()),
+        ("noise", number(noise)),
         ("most_samples", most_samples.to_string()),
-        ("filter", format!("{filter:?}")),
-        ("encoding", format!("{encoding:?}")),
-        ("exposure", exposure.to_string()),
-        ("tone", format!("{tone:?}")),
+        ("filter", word_of(filter, &FILTERS).to_owned()),
+        ("encoding", word_of(encoding, &ENCODINGS).to_owned()),
+        ("exposure", number(exposure)),
+        ("tone", word_of(tone, &TONES).to_owned()),
         ("bits", bits.to_string()),
-        ("transparent", transparent.to_string()),
+        ("transparent", word_of(transparent, &FLAGS).to_owned()),
         ("bounces", bounces.to_string()),
-        ("least_weight", least_weight.to_string()),
+        ("least_weight", number(least_weight)),
         ("light_rays", light_rays.to_string()),
         ("gloss_rays", gloss_rays.to_string()),
     ]
 }
 
-const OUTPUTS: [Output; 6] =
-    [Output::Light, Output::Normal, Output::Depth, Output::Id, Output::Steps, Output::Occlusion];
-
-/// The one of some words that a text is.
-fn word<T: Copy + std::fmt::Debug>(text: Option<&str>, words: &[T]) -> Option<T> {
-    words.iter().find(|word| text == Some(&format!("{word:?}"))).copied()
-}
-
-fn read_picture<'a>(fact: &dyn Fn(&str) -> Option<&'a str>) -> Result<Picture, PartError> {
-    fn is_finite(number: &f64) -> bool {
-        number.is_finite()
-    }
+fn read_picture<'a>(version: Version, field: &dyn Fn(&str) -> Option<&'a str>) -> Result<Picture, PartError> {
     let wrong = |name: &str| PartError::DamagedHeader(format!("it has no {name} that a picture can have"));
     let whole = |name: &str, range: RangeInclusive<u32>| {
-        let number = fact(name).and_then(|text| text.parse().ok());
+        let number = field(name).and_then(|text| text.parse().ok());
         number.filter(|number| range.contains(number)).ok_or_else(|| wrong(name))
     };
     let number = |name: &str| {
-        fact(name).and_then(|text| text.parse().ok()).filter(is_finite).ok_or_else(|| wrong(name))
+        let number = field(name).and_then(|text| version.number_of(text));
+        number.filter(|number| number.is_finite()).ok_or_else(|| wrong(name))
     };
-    use Filter::{Blackman, Box, Gaussian, Mitchell, Tent};
+    let filter: Option<Filter> = value_of_word(field("filter"), &FILTERS);
+    let encoding: Option<Encoding> = value_of_word(field("encoding"), &ENCODINGS);
+    let tone: Option<Tone> = value_of_word(field("tone"), &TONES);
+    let transparent = value_of_word(field("transparent"), &FLAGS);
     let picture = Picture {
         width: whole("width", 1..=Picture::LONGEST_SIDE)?,
         height: whole("height", 1..=Picture::LONGEST_SIDE)?,
         samples: whole("samples", 1..=Picture::MOST_SAMPLES)?,
         noise: number("noise")?,
         most_samples: whole("most_samples", 1..=Picture::MOST_SAMPLES)?,
-        filter: word(fact("filter"), &[Box, Tent, Gaussian, Blackman, Mitchell])
-            .ok_or_else(|| wrong("filter"))?,
-        encoding: word(fact("encoding"), &[Encoding::Srgb, Encoding::Linear])
-            .ok_or_else(|| wrong("encoding"))?,
+        filter: filter.ok_or_else(|| wrong("filter"))?,
+        encoding: encoding.ok_or_else(|| wrong("encoding"))?,
         exposure: number("exposure")?,
-        tone: word(fact("tone"), &[Tone::None, Tone::Reinhard, Tone::Filmic]).ok_or_else(|| wrong("tone"))?,
+        tone: tone.ok_or_else(|| wrong("tone"))?,
         bits: whole("bits", 8..=16)?,
-        transparent: word(fact("transparent"), &[false, true]).ok_or_else(|| wrong("transparent"))?,
+        transparent: transparent.ok_or_else(|| wrong("transparent"))?,
         bounces: whole("bounces", 0..=u32::MAX)?,
         least_weight: number("least_weight")?,
         light_rays: whole("light_rays", 0..=u32::MAX)?,
@@ -327,30 +407,30 @@ fn read_picture<'a>(fact: &dyn Fn(&str) -> Option<&'a str>) -> Result<Picture, P
     Ok(picture)
 }
 
-fn value_of<'a>(facts: &'a [(String, String)], name: &str) -> Option<&'a str> {
-    facts.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+fn value_of<'a>(fields: &'a [(String, String)], name: &str) -> Option<&'a str> {
+    fields.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
 }
 
-/// The check of the first bytes of a record: with a length that can be trusted the rest is read.
+/// The check of the first bytes of a record, before its length is trusted.
 fn head_check(head: &[u8]) -> u32 {
     XxHash3_128::oneshot(head) as u32
 }
 
-/// A partial file as read.
+/// A partial file.
 #[derive(Debug)]
 pub struct PartFile<'a> {
-    /// What its tiles are of.
+    /// The picture that the tiles belong to.
     pub header: PartHeader,
-    /// The good records: the index of a tile, and its pixels as bytes. No tile is in it twice.
+    /// The valid records: the index of a tile and the bytes of its pixels. No tile is in it twice.
     tiles: Vec<(usize, &'a [u8])>,
-    /// The length of header and records up to the last good one.
+    /// The length up to the end of the last valid record.
     pub end: usize,
-    /// How many bytes before `end` are no good records.
+    /// The number of bytes before `end` that belong to no valid record.
     pub damaged: usize,
 }
 
 impl<'a> PartFile<'a> {
-    /// Reads a whole file. What is not a good record is left out.
+    /// Reads the bytes of a whole file and skips invalid records.
     ///
     /// # Errors
     /// The header cannot be read; without it no tile has a meaning.
@@ -378,23 +458,23 @@ impl<'a> PartFile<'a> {
         Ok(part)
     }
 
-    /// The tiles that it has, by index.
+    /// The finished tiles with their indices.
     pub fn tiles(&self) -> impl Iterator<Item = (usize, Film)> + use<'_> {
-        let places = self.header.tiles();
+        let all = self.header.tiles();
         self.tiles.iter().map(move |(tile, bytes)| {
             let (pixels, _) = bytes.as_chunks::<{ Pixel::BYTES }>();
-            let (width, height) = places[*tile].size();
+            let (width, height) = all[*tile].size();
             (*tile, Film::of_pixels(width, height, pixels.iter().map(Pixel::from_bytes)))
         })
     }
 
-    /// The indices of the tiles that it has.
+    /// The indices of the finished tiles.
     pub fn indices(&self) -> impl Iterator<Item = usize> {
         self.tiles.iter().map(|(tile, _)| *tile)
     }
 }
 
-/// The record at the beginning of some bytes, if there is a good one: its tile and the bytes of its pixels.
+/// The valid record that some bytes begin with: its tile and the bytes of its pixels.
 fn read_record<'a>(bytes: &'a [u8], lengths: &[usize], seed: u64) -> Option<(usize, &'a [u8])> {
     let number = |at: usize| bytes.get(at..at + 4)?.try_into().ok().map(u32::from_le_bytes);
     let (tile, length) = (number(4)? as usize, number(8)? as usize);
@@ -435,7 +515,7 @@ mod tests {
     fn settings() -> RenderSettings {
         let picture =
             Picture { width: 34, height: 10, exposure: 0.1, tone: Tone::Filmic, ..Picture::default() };
-        RenderSettings { picture, ..RenderSettings::of(&Scene::default()) }
+        RenderSettings::of(&Scene::default()).with_picture(picture)
     }
 
     fn header(shard: Shard) -> PartHeader {
@@ -559,7 +639,7 @@ mod tests {
         assert_eq!(with("1.2.3", egg, None, 25, &own), told("root", "egg", ""));
         assert_eq!(with("1.2.3", egg, Some("egg"), 26, &own), told("depth", "25", "26"));
         assert_eq!(with("1.2.3", "prm egg2\n", Some("egg"), 25, &own), Some(("scene".to_owned(), None)));
-        for output in OUTPUTS {
+        for output in Output::ALL {
             let other = RenderSettings { output, ..own.clone() };
             let header = PartHeader::new("1.2.3", egg, Some("egg"), 25, &other, Shard::WHOLE);
             assert_eq!(PartHeader::read(&header.to_bytes()).unwrap().0.output(), output);
@@ -618,8 +698,10 @@ mod tests {
             ("height 10", "height"),
             ("width 34\nheight 10", "width 32768\nheight 32768"),
             ("samples 4", "samples 0"),
-            ("exposure 0.1", "exposure NaN"),
-            ("exposure 0.1", "exposure inf"),
+            ("exposure 0x3fb999999999999a", "exposure 0x7ff8000000000000"),
+            ("exposure 0x3fb999999999999a", "exposure 0x7ff0000000000000"),
+            ("exposure 0x3fb999999999999a", "exposure 0x+fb999999999999a"),
+            ("exposure 0x3fb999999999999a", "exposure 0.1"),
             ("bits 8", "bits 7"),
             ("tone Filmic", "tone filmic"),
             ("transparent false", "transparent"),
@@ -630,7 +712,8 @@ mod tests {
         }
         for (bad, error) in [
             (&b"PNG"[..], PartError::NotAPart),
-            (b"superegg part 3\n", PartError::OtherVersion),
+            (b"superegg part 4\n", PartError::OtherVersion),
+            (b"superegg part 1\n", PartError::OtherVersion),
             (b"", PartError::BrokenOff),
             (b"superegg par", PartError::BrokenOff),
             (b"superegg part 2\n\x10", PartError::BrokenOff),
