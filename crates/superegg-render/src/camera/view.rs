@@ -14,6 +14,15 @@ use crate::camera::sobol::{SampleKey, disc};
 const LENS: u32 = 0;
 
 /// A camera with a picture size: the map from film coordinates to rays.
+///
+/// ```
+/// use superegg_geom::glam::{DVec2, DVec3};
+/// use superegg_render::View;
+/// use superegg_scene::Camera;
+///
+/// let view = View::new(&Camera::default(), 200, 100);
+/// assert_eq!(view.ray(DVec2::new(100.0, 50.0)).direction, DVec3::NEG_Z);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     position: DVec3,

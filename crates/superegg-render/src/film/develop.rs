@@ -18,7 +18,16 @@ use crate::film::buffer::Film;
 #[error("the picture could not be encoded: {0}")]
 pub struct ImageError(#[from] png::EncodingError);
 
-/// How a film becomes a picture.
+/// How a film becomes a picture: exposure, tone mapping, encoding and the layout of the file.
+///
+/// ```
+/// use superegg_render::{Development, Film, Pixel};
+/// use superegg_scene::Picture;
+///
+/// let white = Pixel { color: [1.0; 3], alpha: 1.0, samples: 1, ..Pixel::EMPTY };
+/// let film = Film::of_pixels(2, 1, [white]);
+/// assert_eq!(Development::of(&Picture::default()).rgb8(&film), [255, 255, 255, 0, 0, 0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Development {
     /// Stops by which it is brighter: linear values are multiplied by 2^exposure.
