@@ -24,3 +24,8 @@ pub use render::part_file::{Difference, PartError, PartFile, PartHeader};
 pub use render::shard::Shard;
 pub use settings::{Environment, Output, RenderSettings, SettingsError};
 pub use stats::{RayCounts, TraceStats};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
