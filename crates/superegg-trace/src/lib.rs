@@ -42,6 +42,7 @@ pub use point::PointAnswer;
 pub use ray::footprint::{Footprint, LEAST_FOOTPRINT};
 pub use ray::query::{Hit, Side, SurfaceStart, TraceRay};
 pub use scene::compiled::{BoxInflation, CompiledScene, Count};
-pub use scene::group::{CompiledPrimitive, Target};
+pub use scene::group::Target;
 pub use scene::path::InstancePath;
+pub use scene::primitive::CompiledPrimitive;
 pub use surface::{ForeignHit, SurfaceInteraction};

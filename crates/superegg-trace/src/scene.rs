@@ -6,4 +6,5 @@ pub(crate) mod group;
 pub(crate) mod id;
 pub(crate) mod node;
 pub(crate) mod path;
+pub(crate) mod primitive;
 pub(crate) mod proxy;

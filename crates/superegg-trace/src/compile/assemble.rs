@@ -9,8 +9,9 @@ use super::bounds;
 use super::parts::{FoldedLeaf, GroupItem, LARGE, LeafMaps, NO_MAP, Parts, map_all};
 use crate::scene::bvh::Tree;
 use crate::scene::compiled::BoxInflation;
-use crate::scene::group::{Chain, CompiledPrimitive, Group, Instance, Leaf, NameRef, Names};
+use crate::scene::group::{Chain, Group, Instance, Leaf, NameRef, Names};
 use crate::scene::node::{PackedSlot, Slot, TreeBox, TreeSpace};
+use crate::scene::primitive::CompiledPrimitive;
 
 /// The sum that becomes a [`BoxInflation`].
 #[derive(Default)]

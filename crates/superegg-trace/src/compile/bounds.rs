@@ -9,8 +9,9 @@ use std::collections::BinaryHeap;
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Transform, inverse_of};
 
-use crate::scene::group::{CompiledPrimitive, Group, Leaf};
+use crate::scene::group::{Group, Leaf};
 use crate::scene::node::Slot;
+use crate::scene::primitive::CompiledPrimitive;
 
 /// The most nodes to open for one direction. Beyond it the best bound so far counts.
 const MOST_OPENED: usize = 96;

@@ -15,8 +15,9 @@ use super::parts::{
 use super::patch::{Patchable, patched};
 use super::signature::{Materials, Mixer, bits_of};
 use crate::scene::compiled::{CompiledScene, Count};
-use crate::scene::group::{CompiledPrimitive, Group, Leaf, NameRef, Names};
+use crate::scene::group::{Group, Leaf, NameRef, Names};
 use crate::scene::id::SceneId;
+use crate::scene::primitive::CompiledPrimitive;
 
 /// In objects of more children only those that are objects are compared to find duplicates.
 const MOST_COMPARED: usize = 1 << 16;

@@ -10,7 +10,8 @@ use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Aabb, Transform};
 use superegg_scene::{Child, Entity, Object, Scene, object_heights};
 
-use crate::scene::group::{Chain, CompiledPrimitive, Group};
+use crate::scene::group::{Chain, Group};
+use crate::scene::primitive::CompiledPrimitive;
 
 /// From this many items on, work is done in parallel.
 pub(super) const LARGE: usize = 4096;

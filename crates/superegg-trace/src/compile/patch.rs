@@ -7,8 +7,9 @@ use std::sync::{Arc, OnceLock};
 
 use super::parts::{LeafMaps, NO_MAP, Parts, map_all};
 use crate::scene::bvh::refit;
-use crate::scene::group::{CompiledPrimitive, Group, Leaf, NameRef, Names};
+use crate::scene::group::{Group, Leaf, NameRef, Names};
 use crate::scene::node::TreeBox;
+use crate::scene::primitive::CompiledPrimitive;
 
 /// Smaller groups are compiled in less than a millisecond, and get the best tree then.
 const LEAST_PATCHED: usize = 256;

@@ -10,8 +10,9 @@ use std::ops::ControlFlow;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::{Aabb, Ray, RayReciprocal, RayStart, Superquadric};
 
-use crate::scene::group::{CompiledPrimitive, Group};
+use crate::scene::group::Group;
 use crate::scene::node::Slot;
+use crate::scene::primitive::CompiledPrimitive;
 use crate::scene::proxy::Proxy;
 use crate::walk::Visitor;
 

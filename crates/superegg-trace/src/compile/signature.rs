@@ -7,7 +7,7 @@ use superegg_geom::Transform;
 use superegg_geom::glam::DVec3;
 use superegg_scene::{Material, Pattern};
 
-use crate::scene::group::CompiledPrimitive;
+use crate::scene::primitive::CompiledPrimitive;
 
 /// Materials without duplicates.
 #[derive(Default)]

@@ -9,9 +9,10 @@ use superegg_geom::Aabb;
 use superegg_geom::glam::DAffine3;
 use superegg_scene::Material;
 
-use super::group::{CompiledPrimitive, Group, Instance, Leaf, NameRef, Names};
+use super::group::{Group, Instance, Leaf, NameRef, Names};
 use super::id::SceneId;
 use super::path::InstancePath;
+use super::primitive::CompiledPrimitive;
 
 /// The number of instances of primitives: exact, however large.
 ///

@@ -3,30 +3,13 @@
 use std::sync::{Arc, OnceLock};
 
 use num_bigint::BigUint;
-use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::glam::DAffine3;
 use superegg_geom::kernels::LanePowers;
-use superegg_geom::{Aabb, Exponents, Ray, Superquadric, Transform};
+use superegg_geom::{Aabb, Ray, Transform};
 
 use super::node::{Node, TreeSpace};
+use super::primitive::CompiledPrimitive;
 use super::proxy::Proxy;
-
-/// A primitive, ready for intersection and shading.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CompiledPrimitive {
-    /// The semi-axes.
-    pub radii: DVec3,
-    /// The exponents.
-    pub exponents: Exponents,
-    /// The index of its material in [`CompiledScene::materials`](crate::CompiledScene::materials).
-    pub material: u32,
-}
-
-impl CompiledPrimitive {
-    /// The shape with semi-axes 1. Intersections are computed in its space.
-    pub fn unit_shape(&self) -> Superquadric {
-        Superquadric::unit(self.exponents)
-    }
-}
 
 /// What stands at the end of an instance path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Exponents, Superquadric};
 use superegg_scene::Material;
 
-use super::group::CompiledPrimitive;
+use super::primitive::CompiledPrimitive;
 
 /// The average of a group: an ellipsoid with the group's mean material and mean opacity.
 #[derive(Clone, Debug)]
