@@ -1,4 +1,4 @@
-//! A part of a model: a shape or an object, its surface and its place.
+//! A part of a model: a shape or an object, its surface and its transform.
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Superquadric, TransformStep};

@@ -1,8 +1,7 @@
 //! Many rays against one convex shape: stream kernels for the candidates, refinement in f64 for the crossings.
 //!
-//! [`crate::Superquadric::intersect_batch`] promises the bits of the scalar path, so it does not use this. Here t agrees with
-//! the scalar path to its own tolerance, about 1e-12 (1 + t); about hit or miss the two may differ only where the rounding
-//! of f64 decides.
+//! [`crate::Superquadric::intersect_batch`] for convex shapes. t agrees with the scalar path to 1e-12 (1 + t); only the
+//! rounding of f64 decides between hit and miss where the two differ.
 
 use glam::DVec3;
 use superegg_simd::{Arch, Simd, WithSimd, bits};

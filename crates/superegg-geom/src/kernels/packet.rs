@@ -172,10 +172,10 @@ mod tests {
             let active = if round % 2 == 0 { 0xffff } else { 0x3a7c };
             let one = CandidateKernel { hits: &hits, active, width }.with_simd(Scalar);
             let many = PacketKernels::default().candidates(&hits, active, width);
-            let seen = |met: &PacketCandidates| {
-                (met.unresolved, met.near, met.ids[..met.count].to_vec(), met.lanes[..met.count].to_vec())
+            let columns = |all: &PacketCandidates| {
+                (all.unresolved, all.near, all.ids[..all.count].to_vec(), all.lanes[..all.count].to_vec())
             };
-            assert_eq!(seen(&one), seen(&many));
+            assert_eq!(columns(&one), columns(&many));
             assert_eq!(one.lanes.iter().fold(one.unresolved, |all, lanes| all | lanes) & !active, 0);
 
             let strange = [0.0, -0.0, f64::NAN, 1e-300, 5e-324, -1.0];
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn whole_batches_agree_with_one_lane_and_with_many() {
         let mut next = numbers();
-        let (mut met, mut stopped) = (0, 0);
+        let (mut hits_found, mut stopped) = (0, 0);
         for e in [0.0001, 0.3, 1.0, 2.0] {
             let exponents = crate::Exponents::new(e, 0.7).unwrap();
             let one: [[f32; 3]; 3] =
@@ -260,7 +260,7 @@ mod tests {
                     assert_eq!(one.id.0[lane], many.id.0[lane]);
                     let off = (one.t.0[lane] - many.t.0[lane]).abs();
                     assert!(off <= one.error.0[lane] + many.error.0[lane]);
-                    met += u32::from(one.id.0[lane] == id);
+                    hits_found += u32::from(one.id.0[lane] == id);
                     let seen = stops.each_ref().map(|stop| {
                         let is = |lanes: &[u32; MAX_PACKETS]| {
                             stop.packets >> packet & 1 == 1 && lanes[packet] >> lane & 1 == 1
@@ -274,7 +274,7 @@ mod tests {
                 }
             }
         }
-        assert!(met > 800 && stopped > 800 && met < 2_000, "{met} {stopped}");
+        assert!(hits_found > 800 && stopped > 800 && hits_found < 2_000, "{hits_found} {stopped}");
     }
 
     #[test]

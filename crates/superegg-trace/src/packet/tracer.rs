@@ -179,7 +179,7 @@ mod tests {
     use super::*;
     use crate::test_camera::TestCamera;
 
-    /// Shapes of all kinds, nested, turned, mirrored, in each other, beside each other, and twice in the same place.
+    /// Shapes of all kinds, nested, turned, mirrored, in each other, beside each other, and twice at the same position.
     const SCENE: &str = "prm ball\nprm box\nexp .1 .1\ncoeff .8 .5 .6\nprm drop\nexp .7 1.6\ncoeff .3 .9 .5\n\
         prm star\nexp 3 2.5\nprm gem\nexp 2 2\nprm flat\nexp 1 .01\ncoeff 40 40 .1\n\
         obj inner\nap box\nrs 1 2 3 40\nap ball\nss .4 .4 .4\nxs .7 .2 .5\nap drop\nss .8 -.8 .8\nxs -1 .3 0\nap star\nxs 0 -1.2 .6\n\
@@ -216,7 +216,7 @@ mod tests {
         (0..256).map(|i| view.ray(pixel(i))).collect()
     }
 
-    /// The closest crossings of rays from one place.
+    /// The closest crossings of rays from one origin.
     fn closest(tracer: &mut PacketTracer<'_>, rays: &[Ray]) -> Vec<Option<CandidateHit>> {
         let (mut packets, mut visible) = (PacketRays::default(), VisibleSurfaces::default());
         packets.start(rays[0].origin);
@@ -232,7 +232,7 @@ mod tests {
     fn packets_hit_what_single_rays_hit_and_are_occluded_alike() {
         let scene = scene();
         let mut tracer = PacketTracer::new(&scene);
-        let (mut met, mut stopped, mut exact) = (0, 0, 0);
+        let (mut hits_found, mut stopped, mut exact) = (0, 0, 0);
         for view in views() {
             for rays in (0..36).map(|i| tile(&view, i)) {
                 let hits = closest(&mut tracer, &rays);
@@ -245,7 +245,7 @@ mod tests {
                     let expected = scene.intersect_ray(ray);
                     assert_eq!(hit.is_some(), expected.is_some(), "{ray:?} {hit:?} {expected:?}");
                     let (Some(hit), Some(expected)) = (hit, expected) else { continue };
-                    met += 1;
+                    hits_found += 1;
                     assert!((hit.t - expected.t).abs() < 1e-9 * (1.0 + expected.t), "{hit:?} {expected:?}");
                     assert_eq!(hit.leaving, expected.leaving);
                     assert_eq!(tracer.path(hit.candidate), expected.path, "{ray:?}");
@@ -272,7 +272,7 @@ mod tests {
                 }
             }
         }
-        assert!(met > 20_000 && stopped > 1_000 && exact < 46_080, "{met} {stopped} {exact}");
+        assert!(hits_found > 20_000 && stopped > 1_000 && exact < 46_080, "{hits_found} {stopped} {exact}");
     }
 
     #[test]
@@ -310,7 +310,7 @@ mod tests {
         };
         let view = TestCamera::new(&camera, 1280, 960);
         let (mut tracer, mut visible) = (PacketTracer::new(&scene), VisibleSurfaces::default());
-        let (mut in_f32, mut met, mut rays) = (0, 0, PacketRays::default());
+        let (mut in_f32, mut hits_found, mut rays) = (0, 0, PacketRays::default());
         for i in (0..4800).step_by(37) {
             let (x, y) = (16 * (i % 80), 16 * (i / 80));
             let film = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
@@ -330,11 +330,11 @@ mod tests {
                 error.0[lane] > 2.0 * f32::EPSILON * t.0[lane]
             };
             for &SurfaceLanes { packet, lanes: all, .. } in &visible.resolved {
-                met += all.count_ones();
+                hits_found += all.count_ones();
                 in_f32 += bits(all).filter(|&lane| is_found_in_f32(packet, lane)).count() as u32;
             }
-            met += visible.hits.len() as u32;
+            hits_found += visible.hits.len() as u32;
         }
-        assert!(met > 20_000 && in_f32 > met / 10 * 9, "{in_f32} of {met}");
+        assert!(hits_found > 20_000 && in_f32 > hits_found / 10 * 9, "{in_f32} of {hits_found}");
     }
 }

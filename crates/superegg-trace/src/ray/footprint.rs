@@ -3,7 +3,7 @@
 /// A group whose bounding box has a diameter below this multiple of the ray's width is hit as its proxy.
 pub const LEAST_FOOTPRINT: f64 = 0.5;
 
-/// The width of a ray along its way: `width + spread * t`, in world units.
+/// The width of a ray along its length: `width + spread * t`, in world units.
 ///
 /// For a camera ray it is the width of the pixel, or of the part of the pixel that the ray samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

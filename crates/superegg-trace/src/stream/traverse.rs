@@ -531,22 +531,22 @@ mod tests {
             let most_trails = if any_before.is_some() { 50 } else { 2_500 };
             assert!(stream.table().trails.len() < most_trails, "{}", stream.table().trails.len());
             let (mut found, mut unresolved) = (0, 0);
-            for (index, asked) in rays.iter().enumerate() {
+            for (index, traced) in rays.iter().enumerate() {
                 let outcome = stream.table().outcome(index);
-                let expected = scene.intersect(asked);
+                let expected = scene.intersect(traced);
                 match (*outcome, any_before) {
                     (Outcome::Hit(nearest), None) => {
                         found += 1;
                         let expected = expected.unwrap();
                         assert_eq!(stream.table().path(&nearest), expected.path);
-                        let (_, scale) = scale_to_unit(asked.ray.direction).unwrap();
+                        let (_, scale) = scale_to_unit(traced.ray.direction).unwrap();
                         assert!((nearest.t * scale - expected.t).abs() < 1e-4 * (1.0 + expected.t));
                     }
                     (Outcome::Miss, None) => assert!(expected.is_none()),
                     (Outcome::Unresolved, _) => unresolved += 1,
                     (outcome, _) => {
-                        let stopped = scene.occluded(asked, 1.0);
-                        assert_eq!(matches!(outcome, Outcome::Occluded), stopped, "{asked:?}");
+                        let stopped = scene.occluded(traced, 1.0);
+                        assert_eq!(matches!(outcome, Outcome::Occluded), stopped, "{traced:?}");
                     }
                 }
             }
