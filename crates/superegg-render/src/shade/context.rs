@@ -142,7 +142,7 @@ impl<'a> RenderContext<'a> {
         );
         SurfacePoint {
             state: state.after(ray.origin, surface.position),
-            place: SurfaceOwner::Instance(Rc::new(surface.path)),
+            owner: SurfaceOwner::Instance(Rc::new(surface.path)),
             position: surface.position,
             position_error: surface.position_error,
             normal: surface.normal,
@@ -170,7 +170,7 @@ impl<'a> RenderContext<'a> {
         let seen = SurfaceView { normal: ground.up(), direction, width: footprint.width };
         SurfacePoint {
             state: state.after(ray.origin, position),
-            place: SurfaceOwner::Floor,
+            owner: SurfaceOwner::Floor,
             position,
             position_error,
             normal: ground.up(),

@@ -114,7 +114,7 @@ fn sample_light(
     let key = point.state.key.branch(LIGHTS + number);
     for place in 0..count {
         let way = if light.radius > 0.0 { middle.to_disc(light.radius, key, place, count) } else { middle };
-        let Some(color) = lit(point, &way) else { continue };
+        let Some(color) = unoccluded_light(point, &way) else { continue };
         let flight = toward(point, way.direction);
         let past_floor = context.transmittance_past_floor(&flight.ray, point.is_on_floor(), end);
         if past_floor > 0.0 {
@@ -128,7 +128,7 @@ const LIGHTS: u32 = 1 << 16;
 const AMBIENT: u32 = 1;
 
 /// What a light adds to a point that nothing hides from it; `None` where it shines on the other side.
-pub(crate) fn lit(point: &SurfacePoint<'_>, way: &LightSample) -> Option<DVec3> {
+pub(crate) fn unoccluded_light(point: &SurfacePoint<'_>, way: &LightSample) -> Option<DVec3> {
     let normal = point.facing_normal();
     (normal.dot(way.unit) > 0.0).then(|| {
         phong::direct(

@@ -69,7 +69,7 @@ pub(crate) struct PathState {
 #[derive(Clone, Debug)]
 pub(crate) struct SurfacePoint<'a> {
     pub(crate) state: PathState,
-    pub(crate) place: SurfaceOwner,
+    pub(crate) owner: SurfaceOwner,
     pub(crate) position: DVec3,
     pub(crate) position_error: f64,
     /// The unit normal, outwards.
@@ -100,14 +100,14 @@ impl SurfacePoint<'_> {
     }
 
     /// Whether it is on the average of a group that was not opened.
-    pub(crate) fn is_stand_in(&self) -> bool {
-        matches!(&self.place, SurfaceOwner::Instance(path) if path.is_proxy())
+    pub(crate) fn is_proxy(&self) -> bool {
+        matches!(&self.owner, SurfaceOwner::Instance(path) if path.is_proxy())
     }
 
     /// A ray from here, with what is known of its start.
     pub(crate) fn spawn(&self, direction: DVec3, footprint: Footprint) -> TraceRay {
         let ray = Ray { origin: self.position, direction, origin_error: self.position_error };
-        let start = match &self.place {
+        let start = match &self.owner {
             SurfaceOwner::Instance(path) => SurfaceStart::of((**path).clone(), self.start(direction)),
             SurfaceOwner::Floor => None,
         };
@@ -116,13 +116,13 @@ impl SurfacePoint<'_> {
 
     /// Whether it is on the floor, which rays from here do not meet again.
     pub(crate) fn is_on_floor(&self) -> bool {
-        matches!(self.place, SurfaceOwner::Floor)
+        matches!(self.owner, SurfaceOwner::Floor)
     }
 
     /// The index of refraction before the surface divided by the one behind it, and what a ray is in behind it. Of the floor: nothing changes.
     pub(crate) fn beyond(&self) -> (f64, Media) {
         let media = &self.state.media;
-        match &self.place {
+        match &self.owner {
             SurfaceOwner::Instance(path) => {
                 let (before, beyond) = media.across(path, &self.material, self.leaving);
                 (before / beyond.index(), beyond)
