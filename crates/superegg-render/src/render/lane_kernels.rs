@@ -29,7 +29,7 @@ impl PacketLight {
     /// The lights of a scene; `None` if any light or setting needs shading in f64.
     pub(crate) fn all(context: &RenderContext<'_>, view: &View) -> Option<Vec<Self>> {
         let environment = context.environment;
-        if !view.is_pinhole() || context.lets_light_through || environment.ambient_occlusion.is_some() {
+        if !view.is_pinhole() || context.has_transmission || environment.ambient_occlusion.is_some() {
             return None;
         }
         environment.lights.iter().map(|light| Self::of(light, view.position())).collect()

@@ -31,7 +31,7 @@ impl PointShadows {
         self.queued.clear();
         let mut least_width = f64::INFINITY;
         for (index, (point, &own)) in (0..).zip(hits.points.iter().zip(&hits.candidates)) {
-            let Some(sample) = LightSample::to_middle(light, point.position) else { continue };
+            let Some(sample) = LightSample::to_centre(light, point.position) else { continue };
             let Some(color) = direct::unoccluded_light(point, &sample) else { continue };
             let ShadowRay { ray, width } = shadow_ray(point, light_position);
             let past_floor = context.transmittance_past_floor(&ray, own.is_none(), 1.0);
@@ -66,7 +66,7 @@ impl PointShadows {
             if occluded[i / LANES] >> (i % LANES) & 1 == 0 {
                 let media = &point.state.media;
                 colors[point.state.pixel] += color * media.transmittance_between(point.position, light);
-            } else if context.lets_light_through {
+            } else if context.has_transmission {
                 dimmed.push(point, direct::toward(point, light - point.position), color);
             }
         }

@@ -42,7 +42,7 @@ impl<'a> CameraPaths<'a> {
 
     /// The state at the start of the ray of a sample. `pixel` is the index of its colour.
     fn state(&self, pixel: usize, sample: &FilmSample, ray: &Ray) -> PathState {
-        let media = if self.view.is_parallel() && self.context.lets_light_through {
+        let media = if self.view.is_parallel() && self.context.has_transmission {
             self.context.media_at(ray.origin)
         } else {
             self.media.clone()
@@ -119,7 +119,7 @@ impl<'a> PrimaryHits<'a> {
             let state = camera.state(pixel, sample, &ray);
             wave.push(TraceRay::new(ray).with_footprint(camera.footprint), state);
         }
-        self.shaded.points = wave.arrive(colors, stats);
+        self.shaded.points = wave.trace(colors, stats);
         self.shaded.candidates.resize(self.shaded.points.len(), None);
     }
 
@@ -166,7 +166,7 @@ impl<'a> PrimaryHits<'a> {
         let mut nearest = self.nearest_t(samples.len());
         for (pixel, sample) in samples.iter().enumerate() {
             let ray = self.rays.ray(pixel);
-            let on_floor = ground.and_then(|ground| Some((ground, ground.meet(&ray)?)));
+            let on_floor = ground.and_then(|ground| Some((ground, ground.intersect(&ray)?)));
             let color = if let Some((ground, t)) = on_floor.filter(|(_, t)| *t < nearest[pixel]) {
                 nearest[pixel] = -1.0;
                 self.visible.surfaces[pixel / LANES].lanes &= !(1 << (pixel % LANES));
