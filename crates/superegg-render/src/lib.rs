@@ -1,7 +1,7 @@
-//! From a compiled scene to pictures.
+//! Renders compiled scenes to pictures.
 //!
-//! [`render`] draws a [`superegg_trace::CompiledScene`] into a [`Film`]: camera rays, shading by light, mirrors and glass, samples
-//! and filters; [`Development`] turns the film into the bytes of a picture file, [`PartFile`] keeps a part of the work in a file.
+//! [`render`] traces a [`superegg_trace::CompiledScene`] into a [`Film`]. [`Development`] maps the
+//! film to the bytes of a picture file. [`PartFile`] reads the tiles of an unfinished picture.
 
 mod camera;
 mod film;

@@ -305,7 +305,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tiles_bring_what_they_and_the_film_know() {
+    fn tiles_copy_the_layers_that_both_films_keep() {
         let tile = Tile { x: 1..3, y: 1..2 };
         let pixel = |id| Pixel { color: [1.0, 2.0, id as f32], alpha: 1.0, id, samples: 4, ..Pixel::EMPTY };
         let with = Film::of_pixels(2, 1, [pixel(7), pixel(8)]);
@@ -313,12 +313,12 @@ mod tests {
         (0..2).for_each(|x| without.set(x, 0, pixel(7 + x)));
         for part in [&with, &without] {
             for mut film in [Film::new(4, 3), Film::without_layers(4, 3)] {
-                let knows = film.has_layers();
+                let has_layers = film.has_layers();
                 film.set_tile(&tile, part);
-                let id = if knows && part.has_layers() { 8 } else { 0 };
+                let id = if has_layers && part.has_layers() { 8 } else { 0 };
                 assert_eq!(film.pixel(2, 1).unwrap(), Pixel { id, ..pixel(8) });
                 assert_eq!(film.pixels().filter(|pixel| *pixel != Pixel::EMPTY).count(), 2);
-                assert_eq!(film.tile(&tile).has_layers(), knows);
+                assert_eq!(film.tile(&tile).has_layers(), has_layers);
                 assert!(film.tile(&tile).light().eq(part.light()));
             }
         }

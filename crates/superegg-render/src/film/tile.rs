@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-/// The size of a tile in pixels: as many as a beam has rays.
+/// The size of a tile in pixels: one sample of each pixel fills the packets of one query.
 const TILE_PX: (u32, u32) = (32, 16);
-/// The edge of a block of pixels whose rays share a register.
+/// The edge of a block of pixels whose rays form a packet.
 const BLOCK_PX: usize = 4;
 
 /// A part of the picture that is made as a whole, by one thread.

@@ -43,7 +43,7 @@ pub(crate) const FLAGS: Words<bool, 2> = [(false, "false"), (true, "true")];
 /// The word of a value. A value without a word, which is an omission in a table, gets a word that no
 /// reader accepts.
 pub(crate) fn word_of<T: Copy + PartialEq>(value: T, words: &[(T, &'static str)]) -> &'static str {
-    words.iter().find(|(known, _)| *known == value).map_or("(no word)", |(_, word)| word)
+    words.iter().find(|(own, _)| *own == value).map_or("(no word)", |(_, word)| word)
 }
 
 /// The value of a word.
