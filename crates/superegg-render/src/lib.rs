@@ -16,6 +16,7 @@ mod stats;
 pub use camera::view::View;
 pub use film::buffer::Film;
 pub use film::develop::{Development, ImageError};
+#[cfg(feature = "exr")]
 pub use film::exr::{ExrError, exr_file};
 pub use film::pixel::Pixel;
 pub use film::tile::{Tile, tiles};

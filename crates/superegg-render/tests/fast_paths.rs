@@ -1,4 +1,5 @@
-//! Flights of rays against single rays, recompiling against compiling, deep graphs against composition in twice the precision.
+//! Ray streams against single rays, recompiling against compiling, deep graphs against composition in
+//! twice the precision.
 
 use std::cell::Cell;
 
@@ -103,7 +104,7 @@ proptest! {
     }
 }
 
-/// One thing about a flat scene of many shapes that changes: which of its children, what, and by how much.
+/// One change of a flat scene of many shapes: the child, the property and the amount.
 type Edit = (usize, u8, [f64; 3]);
 
 fn edits() -> impl Strategy<Value = Vec<Edit>> {
@@ -160,7 +161,7 @@ fn edit(scene: &mut Scene, (which, what, amount): &Edit) {
     }
 }
 
-/// All that one can ask: what rays meet and by which name and colour, what stops them, what holds points, and what boxes hold.
+/// The answers of all queries: hits with path and colour, occlusion, containment and boxes.
 fn assert_same_answers(one: &CompiledScene, other: &CompiledScene, rays: &[([f64; 3], [f64; 3])]) {
     assert_eq!(one.instance_count(), other.instance_count());
     let flight: Vec<TraceRay> = rays
@@ -547,7 +548,8 @@ fn what_is_smaller_than_half_a_pixel_stands_in_and_what_is_not_is_opened() {
     assert_eq!(compiled.path_name(&seen.path), "all/far");
 }
 
-/// Opaque surfaces under point lights are lit in f32; a black sun asks for f64 throughout, and changes nothing else.
+/// Opaque surfaces under point lights are shaded in f32. A black directional light forces f64 and
+/// changes nothing else.
 #[test]
 fn lanes_light_surfaces_as_f64_does() {
     let exponents = [0.0001, 0.01, 0.1, 0.5, 1.0, 1.6, 2.0];
@@ -609,7 +611,8 @@ fn lanes_light_surfaces_as_f64_does() {
 
 #[test]
 fn what_comes_first_by_little_is_first() {
-    // Rays that graze a shape near its edges, from outside and from within, and a small ball just behind the crossing or just before it.
+    // Rays that graze a shape near its edges, from outside and inside, and a small sphere just behind
+    // or before the hit.
     let cases = [
         (
             ".01 2",

@@ -44,7 +44,8 @@ fn in_a_white_furnace_nothing_is_seen() {
 
 #[test]
 fn a_closed_box_of_mirrors_that_shine_is_as_bright_as_its_walls_alone() {
-    // Each wall gives (1 - k) of its own light and mirrors k: (1 - k) (1 + k + k^2 + ...) = 1, and the rest after the last bounce is the sky's.
+    // Each wall emits (1 - k) and reflects k: (1 - k) (1 + k + k^2 + ...) = 1. After the last bounce
+    // the sky gives the rest.
     for k in [0.2, 0.5, 0.9] {
         let bounces = 12;
         let text = format!(
@@ -60,7 +61,8 @@ fn a_closed_box_of_mirrors_that_shine_is_as_bright_as_its_walls_alone() {
 
 #[test]
 fn a_slab_of_glass_moves_what_is_behind_it_by_snells_law() {
-    // A ball seen straight on through a slab of thickness d that is turned by a: it is seen d sin a (1 - cos a / sqrt(n^2 - sin^2 a)) aside.
+    // A sphere behind a slab of thickness d, tilted by a, appears displaced by
+    // d sin a (1 - cos a / sqrt(n^2 - sin^2 a)).
     let picture = |slab: &str| {
         let text = format!(
             "orthographic 4\ncamera 0 0 20 0 0 0\nlight off 0 0 0 0 0 0\nprm ball\ncoeff .5 .5 .5\nambient 1\ndiffuse 0\nspecular 0\nprm slab\ncoeff 8 8 1\n\
@@ -92,7 +94,8 @@ fn a_slab_of_glass_moves_what_is_behind_it_by_snells_law() {
 
 #[test]
 fn a_lens_is_sharp_at_its_focus_and_spreads_a_point_over_a_disc_elsewhere() {
-    // A ball that fills 0.01 of the film at distance 1, through a lens of radius r focused at f: a disc of radius r |d - f| / (d f) more.
+    // A sphere that fills 0.01 of the film at distance 1. A lens of radius r focused at f adds a
+    // disc of radius r |d - f| / (d f).
     let size_px = |distance: f64| {
         let size = 0.01 * distance;
         let text = format!(
@@ -140,7 +143,8 @@ fn what_is_clear_and_coloured_throws_a_coloured_shadow() {
 
 #[test]
 fn a_shadow_through_glass_in_glass_is_absorbed_by_both() {
-    // A pane of 2 with another of 0.4 in it: 1.6 through the outer one and 0.4 through the inner one.
+    // A pane of thickness 2 that contains one of 0.4: the path is 1.6 in the outer and 0.4 in the
+    // inner one.
     let pane = |index: f64| {
         let base = "light lamp 0 0 8\ncamera 9 0 6 0 0 0\nprm floor\ncoeff 9 9 .5\nexp .0001 .0001\nambient 0\nspecular 0\nobj o\nap floor\nxs 0 0 -.5\n";
         let inner =
@@ -160,7 +164,8 @@ fn a_shadow_through_glass_in_glass_is_absorbed_by_both() {
 
 #[test]
 fn half_of_a_light_is_seen_at_the_edge_of_a_shadow() {
-    // The floor's point under the edge of a wide plate, half way: the light's disc is cut through its middle.
+    // At the floor's point half way under the edge of a wide plate, the edge passes the centre of
+    // the light's disc.
     for light in ["light l 0 0 8\nlightRadius l .5\n", "sun l 0 0 1\nlightRadius l .1\n"] {
         let base = format!(
             "{light}set lightRays 16\ncamera -3 0 6 0 0 0 .001\nprm floor\ncoeff 9 9 .5\nexp .0001 .0001\nambient 0\nspecular 0\nprm plate\ncoeff 2 2 .01\nexp .0001 .0001\n\
@@ -219,7 +224,7 @@ fn a_bubble_of_the_same_glass_is_not_seen_and_one_of_air_is() {
 
 #[test]
 fn a_camera_in_glass_sees_as_from_glass() {
-    // From within a slab of index n the edge of the world beyond is at the critical angle: beyond it the face mirrors.
+    // Inside a slab of index n, the face reflects totally beyond the critical angle.
     let text = "sky 1 1 1\nlight off 0 0 0 0 0 0\nprm sea\ncoeff 100 100 1\nexp .0001 .0001\nambient 0\ndiffuse 0\nspecular 0\nrefracted 1\nindex 1.33\nprm ground\nambient 0\n\
         diffuse 0\nspecular 0\nfloor -.5 ground 0 0 1\nprm sea\ncamera 0 0 0 0 0 1 120\nset bounces 8\ncameraUp 0 1 0\n";
     let film = film(text, 101);

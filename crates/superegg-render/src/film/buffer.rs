@@ -149,47 +149,52 @@ impl Film {
         self.layers.len() == self.colors.len()
     }
 
-    /// All pixels.
+    /// All pixels, row by row from the top left. The columns below have the same order and length.
     pub fn pixels(&self) -> impl ExactSizeIterator<Item = Pixel> {
         (0..self.colors.len()).map(|index| self.pixel_at(index))
     }
 
-    /// The column of [`Pixel::color`].
+    /// The column of [`Pixel::color`]: linear light, before exposure and tone mapping. Premultiplied
+    /// by alpha for a transparent background.
     pub fn colors(&self) -> &[[f32; 3]] {
         &self.colors
     }
 
-    /// The column of [`Pixel::alpha`].
+    /// The column of [`Pixel::alpha`], in [0, 1]. 1 in rendered pixels of an opaque picture; 0 in pixels
+    /// without samples.
     pub fn alphas(&self) -> impl ExactSizeIterator<Item = f32> {
         (0..self.colors.len()).map(|index| self.alpha(index))
     }
 
-    /// The columns of colour and alpha.
+    /// The columns of [`Film::colors`] and [`Film::alphas`] together.
     pub fn light(&self) -> impl ExactSizeIterator<Item = ([f32; 3], f32)> {
         self.colors.iter().enumerate().map(|(index, color)| (*color, self.alpha(index)))
     }
 
-    /// The column of [`Pixel::depth`].
+    /// The column of [`Pixel::depth`]: world units along the line of sight; infinity without a hit or
+    /// without layers ([`Film::has_layers`]).
     pub fn depths(&self) -> impl ExactSizeIterator<Item = f32> {
         (0..self.colors.len()).map(|index| self.layers_at(index).depth)
     }
 
-    /// The column of [`Pixel::normal`].
+    /// The column of [`Pixel::normal`]: unit vectors in world space; 0 0 0 without a hit or without
+    /// layers.
     pub fn normals(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         (0..self.colors.len()).map(|index| self.layers_at(index).normal)
     }
 
-    /// The column of [`Pixel::albedo`].
+    /// The column of [`Pixel::albedo`]: linear colours of surfaces; black without a hit or without
+    /// layers.
     pub fn albedos(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         (0..self.colors.len()).map(|index| self.layers_at(index).albedo)
     }
 
-    /// The column of [`Pixel::id`].
+    /// The column of [`Pixel::id`]: instance ids; 0 without a hit or without layers.
     pub fn ids(&self) -> impl ExactSizeIterator<Item = u32> {
         (0..self.colors.len()).map(|index| self.layers_at(index).id)
     }
 
-    /// The column of [`Pixel::samples`].
+    /// The column of [`Pixel::samples`]: the number of samples of each pixel.
     pub fn sample_counts(&self) -> impl ExactSizeIterator<Item = u32> {
         (0..self.colors.len()).map(|index| self.samples.get(index))
     }

@@ -20,7 +20,7 @@ use crate::settings::{Output, RenderSettings};
 use crate::shade::context::RenderContext;
 use crate::stats::TraceStats;
 
-/// What all threads of one render share.
+/// The data of a render that all threads read.
 pub(crate) struct RenderJob<'a> {
     context: RenderContext<'a>,
     settings: &'a RenderSettings,

@@ -13,7 +13,8 @@
 //! ambient and diffuse part by the same amount, so that the sum does not exceed 1:
 //!
 //! ```text
-//! (1 - kr - kt) * (ambient and diffuse)  +  highlight  +  (kr + kt F) * mirrored  +  kt (1 - F) * tint * transmitted
+//! (1 - kr - kt) * (ambient and diffuse) + highlight
+//!   + (kr + kt F) * reflected + kt (1 - F) * tint * transmitted
 //! ```
 //!
 //! F is the Fresnel reflectance of the interface, 1 at total internal reflection. The tint is the
