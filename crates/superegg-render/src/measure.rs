@@ -7,8 +7,8 @@ use superegg_trace::packet::PacketRays;
 use crate::camera::view::View;
 use crate::film::tile::{Tile, tiles};
 
-/// The camera rays of a picture, one per pixel, in the tiles and the order of [`crate::render()`]. The
-/// camera must be a pinhole camera.
+/// The camera rays of a picture, one per pixel, in the tiles and the order of [`crate::render()`].
+/// The camera must be a pinhole camera.
 pub fn camera_tiles(view: &View, width: u32, height: u32) -> Vec<CameraTile> {
     let rays = |tile: &Tile| {
         let mut rays = PacketRays::default();

@@ -20,7 +20,7 @@ fn range(film: &Film) -> (f32, f32) {
 }
 
 #[test]
-fn in_a_white_furnace_nothing_is_seen() {
+fn in_a_white_furnace_nothing_is_visible() {
     for surface in [
         "reflected 1",
         "reflected 1\nfresnel on\nambient 1",
@@ -36,7 +36,7 @@ fn in_a_white_furnace_nothing_is_seen() {
                 "{FURNACE}ao 16 1\nset glossRays 3\nprm s\n{shape}\ndiffuse 0\nspecular 0\nambient 0\n{surface}\ncamera 2 3 4 0 0 0 40\n"
             );
             let (least, most) = range(&film(&text, 24));
-            // What is left after so many bounces within is taken for the sky.
+            // The light after the last internal reflection is that of the sky.
             assert!(least > 0.999 && most < 1.0001, "{surface} {shape}: {least} to {most}");
         }
     }
@@ -44,8 +44,8 @@ fn in_a_white_furnace_nothing_is_seen() {
 
 #[test]
 fn a_closed_box_of_mirrors_that_shine_is_as_bright_as_its_walls_alone() {
-    // Each wall emits (1 - k) and reflects k: (1 - k) (1 + k + k^2 + ...) = 1. After the last bounce
-    // the sky gives the rest.
+    // Each wall emits (1 - k) and reflects k: (1 - k) (1 + k + k^2 + ...) = 1. After the last
+    // bounce the sky gives the rest.
     for k in [0.2, 0.5, 0.9] {
         let bounces = 12;
         let text = format!(
@@ -84,11 +84,11 @@ fn a_slab_of_glass_moves_what_is_behind_it_by_snells_law() {
         let (sin, cos) = angle_deg.to_radians().sin_cos();
         let expected = 2.0 * sin * (1.0 - cos / (index * index - sin * sin).sqrt());
         let film = picture(&format!("ap slab\nrs 0 1 0 {angle_deg}\nprm slab\nindex {index}\nobj o\n"));
-        // A turn about +y takes the normal towards +x for positive angles, and a ray that goes in is bent to the other side: the ball is met by one
-        // that came from +x.
-        let seen = middle(&film);
-        assert!((seen.abs() - expected.abs()).abs() < 0.01, "{angle_deg} {index}: {seen} {expected}");
-        assert!(seen * expected > 0.0, "{angle_deg}: the wrong side, {seen}");
+        // A positive rotation about +y tilts the normal towards +x. The ray is refracted to the
+        // other side, so the sphere appears towards +x.
+        let offset = middle(&film);
+        assert!((offset.abs() - expected.abs()).abs() < 0.01, "{angle_deg} {index}: {offset} {expected}");
+        assert!(offset * expected > 0.0, "{angle_deg}: the wrong side, {offset}");
     }
 }
 
@@ -103,16 +103,16 @@ fn a_lens_is_sharp_at_its_focus_and_spreads_a_point_over_a_disc_elsewhere() {
             -distance
         );
         let film = rendered(&text, 100, 64, 2).film;
-        let is_seen = |&(x, y): &(u32, u32)| color(&film, x, y)[0] > 0.0;
-        let seen = (0..100u32).flat_map(|y| (0..100u32).map(move |x| (x, y))).filter(is_seen);
-        (seen.count() as f64 / std::f64::consts::PI).sqrt()
+        let is_visible = |&(x, y): &(u32, u32)| color(&film, x, y)[0] > 0.0;
+        let visible = (0..100u32).flat_map(|y| (0..100u32).map(move |x| (x, y))).filter(is_visible);
+        (visible.count() as f64 / std::f64::consts::PI).sqrt()
     };
     let px = 100.0 / (2.0 * 15f64.to_radians().tan());
     for distance in [4.0f64, 2.0, 8.0, 3.0] {
         let expected = px * (0.2 * (distance - 4.0).abs() / (4.0 * distance) + 0.01);
-        let seen = size_px(distance);
+        let size = size_px(distance);
         // Pixels that are partly in it may have no sample there.
-        assert!((seen - expected).abs() < 0.7 + 0.1 * expected, "{distance}: {seen} {expected}");
+        assert!((size - expected).abs() < 0.7 + 0.1 * expected, "{distance}: {size} {expected}");
     }
 }
 
@@ -163,7 +163,7 @@ fn a_shadow_through_glass_in_glass_is_absorbed_by_both() {
 }
 
 #[test]
-fn half_of_a_light_is_seen_at_the_edge_of_a_shadow() {
+fn half_of_a_light_is_visible_at_the_edge_of_a_shadow() {
     // At the floor's point half way under the edge of a wide plate, the edge passes the centre of
     // the light's disc.
     for light in ["light l 0 0 8\nlightRadius l .5\n", "sun l 0 0 1\nlightRadius l .1\n"] {

@@ -22,8 +22,8 @@ fn the_highlight_has_the_exponent_of_gloss_or_the_one_given() {
     let n_h = 30f64.to_radians().cos();
     for (setting, exponent) in [("gloss .3", 2.0 / 0.09 - 2.0), ("gloss 1", 0.0), ("shininess 5", 5.0)] {
         let expected = n_h.powf(exponent);
-        let seen = f64::from(centre(&film(&format!("{base}{setting}\n"), 1))[0]);
-        assert!((seen - expected).abs() < 1e-5, "{setting}: {seen} {expected}");
+        let value = f64::from(centre(&film(&format!("{base}{setting}\n"), 1))[0]);
+        assert!((value - expected).abs() < 1e-5, "{setting}: {value} {expected}");
     }
 }
 

@@ -1,9 +1,9 @@
 //! Reconstruction filters by importance sampling (Ernst, Stamminger and Greiner, "Filter Importance
 //! Sampling", 2006).
 //!
-//! The density of sample positions is proportional to the filter, and a sample adds to its own pixel
-//! only. So tiles are independent of their neighbours, and the division into tiles does not change a
-//! picture.
+//! The density of sample positions is proportional to the filter, and a sample adds to its own
+//! pixel only. So tiles are independent of their neighbours, and the division into tiles does not
+//! change a picture.
 //!
 //! Where the filter is negative, the density is its magnitude and samples are subtracted. The value
 //! of a pixel combines the means of positive and negative samples by their known masses

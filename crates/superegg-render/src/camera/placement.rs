@@ -30,9 +30,10 @@ const FILM: u32 = 4;
 #[derive(Clone, Debug)]
 pub(crate) struct SamplePlacement {
     filter: FilterSampler,
-    /// Points of the unit square, the same in each pixel ([`StratifiedPattern`]), so that neighbours
-    /// have the same noise. Empty for adaptive sampling, where the number of samples is not known:
-    /// each pixel then has its own Sobol sequence, whose prefixes are all well distributed.
+    /// Points of the unit square, the same in each pixel ([`StratifiedPattern`]), so that
+    /// neighbours have the same noise. Empty for adaptive sampling, where the number of samples is
+    /// not known: each pixel then has its own Sobol sequence, whose prefixes are all well
+    /// distributed.
     pattern: Vec<DVec2>,
 }
 

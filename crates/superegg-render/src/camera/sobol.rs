@@ -22,16 +22,16 @@ impl SampleKey {
         Self { seed: hash(self.seed ^ hash(choice.wrapping_add(1))), ..self }
     }
 
-    /// Point `index` of `count` for this sample, in [0, 1)^2. The points of all samples of the pixel
-    /// together are a prefix of one sequence.
+    /// Point `index` of `count` for this sample, in [0, 1)^2. The points of all samples of the
+    /// pixel together are a prefix of one sequence.
     pub(crate) fn point(self, index: u32, count: u32) -> DVec2 {
         sobol(self.index.wrapping_mul(count).wrapping_add(index), self.seed)
     }
 }
 
-/// A point of the first two dimensions of the Sobol sequence, shuffled and Owen-scrambled by hashing
-/// (Burley, "Practical Hash-based Owen Scrambling", 2020). The 2^k points from a multiple of 2^k on
-/// have one point in each cell of every division into 2^k equal rectangles.
+/// A point of the first two dimensions of the Sobol sequence, shuffled and Owen-scrambled by
+/// hashing (Burley, "Practical Hash-based Owen Scrambling", 2020). The 2^k points from a multiple
+/// of 2^k on have one point in each cell of every division into 2^k equal rectangles.
 pub(crate) fn sobol(index: u32, seed: u32) -> DVec2 {
     let index = scramble(index, seed);
     let across = scramble(index.reverse_bits(), hash(seed ^ 0x68bc_21eb));
@@ -53,8 +53,8 @@ fn second_dimension(mut index: u32) -> u32 {
     sum
 }
 
-/// Owen's scrambling of binary digits: each is flipped or not by the digits before it and the seed (the hash of Laine and Karras, on the digits from the
-/// last to the first).
+/// Owen scrambling of binary digits: whether a digit is flipped depends on the digits before it and
+/// the seed. Uses the hash of Laine and Karras on the reversed digits.
 fn scramble(digits: u32, seed: u32) -> u32 {
     let mut x = digits.reverse_bits();
     x = x.wrapping_add(seed);

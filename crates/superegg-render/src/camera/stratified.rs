@@ -2,10 +2,11 @@
 
 use superegg_geom::glam::DVec2;
 
-/// Stratified samples of a pixel: rows of cells of equal area, with one sample in each. The offset in
-/// the cell is chosen so that no two samples have the same column or row of the pixel; four samples
-/// are a rotated grid. So nearly horizontal and vertical edges get one shade per sample. The pattern
-/// is the same in each pixel, so there is no noise. A single sample is at the centre of the pixel.
+/// Stratified samples of a pixel: rows of cells of equal area, with one sample in each. The offset
+/// in the cell is chosen so that no two samples have the same column or row of the pixel; four
+/// samples are a rotated grid. So nearly horizontal and vertical edges get one shade per sample.
+/// The pattern is the same in each pixel, so there is no noise. A single sample is at the centre of
+/// the pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StratifiedPattern {
     count: u32,

@@ -141,8 +141,8 @@ impl TileAccumulator {
         self.layers.resize(if keeps.layers { pixels } else { 0 }, LayerSums::default());
     }
 
-    /// Adds a sample of a pixel: its light, and its first hit if that is requested. `is_negative` is
-    /// the sign of the filter at the sample.
+    /// Adds a sample of a pixel: its light, and its first hit if that is requested. `is_negative`
+    /// is the sign of the filter at the sample.
     pub(crate) fn add(&mut self, pixel: usize, color: DVec3, first: Option<&FirstHit>, is_negative: bool) {
         if is_negative {
             self.negative.add(pixel, color, first.is_some());

@@ -5,7 +5,8 @@ use std::ops::Range;
 use crate::film::pixel::{Layers, Pixel};
 use crate::film::tile::Tile;
 
-/// The linear values of a picture, or of one tile of it. Rows go from the top, pixels from the left.
+/// The linear values of a picture, or of one tile of it. Rows go from the top, pixels from the
+/// left.
 ///
 /// ```
 /// use superegg_render::{Film, Pixel};
@@ -154,14 +155,14 @@ impl Film {
         (0..self.colors.len()).map(|index| self.pixel_at(index))
     }
 
-    /// The column of [`Pixel::color`]: linear light, before exposure and tone mapping. Premultiplied
-    /// by alpha for a transparent background.
+    /// The column of [`Pixel::color`]: linear light, before exposure and tone mapping.
+    /// Premultiplied by alpha for a transparent background.
     pub fn colors(&self) -> &[[f32; 3]] {
         &self.colors
     }
 
-    /// The column of [`Pixel::alpha`], in [0, 1]. 1 in rendered pixels of an opaque picture; 0 in pixels
-    /// without samples.
+    /// The column of [`Pixel::alpha`], in [0, 1]. 1 in rendered pixels of an opaque picture; 0 in
+    /// pixels without samples.
     pub fn alphas(&self) -> impl ExactSizeIterator<Item = f32> {
         (0..self.colors.len()).map(|index| self.alpha(index))
     }
@@ -171,8 +172,8 @@ impl Film {
         self.colors.iter().enumerate().map(|(index, color)| (*color, self.alpha(index)))
     }
 
-    /// The column of [`Pixel::depth`]: world units along the line of sight; infinity without a hit or
-    /// without layers ([`Film::has_layers`]).
+    /// The column of [`Pixel::depth`]: world units along the line of sight; infinity without a hit
+    /// or without layers ([`Film::has_layers`]).
     pub fn depths(&self) -> impl ExactSizeIterator<Item = f32> {
         (0..self.colors.len()).map(|index| self.layers_at(index).depth)
     }

@@ -69,8 +69,8 @@ impl Development {
         ToneCurve { gain: self.exposure.exp2() as f32, tone: self.tone }
     }
 
-    /// The linear colour of each pixel after exposure and tone mapping, and its alpha. The colour is
-    /// not premultiplied.
+    /// The linear colour of each pixel after exposure and tone mapping, and its alpha. The colour
+    /// is not premultiplied.
     fn developed(&self, film: &Film) -> impl Iterator<Item = ([f32; 3], f32)> {
         let (curve, transparent) = (self.tone_curve(), self.transparent);
         film.light().map(move |(color, alpha)| {
@@ -195,8 +195,8 @@ struct Segment {
 /// The number of segments. A segment is shorter than 3e-4, the least distance between two steps of
 /// the sRGB curve.
 const SEGMENTS: usize = 4096;
-/// f32 has no fractions from 2^23 to 2^24. So adding a number to 2^23 rounds it to an integer, which
-/// is in the lowest bits.
+/// f32 has no fractions from 2^23 to 2^24. So adding a number to 2^23 rounds it to an integer,
+/// which is in the lowest bits.
 const ROUNDING: f32 = (1 << 23) as f32;
 
 impl ByteTable {

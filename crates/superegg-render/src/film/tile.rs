@@ -45,8 +45,8 @@ impl Tile {
     }
 }
 
-/// The tiles of a picture of `width` by `height` pixels, row by row from the top left. The index of a
-/// tile is its index in this list. Tiles at the right and at the bottom may be smaller.
+/// The tiles of a picture of `width` by `height` pixels, row by row from the top left. The index of
+/// a tile is its index in this list. Tiles at the right and at the bottom may be smaller.
 pub fn tiles(width: u32, height: u32) -> Vec<Tile> {
     let ranges = |length: u32, edge: u32| {
         (0..length.div_ceil(edge)).map(move |i| i * edge..length.min((i + 1) * edge))

@@ -17,9 +17,9 @@
 //! length is trusted before its check.
 //!
 //! A floating-point value of the header is `0x` and its 64 bits in hexadecimal. Camera, environment
-//! and scene are only compared, by hashes of explicit bytes ([`crate::render::part_words`]). In version 2
-//! floating-point values were decimal, and the hashed bytes were another text. Its files are read and
-//! merged; a render does not continue them, because the hashes cannot be compared.
+//! and scene are only compared, by hashes of explicit bytes ([`crate::render::part_words`]). In
+//! version 2 floating-point values were decimal, and the hashed bytes were another text. Its files
+//! are read and merged; a render does not continue them, because the hashes cannot be compared.
 
 use std::ops::RangeInclusive;
 
@@ -115,8 +115,8 @@ pub struct PartHeader {
     /// The tiles of the complete file.
     pub shard: Shard,
     version: Version,
-    /// Everything that the picture depends on, as names and values. Tiles belong to the same picture
-    /// if these are equal.
+    /// Everything that the picture depends on, as names and values. Tiles belong to the same
+    /// picture if these are equal.
     fields: Vec<(String, String)>,
     picture: Picture,
     output: Output,
@@ -132,8 +132,8 @@ pub struct Difference {
 }
 
 impl PartHeader {
-    /// The header of a shard of a picture. `program` is the version of the program, `scene` the text
-    /// of the scene as the program writes it.
+    /// The header of a shard of a picture. `program` is the version of the program, `scene` the
+    /// text of the scene as the program writes it.
     pub fn new(
         program: &str,
         scene: &str,

@@ -215,7 +215,8 @@ impl<'j, 'a> Worker<'j, 'a> {
 #[derive(Default)]
 struct Batch {
     samples: Vec<FilmSample>,
-    /// For each sample the index of its pixel in the tile, and whether the filter is negative there.
+    /// For each sample the index of its pixel in the tile, and whether the filter is negative
+    /// there.
     targets: Vec<(u32, bool)>,
 }
 

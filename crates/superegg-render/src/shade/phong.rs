@@ -7,8 +7,8 @@
 //!   + sum over lights of C * (diffuse * color * max(0, N.L) + specular * max(0, N.H)^exponent)
 //! ```
 //!
-//! C is the attenuated colour of the light, N the unit normal, L the unit vector to the light, H the
-//! half vector between light and eye, and A the ambient light: 1, or its unoccluded part with
+//! C is the attenuated colour of the light, N the unit normal, L the unit vector to the light, H
+//! the half vector between light and eye, and A the ambient light: 1, or its unoccluded part with
 //! ambient occlusion. Reflection (`reflected` = kr) and transmission (`refracted` = kt) reduce the
 //! ambient and diffuse part by the same amount, so that the sum does not exceed 1:
 //!

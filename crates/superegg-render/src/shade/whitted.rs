@@ -88,8 +88,8 @@ impl<'a> Wavefront<'a> {
         }
     }
 
-    /// Adds one ray and returns 1. A ray whose weight is too small is replaced by the sky; the result
-    /// is then 0.
+    /// Adds one ray and returns 1. A ray whose weight is too small is replaced by the sky; the
+    /// result is then 0.
     fn follow(
         &mut self,
         point: &SurfacePoint<'_>,
