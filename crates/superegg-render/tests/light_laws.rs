@@ -73,7 +73,7 @@ fn a_slab_of_glass_moves_what_is_behind_it_by_snells_law() {
     let middle = |film: &Film| {
         let bright = (0..200u32).flat_map(|y| (0..200u32).map(move |x| (x, y)));
         let (sum, weight) = bright.fold((0.0, 0.0), |(sum, weight), (x, y)| {
-            // What goes to and fro in the slab makes fainter images of it.
+            // The threshold removes fainter images from internal reflection in the slab.
             let value = if color(film, x, y)[0] > 0.5 { 1.0 } else { 0.0 };
             (sum + value * (f64::from(x) + 0.5), weight + value)
         });
@@ -158,7 +158,7 @@ fn a_shadow_through_glass_in_glass_is_absorbed_by_both() {
     };
     let absorbed = [(-0.2f64).exp(), (-0.04 - 0.48f64).exp(), (-1.6f64).exp()];
     close(pane(1.0), absorbed);
-    // Of the same glass within, nothing is mirrored at the inner pane.
+    // An inner pane of the same glass reflects nothing.
     close(pane(1.5), absorbed.map(|left| left * 0.96 * 0.96));
 }
 
@@ -187,7 +187,7 @@ fn a_wall_takes_half_of_the_ambient_light_from_the_floor_before_it() {
     close(centre(&open), [1.0; 3]);
     let beside = rendered(&format!("{base}ap wall\nxs -500.0001 0 0\n"), 1, 16, 1).film;
     assert!((centre(&beside)[0] - 0.5).abs() < 0.02, "{:?}", centre(&beside));
-    // Where the sky is blue, what is left of ambient light is.
+    // Under a blue sky, the unoccluded ambient light is blue.
     let blue = rendered(&format!("sky 0 0 1\n{base}ap wall\nxs -500.0001 0 0\n"), 1, 16, 1).film;
     close(centre(&blue), [0.0, 0.0, f64::from(centre(&beside)[2])]);
 }

@@ -17,7 +17,7 @@ pub(crate) struct SamplePosition {
 }
 
 impl SamplePosition {
-    /// The same position in another pixel than the first.
+    /// The position with the same offset in another pixel; `self` is in the first.
     pub(crate) fn in_pixel(self, (x, y): (u32, u32)) -> Self {
         Self { film_px: self.film_px + DVec2::new(f64::from(x), f64::from(y)), ..self }
     }

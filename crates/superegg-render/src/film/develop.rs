@@ -1,7 +1,7 @@
 //! Development: from linear light to encoded values and PNG files.
 //!
 //! ```text
-//! colour / alpha -> times 2^exposure -> tone mapping -> clamp to [0, 1] -> encoding -> 8 or 16 bits
+//! colour / alpha -> times 2^exposure -> tone mapping -> clamp to [0, 1] -> encoding -> 8, 16 bits
 //! ```
 //!
 //! The division by alpha applies to transparent backgrounds only. The colour of PNG files is not

@@ -67,7 +67,7 @@ impl ShadowGroup {
     }
 }
 
-/// The surfaces that shadow rays leave, as the camera rays find them.
+/// The camera rays and their surfaces, from which shadow rays to one light start.
 struct ShadowSource<'s> {
     arch: Arch,
     rays: &'s PacketRays,
