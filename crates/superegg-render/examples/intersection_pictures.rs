@@ -1,4 +1,5 @@
-//! The pictures of docs/intersection.md: evaluations a pixel of the textbook method and of ours, and where the textbook method is wrong.
+//! The pictures of docs/intersection.md: evaluations a pixel of the textbook method and of ours,
+//! and where the textbook method is wrong.
 //!
 //! `cargo run --release -p superegg-render --example intersection_pictures -- docs/pictures/steps.png`
 
@@ -51,7 +52,8 @@ fn panels(shape: &Superquadric, ray: &Ray) -> [Rgb<u8>; 3] {
     [heat(textbook.steps), ours, verdict]
 }
 
-/// Black for none, over violet, red and yellow to white for 64 and more: a step of colour for each doubling.
+/// Black for none, over violet, red and yellow to white for 64 and more: a step of colour for each
+/// doubling.
 fn heat(steps: u32) -> Rgb<u8> {
     const STOPS: [[f64; 3]; 5] =
         [[10.0, 10.0, 20.0], [80.0, 20.0, 120.0], [210.0, 50.0, 60.0], [250.0, 180.0, 40.0], [255.0; 3]];

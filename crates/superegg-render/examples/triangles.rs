@@ -1,10 +1,12 @@
-//! A scene's surfaces as triangles, and as spheres, with its camera rays: what `bench/embree.py` gives to Embree. Prints how many triangles.
+//! A scene's surfaces as triangles, and as spheres, with its camera rays: what `bench/embree.py`
+//! gives to Embree. Prints how many triangles.
 //!
 //! `cargo run --release -p superegg-render --example triangles -- SCENE OUT`
 //!
-//! OUT, little-endian: four u64 (vertices, triangles, spheres, camera rays), the scene's box as six f32 (least corner, greatest corner), the
-//! eye as three, then the vertices (three f32 each), triangles (three u32), spheres (centre and radius, four f32), and directions of camera
-//! rays (three f32; 4 x 4 neighbours of the film one after the other). World units.
+//! OUT, little-endian: four u64 (vertices, triangles, spheres, camera rays), the scene's box as six
+//! f32 (least corner, greatest corner), the eye as three, then the vertices (three f32 each),
+//! triangles (three u32), spheres (centre and radius, four f32), and directions of camera rays
+//! (three f32; 4 x 4 neighbours of the film one after the other). World units.
 
 // The script reads it.
 #![allow(clippy::print_stdout)]
@@ -24,7 +26,8 @@ use superegg_trace::reference::{FlatInstance, flatten};
 const SIZE_PX: (u32, u32) = (1280, 960);
 /// How far triangles may be from the surface: the twentieth of a pixel.
 const TOLERANCE_PX: f64 = 0.05;
-/// The coarsest and the finest grid around a shape; edges and poles of shapes with exponents of 2 are on grids of fours.
+/// The coarsest and the finest grid around a shape; edges and poles of shapes with exponents of 2
+/// are on grids of fours.
 const PATCHES: (u32, u32) = (8, 512);
 /// The most instances.
 const MOST: usize = 2_000_000;
@@ -107,7 +110,8 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// A shape by the coarsest grid of the parameterisation that is nowhere farther from it than `tolerance`.
+    /// A shape by the coarsest grid of the parameterisation that is nowhere farther from it than
+    /// `tolerance`.
     fn add(&mut self, flat: &FlatInstance, tolerance: f64) {
         let mut around = PATCHES.0;
         while around < PATCHES.1 && deviation(flat, around) > tolerance {
@@ -145,7 +149,8 @@ fn at(shape: &Superquadric, i: u32, j: u32, u: u32) -> DVec3 {
     )
 }
 
-/// How far the middles of edges and diagonals of a grid's first eighth are from the surface, to first order, in world units.
+/// How far the middles of edges and diagonals of a grid's first eighth are from the surface, to
+/// first order, in world units.
 fn deviation(flat: &FlatInstance, u: u32) -> f64 {
     let shape = &flat.shape;
     let distance = |point: DVec3| {

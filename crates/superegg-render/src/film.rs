@@ -4,6 +4,7 @@ pub(crate) mod accumulate;
 pub(crate) mod adaptive;
 pub(crate) mod buffer;
 pub(crate) mod develop;
+#[cfg(feature = "exr")]
 pub(crate) mod exr;
 pub(crate) mod first;
 pub(crate) mod pixel;

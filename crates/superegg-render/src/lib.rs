@@ -1,7 +1,7 @@
-//! From a compiled scene to pictures.
+//! Renders compiled scenes to pictures.
 //!
-//! [`render`] draws a [`superegg_trace::CompiledScene`] into a [`Film`]: camera rays, shading by light, mirrors and glass, samples
-//! and filters; [`Development`] turns the film into the bytes of a picture file, [`PartFile`] keeps a part of the work in a file.
+//! [`render`] traces a [`superegg_trace::CompiledScene`] into a [`Film`]. [`Development`] maps the
+//! film to the bytes of a picture file. [`PartFile`] reads the tiles of an unfinished picture.
 
 mod camera;
 mod film;
@@ -16,6 +16,7 @@ mod stats;
 pub use camera::view::View;
 pub use film::buffer::Film;
 pub use film::develop::{Development, ImageError};
+#[cfg(feature = "exr")]
 pub use film::exr::{ExrError, exr_file};
 pub use film::pixel::Pixel;
 pub use film::tile::{Tile, tiles};

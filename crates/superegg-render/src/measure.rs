@@ -1,4 +1,4 @@
-//! The camera rays of a picture's tiles, for benchmarks.
+//! The camera rays of tiles, for benchmarks.
 
 use superegg_geom::glam::DVec2;
 use superegg_trace::measure::CameraTile;
@@ -7,7 +7,8 @@ use superegg_trace::packet::PacketRays;
 use crate::camera::view::View;
 use crate::film::tile::{Tile, tiles};
 
-/// The camera rays of a picture, one a pixel, by tiles as [`crate::render`] makes them, for a camera whose rays share an origin.
+/// The camera rays of a picture, one per pixel, in the tiles and the order of [`crate::render()`].
+/// The camera must be a pinhole camera.
 pub fn camera_tiles(view: &View, width: u32, height: u32) -> Vec<CameraTile> {
     let rays = |tile: &Tile| {
         let mut rays = PacketRays::default();

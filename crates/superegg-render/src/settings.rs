@@ -1,4 +1,4 @@
-//! What a render makes: picture, camera, environment and output.
+//! The settings of a render: picture, camera, environment and output.
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::{AmbientOcclusion, Camera, Filter, Floor, Light, Material, Picture, Scene, Sky};
@@ -34,7 +34,7 @@ impl Output {
         [Self::Light, Self::Normal, Self::Depth, Self::Id, Self::Steps, Self::Occlusion];
 }
 
-/// What a render makes. The same settings give the same picture to the bit, whatever the
+/// The settings that determine a picture. Equal settings give bit-identical pictures for any
 /// [`crate::RenderOptions`].
 ///
 /// ```
@@ -61,7 +61,7 @@ pub struct RenderSettings {
     pub layers: bool,
 }
 
-/// What surrounds the objects of a scene.
+/// The environment of the objects of a scene.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Environment {
@@ -161,10 +161,10 @@ impl RenderSettings {
         Self { layers, ..self }
     }
 
-    /// Checks every value that a render cannot work with.
+    /// Checks that every value is in its range.
     ///
     /// # Errors
-    /// The first such value.
+    /// The first value out of range.
     pub fn validate(&self) -> Result<(), SettingsError> {
         let Picture { width, height, samples, noise, exposure, bits, least_weight, .. } = self.picture;
         const SIDE: &str = "1 to 32768 pixels";

@@ -1,4 +1,4 @@
-//! The light of surfaces: materials, lights, mirrors and glass.
+//! Shading: materials, direct light, reflection and refraction.
 
 pub(crate) mod context;
 pub(crate) mod direct;

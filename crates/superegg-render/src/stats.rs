@@ -2,18 +2,18 @@
 
 use std::ops::AddAssign;
 
-/// How many rays of each kind were traced.
+/// The number of traced rays of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
     /// From the camera.
     pub camera: u64,
     /// From surfaces to lights.
     pub shadow: u64,
-    /// From surfaces to all sides, for ambient occlusion.
+    /// From surfaces to random directions, for ambient occlusion.
     pub ambient: u64,
-    /// Mirrored, total internal reflection included.
+    /// Reflected, total internal reflection included.
     pub reflection: u64,
-    /// Transmitted.
+    /// Refracted.
     pub refraction: u64,
 }
 
@@ -27,12 +27,13 @@ impl AddAssign for RayCounts {
     }
 }
 
-/// What tracing took.
+/// Counters of a render.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct TraceStats {
-    /// The rays.
+    /// The traced rays.
     pub rays: RayCounts,
-    /// How many of them ended at a group that was too small to be opened, and saw its average ([`crate::LEAST_FOOTPRINT`]).
+    /// The number of hits on proxies, which stand for groups too small to be resolved.
     pub proxy_hits: u64,
 }
 

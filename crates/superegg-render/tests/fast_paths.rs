@@ -1,4 +1,5 @@
-//! Flights of rays against single rays, recompiling against compiling, deep graphs against composition in twice the precision.
+//! Ray streams against single rays, recompiling against compiling, deep graphs against composition
+//! in twice the precision.
 
 use std::cell::Cell;
 
@@ -42,21 +43,21 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 60, rng_seed: RngSeed::Fixed(6), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn flights_answer_as_single_rays_do(
+    fn streams_answer_as_single_rays_do(
         text in scene_text(),
         rays in prop::collection::vec((prop::array::uniform3(-3.0..3.0f64), prop::array::uniform3(-1.0..1.0f64)), 200),
     ) {
         let scene = CompiledScene::compile(&load(&text), Some("all"), 5);
-        let mut flight: Vec<TraceRay> =
+        let mut traced: Vec<TraceRay> =
             rays.iter().map(|(origin, direction)| Ray::new((*origin).into(), (*direction).into()).into()).collect();
-        // Some go on from where others have come to.
-        let further: Vec<TraceRay> = flight.iter().filter_map(|asked| {
-            let hit = scene.intersect_ray(&asked.ray)?;
-            Some(scene.interaction(&hit).spawn_ray(asked.ray.direction.yzx()))
+        // Some start at the hits of others.
+        let further: Vec<TraceRay> = traced.iter().filter_map(|ray| {
+            let hit = scene.intersect_ray(&ray.ray)?;
+            Some(scene.interaction(&hit).spawn_ray(ray.ray.direction.yzx()))
         }).collect();
-        flight.extend(further);
-        let (hits, stopped) = (scene.intersect_many(&flight), scene.occluded_many(&flight, 1.5));
-        for ((ray, hit), stopped) in flight.iter().zip(hits).zip(stopped) {
+        traced.extend(further);
+        let (hits, occluded) = (scene.intersect_many(&traced), scene.occluded_many(&traced, 1.5));
+        for ((ray, hit), occluded) in traced.iter().zip(hits).zip(occluded) {
             let expected = scene.intersect(ray);
             prop_assert_eq!(hit.is_some(), expected.is_some(), "{:?} {:?} {:?}", ray, hit, expected);
             if let (Some(hit), Some(expected)) = (hit, expected) {
@@ -64,7 +65,7 @@ proptest! {
                 prop_assert_eq!(hit.path, expected.path);
                 prop_assert_eq!((hit.leaving, hit.primitive), (expected.leaving, expected.primitive));
             }
-            prop_assert_eq!(stopped, scene.occluded(ray, 1.5), "{:?}", ray);
+            prop_assert_eq!(occluded, scene.occluded(ray, 1.5), "{:?}", ray);
         }
     }
 
@@ -103,7 +104,7 @@ proptest! {
     }
 }
 
-/// One thing about a flat scene of many shapes that changes: which of its children, what, and by how much.
+/// One change of a flat scene of many shapes: the child, the property and the amount.
 type Edit = (usize, u8, [f64; 3]);
 
 fn edits() -> impl Strategy<Value = Vec<Edit>> {
@@ -160,22 +161,24 @@ fn edit(scene: &mut Scene, (which, what, amount): &Edit) {
     }
 }
 
-/// All that one can ask: what rays meet and by which name and colour, what stops them, what holds points, and what boxes hold.
+/// The answers of all queries: hits with path and colour, occlusion, containment and boxes.
 fn assert_same_answers(one: &CompiledScene, other: &CompiledScene, rays: &[([f64; 3], [f64; 3])]) {
     assert_eq!(one.instance_count(), other.instance_count());
-    let flight: Vec<TraceRay> = rays
+    let traced: Vec<TraceRay> = rays
         .iter()
         .map(|(origin, direction)| Ray::new((*origin).into(), (*direction).into()).into())
         .collect();
     let sides = [one, other].map(|scene| {
-        let seen = |hit: &superegg_trace::Hit| {
+        let details = |hit: &superegg_trace::Hit| {
             let color = scene.interaction(hit).material.color;
             (hit.t, hit.leaving, hit.primitive, hit.unit_point, scene.path_name(&hit.path), color)
         };
-        let single: Vec<_> = flight.iter().map(|f| scene.intersect_ray(&f.ray).as_ref().map(seen)).collect();
-        let many: Vec<_> = scene.intersect_many(&flight).iter().map(|hit| hit.as_ref().map(seen)).collect();
-        let stopped = scene.occluded_many(&flight, 1.5);
-        let stopped_single: Vec<bool> = flight.iter().map(|f| scene.occluded(&f.ray.into(), 1.5)).collect();
+        let single: Vec<_> =
+            traced.iter().map(|f| scene.intersect_ray(&f.ray).as_ref().map(details)).collect();
+        let many: Vec<_> =
+            scene.intersect_many(&traced).iter().map(|hit| hit.as_ref().map(details)).collect();
+        let occluded = scene.occluded_many(&traced, 1.5);
+        let occluded_single: Vec<bool> = traced.iter().map(|f| scene.occluded(&f.ray.into(), 1.5)).collect();
         let held: Vec<_> = rays
             .iter()
             .map(|(origin, reach)| {
@@ -189,7 +192,7 @@ fn assert_same_answers(one: &CompiledScene, other: &CompiledScene, rays: &[([f64
                 (answer.inside, least, names)
             })
             .collect();
-        (single, many, stopped, stopped_single, held)
+        (single, many, occluded, occluded_single, held)
     });
     assert_eq!(sides[0].0, sides[1].0);
     assert_eq!(sides[0].1, sides[1].1);
@@ -207,7 +210,7 @@ fn picture(scene: &Scene, compiled: &CompiledScene) -> Film {
     render(compiled, &settings, &RenderOptions::default().with_threads(1)).unwrap().film
 }
 
-/// The same instances, and all else to what f32 knows of a place.
+/// Equal instances; other values equal within the precision of f32 positions.
 fn assert_same_film(a: &Film, b: &Film) {
     for (i, (a, b)) in a.pixels().zip(b.pixels()).enumerate() {
         assert_eq!((a.id, a.samples, a.albedo, a.alpha), (b.id, b.samples, b.albedo, b.alpha), "pixel {i}");
@@ -300,7 +303,7 @@ fn a_tree_that_is_patched_again_and_again_is_built_anew_in_the_end() {
     let mut compiled = CompiledScene::compile(&scene, Some("flat"), 5);
     let mut rebuilt = 0;
     for i in 0..600 {
-        // The places are shuffled and a little off, so that no two balls are ever in the same.
+        // The positions are shuffled and jittered, so that no two spheres coincide.
         scene.move_cursor("flat", &format!("c{i}")).unwrap();
         let (x, y) = (i % 10, i / 10 % 10);
         let by = DVec3::new(f64::from(x * 3 % 10 - x) + 0.4, f64::from(y * 7 % 10 - y), 0.0);
@@ -419,41 +422,42 @@ fn more_rays_than_go_together_and_hostile_ones_answer_as_single_rays_do() {
         })
         .collect();
     let first = scene.intersect_many(&rays);
-    // On from where they come to, into the shapes as well; some graze the surface from within.
+    // Rays that start at these hits, some of them into the shape; some graze the surface from
+    // inside.
     let further: Vec<TraceRay> = rays
         .iter()
         .zip(&first)
         .enumerate()
-        .filter_map(|(i, (asked, hit))| {
+        .filter_map(|(i, (ray, hit))| {
             let surface = scene.interaction(hit.as_ref()?);
-            let any = asked.ray.direction.zxy();
+            let any = ray.ray.direction.zxy();
             let along = any - any.dot(surface.normal) * surface.normal;
             let direction = match i % 4 {
                 0 => along - 0.1f64.powi(i as i32 / 4 % 10) * along.length() * surface.normal,
                 _ => any,
             };
-            Some(surface.spawn_ray(direction).with_footprint(asked.footprint))
+            Some(surface.spawn_ray(direction).with_footprint(ray.footprint))
         })
         .collect();
     assert!(further.len() > 4_000, "{}", further.len());
     rays.extend(further);
     let mut leaving = 0;
-    for (asked, hit) in rays.iter().zip(scene.intersect_many(&rays)) {
-        let expected = scene.intersect(asked);
-        let told = |hit: &superegg_trace::Hit| (hit.path.clone(), hit.leaving, hit.primitive);
-        assert_eq!(hit.as_ref().map(told), expected.as_ref().map(told), "{asked:?}");
+    for (ray, hit) in rays.iter().zip(scene.intersect_many(&rays)) {
+        let expected = scene.intersect(ray);
+        let identity = |hit: &superegg_trace::Hit| (hit.path.clone(), hit.leaving, hit.primitive);
+        assert_eq!(hit.as_ref().map(identity), expected.as_ref().map(identity), "{ray:?}");
         if let (Some(hit), Some(expected)) = (hit, expected) {
             leaving += usize::from(hit.leaving);
-            let [normal, known] = [&hit, &expected].map(|hit| scene.interaction(hit).normal);
-            assert!(normal.distance(known) < 1e-6, "{normal} {known} {asked:?}");
+            let [normal, exact] = [&hit, &expected].map(|hit| scene.interaction(hit).normal);
+            assert!(normal.distance(exact) < 1e-6, "{normal} {exact} {ray:?}");
             assert!((hit.t - expected.t).abs() <= 1e-9 * (1.0 + expected.t), "{hit:?} {expected:?}");
         }
     }
     assert!(leaving > 1_000, "{leaving}");
     for t_max in [1.5, f64::INFINITY, f64::MAX, 1e-300, 0.0, -1.0, f64::NAN] {
-        for (asked, stopped) in rays.iter().zip(scene.occluded_many(&rays, t_max)) {
-            let expected = scene.occluded(asked, t_max);
-            assert_eq!(stopped, expected, "{t_max} {asked:?}");
+        for (ray, occluded) in rays.iter().zip(scene.occluded_many(&rays, t_max)) {
+            let expected = scene.occluded(ray, t_max);
+            assert_eq!(occluded, expected, "{t_max} {ray:?}");
         }
     }
 }
@@ -479,7 +483,7 @@ fn a_ray_through_forty_levels_meets_the_surface_within_a_twentieth_of_a_pixel() 
             Some(Entity::Primitive(primitive)) => primitive.shape,
             _ => panic!("the shape is a primitive"),
         };
-        let mut met = 0;
+        let mut hits = 0;
         let rays: Vec<TraceRay> = (0..40 * 30)
             .map(|i| {
                 view.ray(superegg_geom::glam::DVec2::new(
@@ -489,25 +493,25 @@ fn a_ray_through_forty_levels_meets_the_surface_within_a_twentieth_of_a_pixel() 
                 .into()
             })
             .collect();
-        for (asked, hit) in rays.iter().zip(compiled.intersect_many(&rays)) {
-            let single = compiled.intersect_ray(&asked.ray);
+        for (ray, hit) in rays.iter().zip(compiled.intersect_many(&rays)) {
+            let single = compiled.intersect_ray(&ray.ray);
             assert_eq!(hit.is_some(), single.is_some());
             for hit in [hit, single].into_iter().flatten() {
-                met += 1;
+                hits += 1;
                 assert!((shape.norm().value(hit.unit_point) - 1.0).abs() < 1e-6, "{hit:?}");
                 let world = mapped(&maps, hit.unit_point * shape.radii());
                 let from_eye = DVec3::from_array(std::array::from_fn(|axis| {
                     world[axis].plus(Double(-position[axis], 0.0)).0
                 }));
-                let direction = asked.ray.direction.normalize();
-                let pixel = view.footprint(1).at(from_eye.dot(direction) / asked.ray.direction.length());
+                let direction = ray.ray.direction.normalize();
+                let pixel = view.footprint(1).at(from_eye.dot(direction) / ray.ray.direction.length());
                 let beside = (from_eye - from_eye.dot(direction) * direction).length();
                 assert!(beside < 0.05 * pixel, "{} of a pixel: {hit:?}", beside / pixel);
                 let surface = compiled.interaction(&hit).position - position;
                 assert!((surface - from_eye).length() < 0.05 * pixel, "{surface} {from_eye}");
             }
         }
-        assert!(met > 100, "{met}");
+        assert!(hits > 100, "{hits}");
     }
 }
 
@@ -536,18 +540,19 @@ fn what_is_smaller_than_half_a_pixel_stands_in_and_what_is_not_is_opened() {
     let ray = Ray::new(DVec3::new(0.0005, 0.0, 4.5), DVec3::NEG_Z);
     let exact = compiled.intersect_ray(&Ray::new(DVec3::new(0.0005, 0.0, 2.0), DVec3::NEG_Z)).unwrap();
     let at = |width: f64| {
-        let asked = Ray { origin: DVec3::new(0.0005, 0.0, 2.0), ..ray };
-        compiled.intersect(&TraceRay::new(asked).with_footprint(Footprint { width, spread: 0.0 }))
+        let from_two = Ray { origin: DVec3::new(0.0005, 0.0, 2.0), ..ray };
+        compiled.intersect(&TraceRay::new(from_two).with_footprint(Footprint { width, spread: 0.0 }))
     };
     assert_eq!(at(1e-5).as_ref(), Some(&exact));
-    let seen = at(0.02).expect("two balls side by side stop every ray through their middle");
-    assert!(seen.path.is_proxy() && (seen.t - exact.t).abs() < 0.002, "{seen:?}");
-    let surface = compiled.interaction(&seen);
+    let proxy = at(0.02).expect("two balls side by side stop every ray through their middle");
+    assert!(proxy.path.is_proxy() && (proxy.t - exact.t).abs() < 0.002, "{proxy:?}");
+    let surface = compiled.interaction(&proxy);
     assert!((surface.position.z - 0.001).abs() < 1e-3 && surface.material.color == DVec3::X);
-    assert_eq!(compiled.path_name(&seen.path), "all/far");
+    assert_eq!(compiled.path_name(&proxy.path), "all/far");
 }
 
-/// Opaque surfaces under point lights are lit in f32; a black sun asks for f64 throughout, and changes nothing else.
+/// Opaque surfaces under point lights are shaded in f32. A black directional light forces f64 and
+/// changes nothing else.
 #[test]
 fn lanes_light_surfaces_as_f64_does() {
     let exponents = [0.0001, 0.01, 0.1, 0.5, 1.0, 1.6, 2.0];
@@ -609,7 +614,8 @@ fn lanes_light_surfaces_as_f64_does() {
 
 #[test]
 fn what_comes_first_by_little_is_first() {
-    // Rays that graze a shape near its edges, from outside and from within, and a small ball just behind the crossing or just before it.
+    // Rays that graze a shape near its edges, from outside and inside, and a small sphere just
+    // behind or before the hit.
     let cases = [
         (
             ".01 2",

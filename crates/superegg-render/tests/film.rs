@@ -187,7 +187,8 @@ fn views_show_what_they_say() {
 
 #[test]
 fn occlusion_is_that_of_a_corner() {
-    // A point of a wide floor beside a high wall sees half of the sky; rays weighted by their cosine too, by symmetry.
+    // Beside a high wall, half of the sky is visible from a wide floor. By symmetry that is also
+    // half of the cosine-weighted rays.
     let text = "prm slab\nexp .01 .01\ncoeff 50 1 50\nobj o\nap slab\nxs 0 -1 0\nap slab wall\nrs 1 0 0 90\nxs 0 0 -2\ncamera 0 4 2 0 0 -.99\nAO\n";
     let text = text.replace("AO\n", "ambientOcclusion 256 40\n");
     let (rendered, _) = made(&text, 2, |settings| {

@@ -20,7 +20,7 @@ fn range(film: &Film) -> (f32, f32) {
 }
 
 #[test]
-fn in_a_white_furnace_nothing_is_seen() {
+fn in_a_white_furnace_nothing_is_visible() {
     for surface in [
         "reflected 1",
         "reflected 1\nfresnel on\nambient 1",
@@ -36,7 +36,7 @@ fn in_a_white_furnace_nothing_is_seen() {
                 "{FURNACE}ao 16 1\nset glossRays 3\nprm s\n{shape}\ndiffuse 0\nspecular 0\nambient 0\n{surface}\ncamera 2 3 4 0 0 0 40\n"
             );
             let (least, most) = range(&film(&text, 24));
-            // What is left after so many bounces within is taken for the sky.
+            // The light after the last internal reflection is that of the sky.
             assert!(least > 0.999 && most < 1.0001, "{surface} {shape}: {least} to {most}");
         }
     }
@@ -44,7 +44,8 @@ fn in_a_white_furnace_nothing_is_seen() {
 
 #[test]
 fn a_closed_box_of_mirrors_that_shine_is_as_bright_as_its_walls_alone() {
-    // Each wall gives (1 - k) of its own light and mirrors k: (1 - k) (1 + k + k^2 + ...) = 1, and the rest after the last bounce is the sky's.
+    // Each wall emits (1 - k) and reflects k: (1 - k) (1 + k + k^2 + ...) = 1. After the last
+    // bounce the sky gives the rest.
     for k in [0.2, 0.5, 0.9] {
         let bounces = 12;
         let text = format!(
@@ -60,7 +61,8 @@ fn a_closed_box_of_mirrors_that_shine_is_as_bright_as_its_walls_alone() {
 
 #[test]
 fn a_slab_of_glass_moves_what_is_behind_it_by_snells_law() {
-    // A ball seen straight on through a slab of thickness d that is turned by a: it is seen d sin a (1 - cos a / sqrt(n^2 - sin^2 a)) aside.
+    // A sphere behind a slab of thickness d, tilted by a, appears displaced by
+    // d sin a (1 - cos a / sqrt(n^2 - sin^2 a)).
     let picture = |slab: &str| {
         let text = format!(
             "orthographic 4\ncamera 0 0 20 0 0 0\nlight off 0 0 0 0 0 0\nprm ball\ncoeff .5 .5 .5\nambient 1\ndiffuse 0\nspecular 0\nprm slab\ncoeff 8 8 1\n\
@@ -71,7 +73,7 @@ fn a_slab_of_glass_moves_what_is_behind_it_by_snells_law() {
     let middle = |film: &Film| {
         let bright = (0..200u32).flat_map(|y| (0..200u32).map(move |x| (x, y)));
         let (sum, weight) = bright.fold((0.0, 0.0), |(sum, weight), (x, y)| {
-            // What goes to and fro in the slab makes fainter images of it.
+            // The threshold removes fainter images from internal reflection in the slab.
             let value = if color(film, x, y)[0] > 0.5 { 1.0 } else { 0.0 };
             (sum + value * (f64::from(x) + 0.5), weight + value)
         });
@@ -82,17 +84,18 @@ fn a_slab_of_glass_moves_what_is_behind_it_by_snells_law() {
         let (sin, cos) = angle_deg.to_radians().sin_cos();
         let expected = 2.0 * sin * (1.0 - cos / (index * index - sin * sin).sqrt());
         let film = picture(&format!("ap slab\nrs 0 1 0 {angle_deg}\nprm slab\nindex {index}\nobj o\n"));
-        // A turn about +y takes the normal towards +x for positive angles, and a ray that goes in is bent to the other side: the ball is met by one
-        // that came from +x.
-        let seen = middle(&film);
-        assert!((seen.abs() - expected.abs()).abs() < 0.01, "{angle_deg} {index}: {seen} {expected}");
-        assert!(seen * expected > 0.0, "{angle_deg}: the wrong side, {seen}");
+        // A positive rotation about +y tilts the normal towards +x. The ray is refracted to the
+        // other side, so the sphere appears towards +x.
+        let offset = middle(&film);
+        assert!((offset.abs() - expected.abs()).abs() < 0.01, "{angle_deg} {index}: {offset} {expected}");
+        assert!(offset * expected > 0.0, "{angle_deg}: the wrong side, {offset}");
     }
 }
 
 #[test]
 fn a_lens_is_sharp_at_its_focus_and_spreads_a_point_over_a_disc_elsewhere() {
-    // A ball that fills 0.01 of the film at distance 1, through a lens of radius r focused at f: a disc of radius r |d - f| / (d f) more.
+    // A sphere that fills 0.01 of the film at distance 1. A lens of radius r focused at f adds a
+    // disc of radius r |d - f| / (d f).
     let size_px = |distance: f64| {
         let size = 0.01 * distance;
         let text = format!(
@@ -100,16 +103,16 @@ fn a_lens_is_sharp_at_its_focus_and_spreads_a_point_over_a_disc_elsewhere() {
             -distance
         );
         let film = rendered(&text, 100, 64, 2).film;
-        let is_seen = |&(x, y): &(u32, u32)| color(&film, x, y)[0] > 0.0;
-        let seen = (0..100u32).flat_map(|y| (0..100u32).map(move |x| (x, y))).filter(is_seen);
-        (seen.count() as f64 / std::f64::consts::PI).sqrt()
+        let is_visible = |&(x, y): &(u32, u32)| color(&film, x, y)[0] > 0.0;
+        let visible = (0..100u32).flat_map(|y| (0..100u32).map(move |x| (x, y))).filter(is_visible);
+        (visible.count() as f64 / std::f64::consts::PI).sqrt()
     };
     let px = 100.0 / (2.0 * 15f64.to_radians().tan());
     for distance in [4.0f64, 2.0, 8.0, 3.0] {
         let expected = px * (0.2 * (distance - 4.0).abs() / (4.0 * distance) + 0.01);
-        let seen = size_px(distance);
+        let size = size_px(distance);
         // Pixels that are partly in it may have no sample there.
-        assert!((seen - expected).abs() < 0.7 + 0.1 * expected, "{distance}: {seen} {expected}");
+        assert!((size - expected).abs() < 0.7 + 0.1 * expected, "{distance}: {size} {expected}");
     }
 }
 
@@ -140,7 +143,8 @@ fn what_is_clear_and_coloured_throws_a_coloured_shadow() {
 
 #[test]
 fn a_shadow_through_glass_in_glass_is_absorbed_by_both() {
-    // A pane of 2 with another of 0.4 in it: 1.6 through the outer one and 0.4 through the inner one.
+    // A pane of thickness 2 that contains one of 0.4: the path is 1.6 in the outer and 0.4 in the
+    // inner one.
     let pane = |index: f64| {
         let base = "light lamp 0 0 8\ncamera 9 0 6 0 0 0\nprm floor\ncoeff 9 9 .5\nexp .0001 .0001\nambient 0\nspecular 0\nobj o\nap floor\nxs 0 0 -.5\n";
         let inner =
@@ -154,13 +158,14 @@ fn a_shadow_through_glass_in_glass_is_absorbed_by_both() {
     };
     let absorbed = [(-0.2f64).exp(), (-0.04 - 0.48f64).exp(), (-1.6f64).exp()];
     close(pane(1.0), absorbed);
-    // Of the same glass within, nothing is mirrored at the inner pane.
+    // An inner pane of the same glass reflects nothing.
     close(pane(1.5), absorbed.map(|left| left * 0.96 * 0.96));
 }
 
 #[test]
-fn half_of_a_light_is_seen_at_the_edge_of_a_shadow() {
-    // The floor's point under the edge of a wide plate, half way: the light's disc is cut through its middle.
+fn half_of_a_light_is_visible_at_the_edge_of_a_shadow() {
+    // At the floor's point half way under the edge of a wide plate, the edge passes the centre of
+    // the light's disc.
     for light in ["light l 0 0 8\nlightRadius l .5\n", "sun l 0 0 1\nlightRadius l .1\n"] {
         let base = format!(
             "{light}set lightRays 16\ncamera -3 0 6 0 0 0 .001\nprm floor\ncoeff 9 9 .5\nexp .0001 .0001\nambient 0\nspecular 0\nprm plate\ncoeff 2 2 .01\nexp .0001 .0001\n\
@@ -182,7 +187,7 @@ fn a_wall_takes_half_of_the_ambient_light_from_the_floor_before_it() {
     close(centre(&open), [1.0; 3]);
     let beside = rendered(&format!("{base}ap wall\nxs -500.0001 0 0\n"), 1, 16, 1).film;
     assert!((centre(&beside)[0] - 0.5).abs() < 0.02, "{:?}", centre(&beside));
-    // Where the sky is blue, what is left of ambient light is.
+    // Under a blue sky, the unoccluded ambient light is blue.
     let blue = rendered(&format!("sky 0 0 1\n{base}ap wall\nxs -500.0001 0 0\n"), 1, 16, 1).film;
     close(centre(&blue), [0.0, 0.0, f64::from(centre(&beside)[2])]);
 }
@@ -219,7 +224,7 @@ fn a_bubble_of_the_same_glass_is_not_seen_and_one_of_air_is() {
 
 #[test]
 fn a_camera_in_glass_sees_as_from_glass() {
-    // From within a slab of index n the edge of the world beyond is at the critical angle: beyond it the face mirrors.
+    // Inside a slab of index n, the face reflects totally beyond the critical angle.
     let text = "sky 1 1 1\nlight off 0 0 0 0 0 0\nprm sea\ncoeff 100 100 1\nexp .0001 .0001\nambient 0\ndiffuse 0\nspecular 0\nrefracted 1\nindex 1.33\nprm ground\nambient 0\n\
         diffuse 0\nspecular 0\nfloor -.5 ground 0 0 1\nprm sea\ncamera 0 0 0 0 0 1 120\nset bounces 8\ncameraUp 0 1 0\n";
     let film = film(text, 101);

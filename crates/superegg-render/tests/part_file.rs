@@ -1,4 +1,5 @@
-//! Kept partial files: the format does not change by accident, and files of version 2 stay readable.
+//! Kept partial files: the format does not change by accident, and files of version 2 stay
+//! readable.
 
 use superegg_geom::glam::DVec3;
 use superegg_render::{Film, Output, PartFile, PartHeader, Pixel, RenderSettings, Shard};

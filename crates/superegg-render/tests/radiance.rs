@@ -22,8 +22,8 @@ fn the_highlight_has_the_exponent_of_gloss_or_the_one_given() {
     let n_h = 30f64.to_radians().cos();
     for (setting, exponent) in [("gloss .3", 2.0 / 0.09 - 2.0), ("gloss 1", 0.0), ("shininess 5", 5.0)] {
         let expected = n_h.powf(exponent);
-        let seen = f64::from(centre(&film(&format!("{base}{setting}\n"), 1))[0]);
-        assert!((seen - expected).abs() < 1e-5, "{setting}: {seen} {expected}");
+        let value = f64::from(centre(&film(&format!("{base}{setting}\n"), 1))[0]);
+        assert!((value - expected).abs() < 1e-5, "{setting}: {value} {expected}");
     }
 }
 
@@ -91,7 +91,7 @@ fn energy_that_goes_out_is_never_more_than_came_in() {
 
 #[test]
 fn a_flat_mirror_shows_what_is_before_it_at_its_own_angle() {
-    // A mirror in the plane z = 0 seen from 45 degrees: the ray goes on to a ball in the mirrored direction.
+    // A mirror in the plane z = 0 at 45 degrees to the ray: the reflected ray hits a sphere.
     let text = "prm mirror\ncoeff 5 5 1\nexp .0001 .0001\nambient 0\ndiffuse 0\nspecular 0\nreflected 1\nprm ball\ncolor 0 1 0\nambient 1\ndiffuse 0\nspecular 0\n\
         obj o\nap mirror\nxs 0 0 -1\nap ball\nxs -4 0 4\ncamera 4 0 4 0 0 0\n";
     close(centre(&film(text, 1)), [0.0, 1.0, 0.0]);
@@ -168,7 +168,8 @@ fn two_surfaces_in_the_same_place_do_not_shadow_each_other() {
 
 #[test]
 fn a_flat_lit_face_has_no_speck() {
-    // Light and eye far away on one side: the face of a cube has one colour, but for the rounding of its edges.
+    // With light and eye far away on one side, the face of a cube has one colour except at its
+    // rounded edges.
     for shape in ["exp .0001 .0001", "exp .01 .01", "exp 1 .0001", "exp 2 .0001"] {
         let text = format!(
             "prm s\n{shape}\nspecular 0\nobj o\nap s\nrs 1 2 3 20\nxs .1 .2 .3\nlight l 1e5 2e5 4e5\n"

@@ -1,32 +1,36 @@
-//! Reconstruction filters, by drawing the places of samples from them (Ernst, Stamminger and Greiner, "Filter Importance Sampling", 2006).
+//! Reconstruction filters by importance sampling (Ernst, Stamminger and Greiner, "Filter Importance
+//! Sampling", 2006).
 //!
-//! A sample is taken where the filter has weight, as often as the weight says, and counts for its own pixel alone. So tiles know nothing of
-//! their neighbours, and a picture is the same to the bit however it is divided.
+//! The density of sample positions is proportional to the filter, and a sample adds to its own
+//! pixel only. So tiles are independent of their neighbours, and the division into tiles does not
+//! change a picture.
 //!
-//! Where a filter is negative its magnitude is drawn from and the sample subtracted. The filter's value is put together from the means of the
-//! two kinds, each with its known share ([`FilterMass`]): white stays white with any number of samples, and no sum of weights comes near 0.
+//! Where the filter is negative, the density is its magnitude and samples are subtracted. The value
+//! of a pixel combines the means of positive and negative samples by their known masses
+//! ([`FilterMass`]): white stays white for any number of samples, and no divisor is near 0.
 
 use superegg_geom::glam::DVec2;
 use superegg_scene::Filter;
 
-/// Cells of the table of a filter, over its whole width. The zeros of Mitchell's are at their borders.
+/// The number of table cells over the width of a filter. The zeros of the Mitchell filter are at
+/// borders of cells.
 const CELLS: usize = 1024;
 
-/// What the samples of one sign count for in a pixel: the integral of the filter's positive part, and that of its negative part as a positive
-/// number. The difference is 1.
+/// The weights of the mean of positive and of negative samples: the integrals of the positive part
+/// of the filter and of the magnitude of its negative part. Their difference is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FilterMass {
     pub(crate) positive: f64,
     pub(crate) negative: f64,
 }
 
-/// A filter, ready to draw from.
+/// A filter with its table for importance sampling.
 #[derive(Clone, Debug)]
 pub(crate) struct FilterSampler {
-    /// The distance from the centre at which it ends, in pixels.
+    /// Half of the filter's width, in pixels.
     radius: f64,
-    /// The integral of the magnitude along one axis up to each border of cells, from 0 to 1.
-    cumulated: Vec<f64>,
+    /// The cumulative distribution of the magnitude along one axis, at the borders of cells.
+    cdf: Vec<f64>,
     pub(crate) mass: FilterMass,
     filter: Filter,
 }
@@ -43,35 +47,37 @@ impl FilterSampler {
         };
         let cells: Vec<f64> = (0..CELLS).map(integral).collect();
         let magnitude: f64 = cells.iter().map(|cell| cell.abs()).sum();
-        let mut cumulated = vec![0.0];
+        let mut cdf = vec![0.0];
         let mut sum = 0.0;
         for cell in &cells {
             sum += cell.abs() / magnitude;
-            cumulated.push(sum);
+            cdf.push(sum);
         }
-        let below = cells.iter().filter(|cell| **cell < 0.0).map(|cell| -cell).sum::<f64>() / magnitude;
-        let above = 1.0 - below;
-        // Of the product of both axes.
-        let (positive, negative) = (above * above + below * below, 2.0 * above * below);
+        let minus = cells.iter().filter(|cell| **cell < 0.0).map(|cell| -cell).sum::<f64>() / magnitude;
+        let plus = 1.0 - minus;
+        // The filter is the product of both axes.
+        let (positive, negative) = (plus * plus + minus * minus, 2.0 * plus * minus);
         let total = positive - negative;
         let mass = FilterMass { positive: positive / total, negative: negative / total };
-        Self { radius, cumulated, mass, filter }
+        Self { radius, cdf, mass, filter }
     }
 
-    /// A place drawn from the filter's magnitude, in pixels from the pixel's top left corner, and whether the filter is negative there. `unit` is
-    /// evenly distributed in [0, 1) in both parts.
+    /// Maps a uniform point of the unit square to a position with the density of the filter's
+    /// magnitude, in pixels from the top left corner of the pixel. Also returns whether the filter
+    /// is negative there.
     pub(crate) fn sample(&self, unit: DVec2) -> (DVec2, bool) {
         if self.filter == Filter::Box {
             return (unit, false);
         }
         let offset = DVec2::new(self.along(unit.x), self.along(unit.y));
-        let is_below = |x: f64| along_axis(self.filter, x) < 0.0;
-        (offset + 0.5, is_below(offset.x) != is_below(offset.y))
+        let is_negative = |x: f64| along_axis(self.filter, x) < 0.0;
+        (offset + 0.5, is_negative(offset.x) != is_negative(offset.y))
     }
 
+    /// Inverts the cumulative distribution along one axis.
     fn along(&self, unit: f64) -> f64 {
-        let cell = self.cumulated.partition_point(|&sum| sum <= unit).clamp(1, CELLS) - 1;
-        let (left, right) = (self.cumulated[cell], self.cumulated[cell + 1]);
+        let cell = self.cdf.partition_point(|&sum| sum <= unit).clamp(1, CELLS) - 1;
+        let (left, right) = (self.cdf[cell], self.cdf[cell + 1]);
         let within = if right > left { ((unit - left) / (right - left)).clamp(0.0, 1.0) } else { 0.5 };
         (cell as f64 + within) * 2.0 * self.radius / CELLS as f64 - self.radius
     }
@@ -85,7 +91,8 @@ fn radius(filter: Filter) -> f64 {
     }
 }
 
-/// The filter along one axis, up to a factor; in the picture it is the product of both.
+/// The filter along one axis, up to a constant factor. The filter of the picture is the product of
+/// both axes.
 fn along_axis(filter: Filter, x: f64) -> f64 {
     let x = x.abs();
     if x > radius(filter) {
@@ -94,14 +101,14 @@ fn along_axis(filter: Filter, x: f64) -> f64 {
     match filter {
         Filter::Box => 1.0,
         Filter::Tent => 1.0 - x,
-        // Of standard deviation 1/2.
+        // The standard deviation is 1/2.
         Filter::Gaussian => (-2.0 * x * x).exp(),
         Filter::Blackman => {
-            // The window of four terms (Harris 1978), around its middle.
+            // The four-term Blackman-Harris window (Harris 1978), centred at 0.
             let turn = 0.5 * std::f64::consts::PI * x;
             0.35875 + 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos() + 0.01168 * (3.0 * turn).cos()
         }
-        // Mitchell and Netravali (1988) with B = C = 1/3.
+        // Mitchell and Netravali (1988), with B = C = 1/3.
         Filter::Mitchell if x < 1.0 => (7.0 * x - 12.0) * x * x + 16.0 / 3.0,
         Filter::Mitchell => ((-7.0 / 3.0 * x + 12.0) * x - 20.0) * x + 32.0 / 3.0,
     }
@@ -119,7 +126,7 @@ mod tests {
     fn samples_have_the_mean_and_the_variance_of_their_filter() {
         for filter in ALL {
             let sampler = FilterSampler::new(filter);
-            // The moments of the filter itself by a fine sum.
+            // The moments of the filter by numerical integration.
             let steps = 200_000;
             let (mut total, mut second) = (0.0, 0.0);
             for i in 0..steps {
@@ -128,14 +135,14 @@ mod tests {
                 second += along_axis(filter, x) * x * x;
             }
             let exact = second / total;
-            let known = match filter {
+            let closed_form = match filter {
                 Filter::Box => Some(1.0 / 12.0),
                 Filter::Tent => Some(1.0 / 6.0),
-                // Cut at four standard deviations.
+                // Truncated at four standard deviations.
                 Filter::Gaussian => Some(0.25 * (1.0 - 8.0 * 1.338e-4 / 0.999_937)),
                 Filter::Blackman | Filter::Mitchell => None,
             };
-            assert!(known.is_none_or(|known| (exact - known).abs() < 1e-5), "{filter:?}: {exact}");
+            assert!(closed_form.is_none_or(|value| (exact - value).abs() < 1e-5), "{filter:?}: {exact}");
 
             let count = 1 << 16;
             let mut sums = [(0.0, DVec2::ZERO, DVec2::ZERO); 2];
@@ -153,14 +160,14 @@ mod tests {
             let variance = joined(of(above.2, above.0), of(below.2, below.0));
             assert!(mean.abs().max_element() < 1e-3, "{filter:?}: {mean}");
             assert!((variance - exact).abs().max_element() < 1e-3, "{filter:?}: {variance}, not {exact}");
-            let share = below.0 / f64::from(count);
+            let fraction = below.0 / f64::from(count);
             let FilterMass { positive, negative } = sampler.mass;
-            assert!((share - negative / (positive + negative)).abs() < 1e-3, "{filter:?}: {share}");
+            assert!((fraction - negative / (positive + negative)).abs() < 1e-3, "{filter:?}: {fraction}");
         }
     }
 
     #[test]
-    fn the_shares_are_those_of_a_filter_whose_weights_sum_to_one() {
+    fn the_masses_are_those_of_a_filter_with_integral_one() {
         for filter in ALL {
             let FilterMass { positive, negative } = FilterSampler::new(filter).mass;
             assert!((positive - negative - 1.0).abs() < 1e-12, "{filter:?}");
@@ -169,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn places_stay_within_the_radius_for_any_number() {
+    fn positions_stay_within_the_radius_for_any_number() {
         for filter in ALL {
             let sampler = FilterSampler::new(filter);
             for unit in [0.0, 0.5, 1.0, 1.0 - f64::EPSILON, f64::MIN_POSITIVE] {

@@ -17,7 +17,7 @@ pub(crate) struct SamplePosition {
 }
 
 impl SamplePosition {
-    /// The same position in another pixel than the first.
+    /// The position with the same offset in another pixel; `self` is in the first.
     pub(crate) fn in_pixel(self, (x, y): (u32, u32)) -> Self {
         Self { film_px: self.film_px + DVec2::new(f64::from(x), f64::from(y)), ..self }
     }
@@ -30,9 +30,10 @@ const FILM: u32 = 4;
 #[derive(Clone, Debug)]
 pub(crate) struct SamplePlacement {
     filter: FilterSampler,
-    /// Points of the unit square, the same in each pixel ([`StratifiedPattern`]), so that neighbours
-    /// have the same noise. Empty for adaptive sampling, where the number of samples is not known:
-    /// each pixel then has its own Sobol sequence, whose prefixes are all well distributed.
+    /// Points of the unit square, the same in each pixel ([`StratifiedPattern`]), so that
+    /// neighbours have the same noise. Empty for adaptive sampling, where the number of samples is
+    /// not known: each pixel then has its own Sobol sequence, whose prefixes are all well
+    /// distributed.
     pattern: Vec<DVec2>,
 }
 

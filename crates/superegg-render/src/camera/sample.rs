@@ -5,9 +5,11 @@ use superegg_geom::glam::DVec2;
 /// A sample of the picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FilmSample {
-    /// The pixel, from the top left corner, and the number of the sample within it: what its random numbers are drawn from.
+    /// Column and row of the pixel, from the top left corner.
     pub(crate) pixel: (u32, u32),
+    /// The index of the sample in the pixel. Pixel and index seed the random numbers.
     pub(crate) index: u32,
-    /// The place on the film in pixels from the top left corner: the centre of the first pixel is (0.5, 0.5).
+    /// The position on the film, in pixels from the top left corner. The centre of the first pixel
+    /// is (0.5, 0.5).
     pub(crate) film_px: DVec2,
 }

@@ -1,10 +1,10 @@
-//! Random numbers that are spread evenly, the same on every machine and in any order of tiles.
+//! Low-discrepancy random numbers. They are equal on every machine and for any order of tiles.
 
 use std::f64::consts::TAU;
 
 use superegg_geom::glam::{DVec2, DVec3};
 
-/// What the random numbers of one sample of one pixel are drawn from, at one place of its tree of rays.
+/// The seed of the random numbers of one sample of a pixel, at one node of its tree of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SampleKey {
     seed: u32,
@@ -17,19 +17,21 @@ impl SampleKey {
         Self { seed: hash(hash(pixel.0.wrapping_add(0x9e37_79b9)) ^ pixel.1), index }
     }
 
-    /// For what comes after a choice of this number: a mirrored ray, a light.
+    /// The key of a child node: a reflected ray, a light. Children have different choices.
     pub(crate) fn branch(self, choice: u32) -> Self {
         Self { seed: hash(self.seed ^ hash(choice.wrapping_add(1))), ..self }
     }
 
-    /// Of `count` points for this sample the one at `place`, in [0, 1)^2. Those of all samples of the pixel together are spread evenly.
-    pub(crate) fn point(self, place: u32, count: u32) -> DVec2 {
-        sobol(self.index.wrapping_mul(count).wrapping_add(place), self.seed)
+    /// Point `index` of `count` for this sample, in [0, 1)^2. The points of all samples of the
+    /// pixel together are a prefix of one sequence.
+    pub(crate) fn point(self, index: u32, count: u32) -> DVec2 {
+        sobol(self.index.wrapping_mul(count).wrapping_add(index), self.seed)
     }
 }
 
-/// A point of the first two dimensions of Sobol's sequence, its order shuffled and its digits scrambled as Owen does, both by hashing (Burley,
-/// "Practical Hash-based Owen Scrambling", 2020). Any run of 2^k points from a multiple of 2^k on has one in each of 2^k equal cells of any shape.
+/// A point of the first two dimensions of the Sobol sequence, shuffled and Owen-scrambled by
+/// hashing (Burley, "Practical Hash-based Owen Scrambling", 2020). The 2^k points from a multiple
+/// of 2^k on have one point in each cell of every division into 2^k equal rectangles.
 pub(crate) fn sobol(index: u32, seed: u32) -> DVec2 {
     let index = scramble(index, seed);
     let across = scramble(index.reverse_bits(), hash(seed ^ 0x68bc_21eb));
@@ -37,7 +39,8 @@ pub(crate) fn sobol(index: u32, seed: u32) -> DVec2 {
     DVec2::new(f64::from(across), f64::from(down)) / (f64::from(u32::MAX) + 1.0)
 }
 
-/// The second dimension of Sobol's sequence: the sum of the direction numbers of the index's digits, each the one before it and its half.
+/// The second dimension of the Sobol sequence: the XOR of the direction numbers of the bits of the
+/// index. Each direction number v gives the next as v ^ (v >> 1).
 fn second_dimension(mut index: u32) -> u32 {
     let (mut sum, mut number) = (0, 1u32 << 31);
     while index != 0 {
@@ -50,8 +53,8 @@ fn second_dimension(mut index: u32) -> u32 {
     sum
 }
 
-/// Owen's scrambling of binary digits: each is flipped or not by the digits before it and the seed (the hash of Laine and Karras, on the digits from the
-/// last to the first).
+/// Owen scrambling of binary digits: whether a digit is flipped depends on the digits before it and
+/// the seed. Uses the hash of Laine and Karras on the reversed digits.
 fn scramble(digits: u32, seed: u32) -> u32 {
     let mut x = digits.reverse_bits();
     x = x.wrapping_add(seed);
@@ -62,7 +65,7 @@ fn scramble(digits: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-/// A number whose bits all depend on all bits of the argument.
+/// A hash: every bit of the result depends on all bits of the argument.
 fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
@@ -71,7 +74,8 @@ fn hash(mut x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-/// A point of the unit disc, evenly, from one of the unit square: squares about the centre become circles (Shirley and Chiu 1997).
+/// Maps the unit square uniformly to the unit disc. Concentric squares become circles (Shirley and
+/// Chiu 1997).
 pub(crate) fn disc(square: DVec2) -> DVec2 {
     let DVec2 { x, y } = 2.0 * square - 1.0;
     if x == 0.0 && y == 0.0 {
@@ -81,7 +85,7 @@ pub(crate) fn disc(square: DVec2) -> DVec2 {
     radius * DVec2::from_angle(TAU * turn)
 }
 
-/// A unit direction on the side of a unit normal, with density cos / pi about it, from a point of the unit square.
+/// Maps the unit square to unit directions around a normal with density cos / pi.
 pub(crate) fn cosine_direction(square: DVec2, normal: DVec3) -> DVec3 {
     let on_disc = disc(square);
     let (across, down) = normal.any_orthonormal_pair();
@@ -89,7 +93,8 @@ pub(crate) fn cosine_direction(square: DVec2, normal: DVec3) -> DVec3 {
     (on_disc.x * across + on_disc.y * down + up * normal).normalize()
 }
 
-/// A unit direction about an axis with a density that goes with the power `exponent` of its cosine.
+/// Maps the unit square to unit directions around an axis with density proportional to
+/// cos^`exponent`.
 pub(crate) fn power_cosine_direction(square: DVec2, axis: DVec3, exponent: f64) -> DVec3 {
     let cos = (1.0 - square.x).powf(1.0 / (exponent + 1.0));
     let sin = (1.0 - cos * cos).max(0.0).sqrt();

@@ -1,10 +1,12 @@
-//! Where in a pixel its samples lie.
+//! The fixed pattern of the samples of a pixel.
 
 use superegg_geom::glam::DVec2;
 
-/// Stratified samples of a pixel: rows of cells of equal area, with one sample in each. Within its cell a sample is moved so that no two
-/// share a column or row of the pixel (four make the rotated square), which gives edges of any slope as many shades as there are
-/// samples. The pattern is the same in each pixel: no noise, and the same picture in any order. A single sample is the pixel's centre.
+/// Stratified samples of a pixel: rows of cells of equal area, with one sample in each. The offset
+/// in the cell is chosen so that no two samples have the same column or row of the pixel; four
+/// samples are a rotated grid. So nearly horizontal and vertical edges get one shade per sample.
+/// The pattern is the same in each pixel, so there is no noise. A single sample is at the centre of
+/// the pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StratifiedPattern {
     count: u32,
@@ -17,17 +19,18 @@ impl StratifiedPattern {
 
     /// The points within a pixel, in pixels from its top left corner, in (0, 1).
     pub(crate) fn points(self) -> impl Iterator<Item = DVec2> {
-        // Rows of cells as even as can be; a row's height goes with its number of cells, which makes all areas equal.
+        // The numbers of cells per row differ by at most 1. The height of a row is proportional to
+        // its number of cells, so that all cells have the same area.
         let rows = (f64::from(self.count).sqrt().round() as u32).max(1);
-        let mut above = 0;
+        let mut cells_above = 0;
         (0..rows).flat_map(move |row| {
             let cells = self.count / rows + u32::from(row < self.count % rows);
-            let first = above;
-            above += cells;
+            let first = cells_above;
+            cells_above += cells;
             (0..cells).map(move |cell| {
-                let within_cell = (f64::from(row) + 0.5) / f64::from(rows);
+                let offset = (f64::from(row) + 0.5) / f64::from(rows);
                 DVec2::new(
-                    (f64::from(cell) + within_cell) / f64::from(cells),
+                    (f64::from(cell) + offset) / f64::from(cells),
                     (f64::from(first + cell) + 0.5) / f64::from(self.count),
                 )
             })

@@ -1,4 +1,4 @@
-//! From places in the picture to rays.
+//! The map from film positions to camera rays.
 
 use superegg_geom::Ray;
 use superegg_geom::glam::{DVec2, DVec3};
@@ -10,7 +10,7 @@ use superegg_trace::Footprint;
 use crate::camera::sample::FilmSample;
 use crate::camera::sobol::{SampleKey, disc};
 
-/// The choice of a [`SampleKey`] for the place on the lens.
+/// The branch of a [`SampleKey`] for the position on the lens.
 const LENS: u32 = 0;
 
 /// A camera with a picture size: the map from film coordinates to rays.
@@ -27,21 +27,23 @@ const LENS: u32 = 0;
 pub struct View {
     position: DVec3,
     forward: DVec3,
-    /// From the place where all rays begin, or begin about, to the point of the film's top left corner, and the steps of one pixel right and down.
+    /// From the camera to the top left corner of the film.
     to_corner: DVec3,
+    /// The steps of one pixel to the right and down.
     pixel_right: DVec3,
     pixel_down: DVec3,
     kind: Projection,
 }
 
-/// Where rays begin.
+/// The origins of rays.
 #[derive(Clone, Copy, Debug)]
 enum Projection {
-    /// All at one place.
+    /// All rays start at the camera.
     Pinhole,
-    /// On a disc, spanned by the two half axes; all rays of a film place meet at a distance.
+    /// Rays start on a disc with two semi-axes. All rays of a film position meet at the distance
+    /// `focus`.
     Lens { right: DVec3, up: DVec3, focus: f64 },
-    /// Each at its place on the film, all in one direction.
+    /// Orthographic: each ray starts at its film position; all are parallel.
     Parallel,
 }
 
@@ -71,7 +73,7 @@ impl View {
         }
     }
 
-    /// The width of a ray that stands for one of some samples of a pixel.
+    /// The footprint of one ray of `samples` per pixel.
     pub fn footprint(&self, samples: u32) -> Footprint {
         let pixel = self.pixel_right.length() / f64::from(samples.max(1)).sqrt();
         match self.kind {
@@ -80,13 +82,14 @@ impl View {
         }
     }
 
-    /// The ray through a place on the film, in pixels from the top left corner: the centre of the first pixel is (0.5, 0.5); of a lens the one through
-    /// its middle. The part of its direction along the line of sight is 1, so t is the depth.
+    /// The ray through a film position, in pixels from the top left corner. The centre of the first
+    /// pixel is (0.5, 0.5). For a lens, the ray passes its centre. The component of the direction
+    /// along the line of sight is 1, so t is the depth.
     pub fn ray(&self, film_px: DVec2) -> Ray {
         self.lens_ray(film_px, DVec2::ZERO)
     }
 
-    /// The same through a place on the lens, of the unit disc.
+    /// The ray through a film position and a position on the lens, given in the unit disc.
     pub fn lens_ray(&self, film_px: DVec2, on_lens: DVec2) -> Ray {
         let to_film = self.to_corner + film_px.x * self.pixel_right + film_px.y * self.pixel_down;
         match self.kind {
@@ -108,28 +111,29 @@ impl View {
         self.lens_ray(sample.film_px, disc(key.point(0, 1)))
     }
 
-    /// Where the camera is.
+    /// The position of the camera.
     pub(crate) fn position(&self) -> DVec3 {
         self.position
     }
 
-    /// Whether all rays begin at one place.
+    /// Whether all rays have one origin.
     pub(crate) fn is_pinhole(&self) -> bool {
         matches!(self.kind, Projection::Pinhole)
     }
 
-    /// Whether each ray begins at a place of its own.
+    /// Whether the camera is orthographic.
     pub(crate) fn is_parallel(&self) -> bool {
         matches!(self.kind, Projection::Parallel)
     }
 
-    /// How far along the line of sight a point is.
+    /// The depth of a point along the line of sight.
     pub(crate) fn depth(&self, point: DVec3) -> f64 {
         (point - self.position).dot(self.forward)
     }
 }
 
-/// The directions of [`View::ray`] of as many samples as a packet has rays at most, of a pinhole; those beyond are of no meaning.
+/// The directions of [`View::ray`] for at most one packet of samples of a pinhole camera. Lanes
+/// beyond the last sample have no meaning.
 pub(crate) struct PacketDirections<'a> {
     pub(crate) view: &'a View,
     pub(crate) samples: &'a [FilmSample],
@@ -145,7 +149,7 @@ impl WithSimd for PacketDirections<'_> {
         for ((x, y), sample) in x.iter_mut().zip(&mut y).zip(samples) {
             (*x, *y) = sample.film_px.into();
         }
-        // Plain loops, which become lanes.
+        // Plain loops, which the compiler vectorises.
         let mut directions = [PacketColumn::splat(0.0); 3];
         for (axis, column) in directions.iter_mut().enumerate() {
             let (corner, right, down) = (to_corner[axis], pixel_right[axis], pixel_down[axis]);

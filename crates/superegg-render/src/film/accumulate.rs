@@ -1,4 +1,4 @@
-//! The samples of a tile's pixels, as they come together to their values.
+//! The sums of samples of a tile.
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
@@ -9,31 +9,32 @@ use crate::film::develop::Development;
 use crate::film::first::FirstHit;
 use crate::film::pixel::Layers;
 
-/// What the samples of a tile's pixels come to so far, each pixel by its place.
+/// The sums of samples of a tile, by pixel index.
 #[derive(Debug)]
 pub(crate) struct TileAccumulator {
     mass: FilterMass,
-    /// Samples at places where the filter is positive, and where it is negative; the latter only of filters that are so anywhere.
+    /// The samples where the filter is positive.
     positive: SignedSums,
+    /// The samples where the filter is negative; empty if it is positive everywhere.
     negative: SignedSums,
-    /// Only where they are kept.
+    /// Empty unless requested.
     layers: Vec<LayerSums>,
 }
 
-/// What is gathered beside light.
+/// The sums to keep besides light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AccumulatorLayout {
-    /// What errors are told from.
+    /// Squares, for standard errors.
     pub(crate) squares: bool,
-    /// What first surfaces tell.
+    /// Depth, normal, albedo and instance id of first hits.
     pub(crate) layers: bool,
 }
 
-/// Sums over samples of one sign, by pixels.
+/// The sums over samples of one sign, by pixel.
 #[derive(Debug, Default)]
 struct SignedSums {
     sums: Vec<PixelSum>,
-    /// Of the squares of each channel; none where they are not kept.
+    /// The sums of squares of each channel; empty unless requested.
     squares: Vec<DVec3>,
 }
 
@@ -41,7 +42,7 @@ struct SignedSums {
 struct PixelSum {
     color: DVec3,
     count: u32,
-    /// How many meet a surface.
+    /// The number of samples with a hit.
     covered: u32,
 }
 
@@ -63,39 +64,40 @@ impl SignedSums {
         self.squares.resize(if keeps_squares { pixels } else { 0 }, DVec3::ZERO);
     }
 
-    fn add(&mut self, place: usize, color: DVec3, is_covered: bool) {
-        let sum = &mut self.sums[place];
+    fn add(&mut self, pixel: usize, color: DVec3, is_covered: bool) {
+        let sum = &mut self.sums[pixel];
         sum.color += color;
         sum.count += 1;
         sum.covered += u32::from(is_covered);
-        if let Some(squares) = self.squares.get_mut(place) {
+        if let Some(squares) = self.squares.get_mut(pixel) {
             *squares += color * color;
         }
     }
 
-    fn count(&self, place: usize) -> u32 {
-        self.sums.get(place).map_or(0, |sum| sum.count)
+    fn count(&self, pixel: usize) -> u32 {
+        self.sums.get(pixel).map_or(0, |sum| sum.count)
     }
 
-    /// The variance of the mean colour and of the mean coverage, estimated from the samples; at least two.
-    fn variance(&self, place: usize) -> (DVec3, f64) {
-        let sum = &self.sums[place];
+    /// The estimated variance of the mean colour and of the mean coverage. There are at least two
+    /// samples.
+    fn variance(&self, pixel: usize) -> (DVec3, f64) {
+        let sum = &self.sums[pixel];
         let count = f64::from(sum.count);
         let (mean, covered) = (sum.color(), sum.covered());
-        let squares = self.squares.get(place).copied().unwrap_or(DVec3::INFINITY);
+        let squares = self.squares.get(pixel).copied().unwrap_or(DVec3::INFINITY);
         let spread = (squares / count - mean * mean).max(DVec3::ZERO);
         (spread / (count - 1.0), covered * (1.0 - covered) / (count - 1.0))
     }
 }
 
-/// Sums over the samples that meet a surface where the filter is positive.
+/// The sums over samples with a hit where the filter is positive.
 #[derive(Clone, Copy, Debug, Default)]
 struct LayerSums {
     count: u32,
     depth: f64,
     normal: DVec3,
     albedo: DVec3,
-    most_seen: MajorityVote,
+    id: MajorityVote,
 }
 
 impl LayerSums {
@@ -106,12 +108,12 @@ impl LayerSums {
             self.normal += normal.as_dvec3();
             self.albedo += albedo.as_dvec3();
         }
-        self.most_seen.add(first.map_or(0, |first| first.id));
+        self.id.add(first.map_or(0, |first| first.id));
     }
 
-    /// What they come to.
+    /// The means, with the instance id of the majority.
     fn layers(&self) -> Layers {
-        let id = self.most_seen.winner;
+        let id = self.id.winner;
         if self.count == 0 {
             return Layers { id, ..Layers::EMPTY };
         }
@@ -126,12 +128,12 @@ impl LayerSums {
 }
 
 impl TileAccumulator {
-    /// Of no pixels yet.
+    /// Without pixels.
     pub(crate) fn new(mass: FilterMass) -> Self {
         Self { mass, positive: SignedSums::default(), negative: SignedSums::default(), layers: Vec::new() }
     }
 
-    /// Begins with so many pixels.
+    /// Starts with `pixels` empty pixels.
     pub(crate) fn start(&mut self, pixels: usize, keeps: AccumulatorLayout) {
         self.positive.start(pixels, keeps.squares);
         self.negative.start(if self.mass.negative > 0.0 { pixels } else { 0 }, keeps.squares);
@@ -139,71 +141,73 @@ impl TileAccumulator {
         self.layers.resize(if keeps.layers { pixels } else { 0 }, LayerSums::default());
     }
 
-    /// Takes a sample of a pixel, from a place where the filter is positive or negative: its light, and the surface that it meets first as far as that
-    /// was asked for.
-    pub(crate) fn add(&mut self, place: usize, color: DVec3, first: Option<&FirstHit>, is_negative: bool) {
+    /// Adds a sample of a pixel: its light, and its first hit if that is requested. `is_negative`
+    /// is the sign of the filter at the sample.
+    pub(crate) fn add(&mut self, pixel: usize, color: DVec3, first: Option<&FirstHit>, is_negative: bool) {
         if is_negative {
-            self.negative.add(place, color, first.is_some());
+            self.negative.add(pixel, color, first.is_some());
             return;
         }
-        self.positive.add(place, color, first.is_some());
-        if let Some(layers) = self.layers.get_mut(place) {
+        self.positive.add(pixel, color, first.is_some());
+        if let Some(layers) = self.layers.get_mut(pixel) {
             layers.add(first);
         }
     }
 
-    /// How many pixels there are.
+    /// The number of pixels.
     pub(crate) fn pixels(&self) -> usize {
         self.positive.sums.len()
     }
 
-    /// How many samples a pixel has.
-    pub(crate) fn count(&self, place: usize) -> u32 {
-        self.positive.count(place) + self.negative.count(place)
+    /// The number of samples of a pixel.
+    pub(crate) fn count(&self, pixel: usize) -> u32 {
+        self.positive.count(pixel) + self.negative.count(pixel)
     }
 
-    /// The filter's value, from the means of either sign. Where there are samples of one sign only, those of the other are taken for the same.
+    /// The filtered value, from the means of both signs. A sign without samples is assumed to have
+    /// the mean of the other.
     #[inline]
-    fn filtered<T>(&self, place: usize, of: impl Fn(&PixelSum) -> T) -> T
+    fn filtered<T>(&self, pixel: usize, of: impl Fn(&PixelSum) -> T) -> T
     where
         T: std::ops::Mul<f64, Output = T> + std::ops::Sub<Output = T>,
     {
-        let positive = &self.positive.sums[place];
-        match self.negative.sums.get(place) {
+        let positive = &self.positive.sums[pixel];
+        match self.negative.sums.get(pixel) {
             None | Some(PixelSum { count: 0, .. }) => of(positive),
             Some(negative) if positive.count == 0 => of(negative),
             Some(negative) => of(positive) * self.mass.positive - of(negative) * self.mass.negative,
         }
     }
 
-    /// The tile that they make, of so many pixels across and down; each has at least one sample.
+    /// The film of the tile, of width and height `size`. Each pixel has at least one sample.
     pub(crate) fn film(&self, size: (u32, u32), is_transparent: bool) -> Film {
-        let places = 0..self.pixels();
-        let color = |place| self.filtered(place, PixelSum::color).as_vec3().to_array();
-        let alpha = |place| self.filtered(place, PixelSum::covered).clamp(0.0, 1.0) as f32;
-        let alphas = if is_transparent { places.clone().map(alpha).collect() } else { Vec::new() };
-        let samples = places.clone().map(|place| self.count(place)).collect();
+        let pixels = 0..self.pixels();
+        let color = |pixel| self.filtered(pixel, PixelSum::color).as_vec3().to_array();
+        let alpha = |pixel| self.filtered(pixel, PixelSum::covered).clamp(0.0, 1.0) as f32;
+        let alphas = if is_transparent { pixels.clone().map(alpha).collect() } else { Vec::new() };
+        let samples = pixels.clone().map(|pixel| self.count(pixel)).collect();
         let layers = self.layers.iter().map(LayerSums::layers).collect();
-        Film::of_parts(size, places.map(color).collect(), alphas, samples, layers)
+        Film::of_parts(size, pixels.map(color).collect(), alphas, samples, layers)
     }
 
-    /// The standard error of a pixel's value on the screen, the largest of its channels (alpha among them where the background is transparent):
-    /// half the way from a standard error of linear light below the mean to one above it, developed. Infinite for less than two samples, or where no squares
-    /// are kept.
-    pub(crate) fn error(&self, place: usize, development: &Development) -> f64 {
-        if self.positive.count(place) < 2 {
+    /// The standard error of the encoded value of a pixel: the largest over the channels, and over
+    /// alpha if the background is transparent. It is half the difference between the developed
+    /// values of the mean plus and minus one standard error of linear light. Infinite for less than
+    /// two samples or without squares.
+    pub(crate) fn error(&self, pixel: usize, development: &Development) -> f64 {
+        if self.positive.count(pixel) < 2 {
             return f64::INFINITY;
         }
         let FilterMass { positive, negative } = self.mass;
-        let (mut color, mut covered) = self.positive.variance(place);
+        let (mut color, mut covered) = self.positive.variance(pixel);
         if negative > 0.0 {
-            let below = if self.negative.count(place) < 2 { &self.positive } else { &self.negative };
-            let (below_color, below_met) = below.variance(place);
+            let below = if self.negative.count(pixel) < 2 { &self.positive } else { &self.negative };
+            let (below_color, below_covered) = below.variance(pixel);
             let (above, below) = (positive.powi(2), negative.powi(2));
             color = above * color + below * below_color;
-            covered = above * covered + below * below_met;
+            covered = above * covered + below * below_covered;
         }
-        let (mean, deviation) = (self.filtered(place, PixelSum::color), color.map(f64::sqrt));
+        let (mean, deviation) = (self.filtered(pixel, PixelSum::color), color.map(f64::sqrt));
         let developed = |color: DVec3| development.value(color.as_vec3().to_array());
         let (low, high) = (developed(mean - deviation), developed(mean + deviation));
         let error = (0..3).map(|i| 0.5 * f64::from(high[i] - low[i])).fold(0.0, f64::max);
@@ -211,7 +215,8 @@ impl TileAccumulator {
     }
 }
 
-/// The vote of Boyer and Moore (1981): what has more than half of the votes wins, found without counting each.
+/// The majority vote of Boyer and Moore (1981): finds the value with more than half of the votes
+/// without counting each value.
 #[derive(Clone, Copy, Debug, Default)]
 struct MajorityVote {
     winner: u32,
@@ -243,15 +248,15 @@ mod tests {
 
     const ALL: AccumulatorLayout = AccumulatorLayout { squares: true, layers: true };
 
-    /// One pixel, nothing gathered.
+    /// One pixel without samples.
     fn one(mass: FilterMass) -> TileAccumulator {
         let mut accumulator = TileAccumulator::new(mass);
         accumulator.start(1, ALL);
         accumulator
     }
 
-    fn pixel(accumulator: &TileAccumulator, place: u32, is_transparent: bool) -> Pixel {
-        accumulator.film((accumulator.pixels() as u32, 1), is_transparent).pixel(place, 0).unwrap()
+    fn pixel(accumulator: &TileAccumulator, x: u32, is_transparent: bool) -> Pixel {
+        accumulator.film((accumulator.pixels() as u32, 1), is_transparent).pixel(x, 0).unwrap()
     }
 
     fn grey(accumulator: &mut TileAccumulator, value: f64, is_negative: bool) {
@@ -282,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_know_of_their_light_alone_what_they_know_with_layers() {
+    fn light_is_the_same_with_and_without_layers() {
         let first = FirstHit { depth: 3.0, normal: Vec3::Z, albedo: Vec3::X, id: 9 };
         for mass in [BOX, FilterSampler::new(Filter::Mitchell).mass] {
             let mut all = TileAccumulator::new(mass);
@@ -295,8 +300,8 @@ mod tests {
                     accumulator.add(i as usize % 3, DVec3::splat(i.into()), Some(&first), is_negative);
                 }
             }
-            for place in 0..3 {
-                let (all, light) = (pixel(&all, place, true), pixel(&light, place, true));
+            for x in 0..3 {
+                let (all, light) = (pixel(&all, x, true), pixel(&light, x, true));
                 let expected = Pixel { color: all.color, alpha: all.alpha, samples: 10, ..Pixel::EMPTY };
                 assert_eq!(light, expected);
                 assert!(all.depth == 3.0 && all.id == 9);
@@ -326,11 +331,11 @@ mod tests {
         (0..100).for_each(|i| grey(&mut accumulator, f64::from(i % 2), false));
         // The deviation of a coin is 1/2.
         assert!((accumulator.error(0, &linear) - 0.5 / 99f64.sqrt()).abs() < 1e-6);
-        // What is white beyond doubt has no error left, however it flickers.
+        // All samples are clipped to white, so their variance does not matter.
         let mut bright = one(BOX);
         (0..100).for_each(|i| grey(&mut bright, 50.0 + f64::from(i % 2), false));
         assert_eq!(bright.error(0, &linear), 0.0);
-        // Half a stop more is more error.
+        // Half a stop of exposure increases the error.
         let brighter = Development { exposure: 0.5, ..linear };
         assert!(accumulator.error(0, &brighter) > accumulator.error(0, &linear));
     }

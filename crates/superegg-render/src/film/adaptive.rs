@@ -1,18 +1,19 @@
-//! When a pixel has samples enough.
+//! Adaptive sampling: the stopping rule of pixels.
 
 use superegg_scene::Picture;
 
 use crate::film::accumulate::TileAccumulator;
 use crate::film::develop::Development;
 
-/// When the pixels of a tile stop.
+/// The rule by which the pixels of a tile stop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StoppingRule {
-    /// A pixel goes on while its standard error, or that of a pixel beside it in its tile, is not below this. 0: none goes on.
+    /// The noise threshold. A pixel continues while its standard error, or that of one of its eight
+    /// neighbours in the tile, is not below it. 0 means a fixed number of samples.
     noise: f64,
-    /// Samples in the first round, and the least of any later one.
+    /// The number of samples of the first round, and the minimum of later rounds.
     pub(crate) first: u32,
-    /// The most samples of a pixel.
+    /// The largest number of samples of a pixel.
     most: u32,
     development: Development,
 }
@@ -23,32 +24,34 @@ impl StoppingRule {
         Self { noise: picture.noise, first, most: picture.most_samples.max(first), development }
     }
 
-    /// Whether all pixels take as many samples as the first round has.
+    /// Whether all pixels stop after the first round.
     pub(crate) fn is_fixed(&self) -> bool {
         self.noise <= 0.0
     }
 
-    /// How many samples each pixel of a tile of so many columns takes in the next round; all 0 at the end. The pixels are in rows.
+    /// The number of samples of each pixel in the next round; all 0 at the end. Pixels are in rows
+    /// of `columns`.
     ///
-    /// A few samples may agree by chance, so a pixel is not believed as long as one of the eight around it has too much error.
+    /// A few samples may agree by chance. So a pixel continues as long as one of its eight
+    /// neighbours has too large an error.
     pub(crate) fn next_round(&self, columns: usize, accumulator: &TileAccumulator) -> Vec<u32> {
         let pixels = accumulator.pixels();
         if self.is_fixed() {
             return vec![0; pixels];
         }
         let is_noisy: Vec<bool> =
-            (0..pixels).map(|place| accumulator.error(place, &self.development) >= self.noise).collect();
+            (0..pixels).map(|pixel| accumulator.error(pixel, &self.development) >= self.noise).collect();
         let rows = pixels / columns.max(1);
         let around = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
-        let goes_on = |x: usize, y: usize| {
+        let is_active = |x: usize, y: usize| {
             around(y, rows).any(|y| around(x, columns).any(|x| is_noisy[y * columns + x]))
         };
-        let next = |place: usize| {
-            let count = accumulator.count(place);
+        let next = |pixel: usize| {
+            let count = accumulator.count(pixel);
             let left = self.most.saturating_sub(count);
-            // A quarter more each time: few rounds, and little beyond what is needed.
+            // A quarter more each time: few rounds, and few samples too many.
             let wanted = self.first.max(count / 4);
-            if goes_on(place % columns, place / columns) { wanted.min(left) } else { 0 }
+            if is_active(pixel % columns, pixel / columns) { wanted.min(left) } else { 0 }
         };
         (0..pixels).map(next).collect()
     }
@@ -65,8 +68,8 @@ mod tests {
     fn tile(pixels: &[Vec<f64>]) -> TileAccumulator {
         let mut accumulator = TileAccumulator::new(FilterMass { positive: 1.0, negative: 0.0 });
         accumulator.start(pixels.len(), AccumulatorLayout { squares: true, layers: false });
-        for (place, values) in pixels.iter().enumerate() {
-            values.iter().for_each(|&value| accumulator.add(place, DVec3::splat(value), None, false));
+        for (pixel, values) in pixels.iter().enumerate() {
+            values.iter().for_each(|&value| accumulator.add(pixel, DVec3::splat(value), None, false));
         }
         accumulator
     }

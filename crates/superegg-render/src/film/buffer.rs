@@ -5,7 +5,8 @@ use std::ops::Range;
 use crate::film::pixel::{Layers, Pixel};
 use crate::film::tile::Tile;
 
-/// The linear values of a picture, or of one tile of it. Rows go from the top, pixels from the left.
+/// The linear values of a picture, or of one tile of it. Rows go from the top, pixels from the
+/// left.
 ///
 /// ```
 /// use superegg_render::{Film, Pixel};
@@ -149,47 +150,52 @@ impl Film {
         self.layers.len() == self.colors.len()
     }
 
-    /// All pixels.
+    /// All pixels, row by row from the top left. The columns below have the same order and length.
     pub fn pixels(&self) -> impl ExactSizeIterator<Item = Pixel> {
         (0..self.colors.len()).map(|index| self.pixel_at(index))
     }
 
-    /// The column of [`Pixel::color`].
+    /// The column of [`Pixel::color`]: linear light, before exposure and tone mapping.
+    /// Premultiplied by alpha for a transparent background.
     pub fn colors(&self) -> &[[f32; 3]] {
         &self.colors
     }
 
-    /// The column of [`Pixel::alpha`].
+    /// The column of [`Pixel::alpha`], in [0, 1]. 1 in rendered pixels of an opaque picture; 0 in
+    /// pixels without samples.
     pub fn alphas(&self) -> impl ExactSizeIterator<Item = f32> {
         (0..self.colors.len()).map(|index| self.alpha(index))
     }
 
-    /// The columns of colour and alpha.
+    /// The columns of [`Film::colors`] and [`Film::alphas`] together.
     pub fn light(&self) -> impl ExactSizeIterator<Item = ([f32; 3], f32)> {
         self.colors.iter().enumerate().map(|(index, color)| (*color, self.alpha(index)))
     }
 
-    /// The column of [`Pixel::depth`].
+    /// The column of [`Pixel::depth`]: world units along the line of sight; infinity without a hit
+    /// or without layers ([`Film::has_layers`]).
     pub fn depths(&self) -> impl ExactSizeIterator<Item = f32> {
         (0..self.colors.len()).map(|index| self.layers_at(index).depth)
     }
 
-    /// The column of [`Pixel::normal`].
+    /// The column of [`Pixel::normal`]: unit vectors in world space; 0 0 0 without a hit or without
+    /// layers.
     pub fn normals(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         (0..self.colors.len()).map(|index| self.layers_at(index).normal)
     }
 
-    /// The column of [`Pixel::albedo`].
+    /// The column of [`Pixel::albedo`]: linear colours of surfaces; black without a hit or without
+    /// layers.
     pub fn albedos(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         (0..self.colors.len()).map(|index| self.layers_at(index).albedo)
     }
 
-    /// The column of [`Pixel::id`].
+    /// The column of [`Pixel::id`]: instance ids; 0 without a hit or without layers.
     pub fn ids(&self) -> impl ExactSizeIterator<Item = u32> {
         (0..self.colors.len()).map(|index| self.layers_at(index).id)
     }
 
-    /// The column of [`Pixel::samples`].
+    /// The column of [`Pixel::samples`]: the number of samples of each pixel.
     pub fn sample_counts(&self) -> impl ExactSizeIterator<Item = u32> {
         (0..self.colors.len()).map(|index| self.samples.get(index))
     }
@@ -305,7 +311,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tiles_bring_what_they_and_the_film_know() {
+    fn tiles_copy_the_layers_that_both_films_keep() {
         let tile = Tile { x: 1..3, y: 1..2 };
         let pixel = |id| Pixel { color: [1.0, 2.0, id as f32], alpha: 1.0, id, samples: 4, ..Pixel::EMPTY };
         let with = Film::of_pixels(2, 1, [pixel(7), pixel(8)]);
@@ -313,12 +319,12 @@ mod tests {
         (0..2).for_each(|x| without.set(x, 0, pixel(7 + x)));
         for part in [&with, &without] {
             for mut film in [Film::new(4, 3), Film::without_layers(4, 3)] {
-                let knows = film.has_layers();
+                let has_layers = film.has_layers();
                 film.set_tile(&tile, part);
-                let id = if knows && part.has_layers() { 8 } else { 0 };
+                let id = if has_layers && part.has_layers() { 8 } else { 0 };
                 assert_eq!(film.pixel(2, 1).unwrap(), Pixel { id, ..pixel(8) });
                 assert_eq!(film.pixels().filter(|pixel| *pixel != Pixel::EMPTY).count(), 2);
-                assert_eq!(film.tile(&tile).has_layers(), knows);
+                assert_eq!(film.tile(&tile).has_layers(), has_layers);
                 assert!(film.tile(&tile).light().eq(part.light()));
             }
         }

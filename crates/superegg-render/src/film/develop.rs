@@ -1,11 +1,11 @@
-//! From a film's linear values to those of a screen and a PNG file.
+//! Development: from linear light to encoded values and PNG files.
 //!
 //! ```text
-//! colour / alpha  -> exposure: times 2^stops -> tone -> cut to [0, 1] -> encoding -> 8 or 16 bits
+//! colour / alpha -> times 2^exposure -> tone mapping -> clamp to [0, 1] -> encoding -> 8, 16 bits
 //! ```
 //!
-//! The division by alpha only where the background is transparent: PNG files keep colour apart from alpha, so that an edge has its surface's
-//! full colour and no dark fringe.
+//! The division by alpha applies to transparent backgrounds only. The colour of PNG files is not
+//! premultiplied, so that edges have no dark fringe.
 
 use png::{BitDepth, ColorType};
 use superegg_scene::{Encoding, Picture, Tone};
@@ -13,7 +13,7 @@ use thiserror::Error;
 
 use crate::film::buffer::Film;
 
-/// Why a picture could not be written.
+/// The PNG encoder rejected a picture.
 #[derive(Debug, Error)]
 #[error("the picture could not be encoded: {0}")]
 pub struct ImageError(#[from] png::EncodingError);
@@ -30,20 +30,20 @@ pub struct ImageError(#[from] png::EncodingError);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Development {
-    /// Stops by which it is brighter: linear values are multiplied by 2^exposure.
+    /// Exposure in stops: linear values are multiplied by 2^exposure.
     pub exposure: f64,
-    /// How bright light is brought into range.
+    /// The tone mapping of bright light.
     pub tone: Tone,
-    /// How linear values become numbers of a file.
+    /// The encoding of linear values.
     pub encoding: Encoding,
-    /// Bits a channel in a PNG file: 16, or 8.
+    /// The bits per channel of a PNG file: 8 or 16.
     pub bits: u32,
-    /// Whether a PNG file has alpha.
+    /// Whether a PNG file has an alpha channel.
     pub transparent: bool,
 }
 
 impl Development {
-    /// The one that a picture asks for.
+    /// The development that the settings of a picture describe.
     pub fn of(picture: &Picture) -> Self {
         Self {
             exposure: picture.exposure,
@@ -54,59 +54,62 @@ impl Development {
         }
     }
 
-    /// The same for values that are no light: they are those of the file.
+    /// The development for values that are no light: they go to the file unchanged.
     pub fn undeveloped(picture: &Picture) -> Self {
         Self { exposure: 0.0, tone: Tone::None, encoding: Encoding::Linear, ..Self::of(picture) }
     }
 
-    /// The value of a linear colour on a screen, each part in [0, 1]: exposure, tone and encoding. NaN, which no shading should give, becomes 0.
+    /// The encoded value of a linear colour, with each channel in [0, 1], after exposure and tone
+    /// mapping. NaN becomes 0.
     pub fn value(&self, linear: [f32; 3]) -> [f32; 3] {
-        self.toning().of(linear).map(|value| encoded(value, self.encoding))
+        self.tone_curve().apply(linear).map(|value| encoded(value, self.encoding))
     }
 
-    fn toning(&self) -> ToneCurve {
+    fn tone_curve(&self) -> ToneCurve {
         ToneCurve { gain: self.exposure.exp2() as f32, tone: self.tone }
     }
 
-    /// The linear colour of each pixel after exposure and tone, and its alpha.
+    /// The linear colour of each pixel after exposure and tone mapping, and its alpha. The colour
+    /// is not premultiplied.
     fn developed(&self, film: &Film) -> impl Iterator<Item = ([f32; 3], f32)> {
-        let (toning, transparent) = (self.toning(), self.transparent);
+        let (curve, transparent) = (self.tone_curve(), self.transparent);
         film.light().map(move |(color, alpha)| {
             if !transparent {
-                return (toning.of(color), 1.0);
+                return (curve.apply(color), 1.0);
             }
-            // NaN counts as nothing there.
+            // NaN becomes 0.
             let alpha = alpha.clamp(0.0, 1.0).max(0.0);
             if alpha == 0.0 {
                 return ([0.0; 3], 0.0);
             }
-            (toning.of(color.map(|value| value / alpha)), alpha)
+            (curve.apply(color.map(|value| value / alpha)), alpha)
         })
     }
 
-    /// The picture as bytes, red, green and blue of each pixel, without alpha: a transparent background is black.
+    /// The picture in 8 bits: red, green and blue of each pixel. A transparent background is black.
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
-        let (steps, toning) = (ByteTable::new(self.encoding), self.toning());
+        let (table, curve) = (ByteTable::new(self.encoding), self.tone_curve());
         let mut bytes = vec![0; 3 * film.colors().len()];
         for (to, &color) in bytes.as_chunks_mut().0.iter_mut().zip(film.colors()) {
-            let [r, g, b] = toning.of(color);
-            *to = [steps.byte(r), steps.byte(g), steps.byte(b)];
+            let [r, g, b] = curve.apply(color);
+            *to = [table.byte(r), table.byte(g), table.byte(b)];
         }
         bytes
     }
 
-    /// Red, green, blue and alpha of each pixel, colour apart from alpha.
+    /// Red, green, blue and alpha of each pixel in 8 bits. The colour is not premultiplied.
     fn rgba8(&self, film: &Film) -> Vec<u8> {
-        let steps = ByteTable::new(self.encoding);
+        let table = ByteTable::new(self.encoding);
         self.developed(film)
             .flat_map(|([r, g, b], alpha)| {
-                [steps.byte(r), steps.byte(g), steps.byte(b), (255.0 * alpha).round() as u8]
+                [table.byte(r), table.byte(g), table.byte(b), (255.0 * alpha).round() as u8]
             })
             .collect()
     }
 
-    /// Red, green, blue and, where the background is transparent, alpha of each pixel in 16 bits, the high byte first.
-    fn deep(&self, film: &Film) -> Vec<u8> {
+    /// Red, green, blue and, for a transparent background, alpha of each pixel in 16 bits,
+    /// big-endian.
+    fn channels16(&self, film: &Film) -> Vec<u8> {
         let channels = if self.transparent { 4 } else { 3 };
         let values = self.developed(film).flat_map(|(color, alpha)| {
             let [r, g, b] = color.map(|value| encoded(value, self.encoding));
@@ -115,16 +118,16 @@ impl Development {
         values.flat_map(|value| ((65535.0 * value).round() as u16).to_be_bytes()).collect()
     }
 
-    /// The picture as a PNG file.
+    /// Encodes the picture as a PNG file.
     ///
     /// # Errors
-    /// The encoder refuses it, for instance for its size.
+    /// The encoder rejects the picture, for instance for its size.
     pub fn png(&self, film: &Film) -> Result<Vec<u8>, ImageError> {
         let color = if self.transparent { ColorType::Rgba } else { ColorType::Rgb };
         let (values, depth) = match (self.bits > 8, self.transparent) {
             (false, false) => (self.rgb8(film), BitDepth::Eight),
             (false, true) => (self.rgba8(film), BitDepth::Eight),
-            (true, _) => (self.deep(film), BitDepth::Sixteen),
+            (true, _) => (self.channels16(film), BitDepth::Sixteen),
         };
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, film.width(), film.height());
@@ -137,7 +140,7 @@ impl Development {
     }
 }
 
-/// Exposure and tone.
+/// Exposure and tone mapping.
 #[derive(Clone, Copy)]
 struct ToneCurve {
     /// The factor of the exposure.
@@ -146,8 +149,8 @@ struct ToneCurve {
 }
 
 impl ToneCurve {
-    /// Linear values after both, not yet cut to [0, 1].
-    fn of(self, [r, g, b]: [f32; 3]) -> [f32; 3] {
+    /// Applies both to a linear colour. The result may exceed [0, 1].
+    fn apply(self, [r, g, b]: [f32; 3]) -> [f32; 3] {
         let exposed = [r * self.gain, g * self.gain, b * self.gain];
         match self.tone {
             Tone::None => exposed,
@@ -157,48 +160,51 @@ impl ToneCurve {
     }
 }
 
-/// The luminance that becomes white by [`reinhard`].
+/// The luminance that [`reinhard`] maps to white.
 const REINHARD_WHITE: f32 = 4.0;
 
-/// x (1 + x / w^2) / (1 + x) of the luminance (Reinhard et al. 2002, equation 4); the colour keeps its hue.
+/// Scales a colour so that its luminance x becomes x (1 + x / w^2) / (1 + x) (Reinhard et al. 2002,
+/// equation 4). The hue does not change.
 fn reinhard(color: [f32; 3]) -> [f32; 3] {
     let [r, g, b] = color;
     let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
     let scale = (1.0 + luminance / (REINHARD_WHITE * REINHARD_WHITE)) / (1.0 + luminance);
-    // It is NaN for infinite light, which is white as it is.
+    // The scale is NaN for infinite light, which stays infinite and so white.
     if luminance > 0.0 && scale > 0.0 { color.map(|value| value * scale) } else { color }
 }
 
-/// The fit of Narkowicz (2015) to the ACES film curve, of one channel.
+/// The fit of Narkowicz (2015) to the ACES film curve, for one channel.
 fn filmic(value: f32) -> f32 {
-    // Far above 1 the curve is flat, and its squares would overflow.
+    // The squares of large values would overflow; the curve is constant there.
     let x = value.clamp(0.0, 1e6);
     (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
-/// The byte of a linear value by one look into a table, the same as by [`encoded`].
+/// A table from linear values to bytes. Gives the same bytes as [`byte_of`].
 struct ByteTable(Vec<Segment>);
 
-/// One of many nearly equal parts of [0, 1], within which the byte goes up by one at most.
+/// One segment of [0, 1], in which the byte increases by at most one.
 #[derive(Clone, Copy)]
 struct Segment {
-    /// The value where it does; infinity where it does not.
+    /// The value where the byte increases; infinity if it does not.
     step: f32,
-    /// The byte before.
+    /// The byte below `step`.
     byte: u32,
 }
 
-/// Parts of [0, 1] in the table; the steepest part of the sRGB curve goes up by one byte in 3e-4.
+/// The number of segments. A segment is shorter than 3e-4, the least distance between two steps of
+/// the sRGB curve.
 const SEGMENTS: usize = 4096;
-/// The numbers from here to its double are whole, so what is added to it is rounded to a whole number, in the last bits.
-const WHOLE: f32 = (1 << 23) as f32;
+/// f32 has no fractions from 2^23 to 2^24. So adding a number to 2^23 rounds it to an integer,
+/// which is in the lowest bits.
+const ROUNDING: f32 = (1 << 23) as f32;
 
 impl ByteTable {
     fn new(encoding: Encoding) -> Self {
-        let mut parts = vec![Segment { step: f32::INFINITY, byte: 0 }; SEGMENTS + 1];
+        let mut segments = vec![Segment { step: f32::INFINITY, byte: 0 }; SEGMENTS + 1];
         for byte in 1..=255u32 {
             let near = decoded((byte as f32 - 0.5) / 255.0, encoding);
-            // Bits of floats >= 0 are in the order of the floats.
+            // The bits of floats >= 0 have the same order as the floats.
             let (mut low, mut high) = ((0.9999 * near).to_bits(), (1.0001 * near).to_bits());
             while low < high {
                 let middle = low.midpoint(high);
@@ -209,18 +215,18 @@ impl ByteTable {
                 }
             }
             let step = f32::from_bits(low);
-            parts[segment_of(step)].step = step;
+            segments[segment_of(step)].step = step;
         }
         let mut byte = 0;
-        for part in &mut parts {
-            part.byte = byte;
-            byte += u32::from(part.step <= 1.0);
+        for segment in &mut segments {
+            segment.byte = byte;
+            byte += u32::from(segment.step <= 1.0);
         }
-        Self(parts)
+        Self(segments)
     }
 
     fn byte(&self, value: f32) -> u8 {
-        // NaN becomes 0, like what is below.
+        // NaN becomes 0, like negative values.
         let value = if value > 0.0 { value } else { 0.0 };
         let value = if value < 1.0 { value } else { 1.0 };
         let Segment { step, byte } = self.0[segment_of(value)];
@@ -228,16 +234,16 @@ impl ByteTable {
     }
 }
 
-/// The part in which a value from 0 to 1 is.
+/// The index of the segment of a value in [0, 1].
 fn segment_of(value: f32) -> usize {
-    ((value * SEGMENTS as f32 + WHOLE).to_bits() - WHOLE.to_bits()) as usize
+    ((value * SEGMENTS as f32 + ROUNDING).to_bits() - ROUNDING.to_bits()) as usize
 }
 
 fn byte_of(value: f32, encoding: Encoding) -> u8 {
     (255.0 * encoded(value, encoding)).round() as u8
 }
 
-/// One linear value, cut to [0, 1], on the curve of the encoding (sRGB: IEC 61966-2-1); 0 for NaN.
+/// Encodes a linear value, clamped to [0, 1] (sRGB: IEC 61966-2-1). NaN becomes 0.
 fn encoded(value: f32, encoding: Encoding) -> f32 {
     let value = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
     match encoding {
@@ -247,7 +253,7 @@ fn encoded(value: f32, encoding: Encoding) -> f32 {
     }
 }
 
-/// The linear value of one on the curve of the encoding, from 0 to 1.
+/// Decodes an encoded value in [0, 1]. The inverse of [`encoded`].
 fn decoded(value: f32, encoding: Encoding) -> f32 {
     match encoding {
         Encoding::Linear => value,
@@ -280,10 +286,10 @@ mod tests {
     }
 
     #[test]
-    fn encodings_meet_known_values() {
-        let known =
+    fn encodings_have_reference_values() {
+        let references =
             [(0.0, 0, 0), (1.0, 255, 255), (0.5, 188, 128), (0.2140, 127, 55), (7.0, 255, 255), (-1.0, 0, 0)];
-        for (value, srgb, linear) in known {
+        for (value, srgb, linear) in references {
             assert_eq!(
                 (byte_of(value, Encoding::Srgb), byte_of(value, Encoding::Linear)),
                 (srgb, linear),
@@ -296,17 +302,17 @@ mod tests {
     #[test]
     fn the_table_gives_the_same_bytes() {
         for encoding in [Encoding::Srgb, Encoding::Linear] {
-            let steps = ByteTable::new(encoding);
+            let table = ByteTable::new(encoding);
             let bits = (0..0x3f90_0000u32).step_by(997).map(f32::from_bits);
-            for value in bits.chain(steps.0.iter().map(|part| part.step)).chain([
+            for value in bits.chain(table.0.iter().map(|segment| segment.step)).chain([
                 f32::NAN,
                 f32::INFINITY,
                 -1.0,
                 -0.0,
                 0.999_999_94,
             ]) {
-                assert_eq!(steps.byte(value), byte_of(value, encoding), "{value}");
-                assert_eq!(steps.byte(value.next_down()), byte_of(value.next_down(), encoding), "{value}");
+                assert_eq!(table.byte(value), byte_of(value, encoding), "{value}");
+                assert_eq!(table.byte(value.next_down()), byte_of(value.next_down(), encoding), "{value}");
             }
         }
     }
@@ -324,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn tone_curves_meet_known_values() {
+    fn tone_curves_have_reference_values() {
         let of =
             |tone, value: f32| Development { tone, encoding: Encoding::Linear, ..PLAIN }.value([value; 3])[0];
         for (value, reinhard, filmic) in [
@@ -379,22 +385,22 @@ mod tests {
 
     #[test]
     fn a_transparent_edge_over_the_background_is_the_opaque_edge() {
-        // Two thirds of a pixel are an orange surface before a blue background.
+        // An orange surface covers part of a pixel in front of a blue background.
         let (surface, background) = ([0.9f32, 0.5, 0.1], [0.1f32, 0.2, 0.7]);
-        for share in [0.0f32, 1.0 / 255.0, 0.1, 0.5, 2.0 / 3.0, 0.999, 1.0] {
-            let film = film(&[(surface.map(|value| share * value), share)]);
+        for coverage in [0.0f32, 1.0 / 255.0, 0.1, 0.5, 2.0 / 3.0, 0.999, 1.0] {
+            let film = film(&[(surface.map(|value| coverage * value), coverage)]);
             for bits in [8, 16] {
                 let file = Development { transparent: true, bits, ..PLAIN }.png(&film).unwrap();
                 let pixel = image::load_from_memory(&file).unwrap().to_rgba32f().get_pixel(0, 0).0;
                 let linear = |value: f32| decoded(value, Encoding::Srgb);
                 for channel in 0..3 {
                     let over = pixel[3] * linear(pixel[channel]) + (1.0 - pixel[3]) * background[channel];
-                    let opaque = share * surface[channel] + (1.0 - share) * background[channel];
-                    assert!((over - opaque).abs() < 0.006, "{share}, {bits} bits: {over} {opaque}");
-                    if share > 0.0 {
+                    let opaque = coverage * surface[channel] + (1.0 - coverage) * background[channel];
+                    assert!((over - opaque).abs() < 0.006, "{coverage}, {bits} bits: {over} {opaque}");
+                    if coverage > 0.0 {
                         assert!(
                             (linear(pixel[channel]) - surface[channel]).abs() < 0.005,
-                            "a fringe at {share}"
+                            "a fringe at {coverage}"
                         );
                     }
                 }

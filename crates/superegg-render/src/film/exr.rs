@@ -1,4 +1,4 @@
-//! A film as an OpenEXR file: everything it knows, as it is.
+//! OpenEXR files with all layers of a film.
 
 use std::io::Cursor;
 
@@ -14,7 +14,7 @@ use crate::film::pixel::Pixel;
 #[error("the picture could not be encoded: {0}")]
 pub struct ExrError(#[from] exr::error::Error);
 
-/// Where red, green, blue and white of sRGB and Rec. 709 lie (CIE 1931 x, y).
+/// The primaries and the white point of sRGB and Rec. 709 (CIE 1931 x, y).
 const REC_709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.3, 0.6),
@@ -22,20 +22,20 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.329),
 };
 
-/// The film as an OpenEXR file: linear light as it is traced, before exposure and tone, in 32-bit floats, compressed without loss. The channels,
-/// in the names that compositing programs know:
+/// Encodes a film as an OpenEXR file: linear light before exposure and tone mapping, in 32-bit
+/// floats with lossless compression. The channels have the names that compositing programs use:
 ///
 /// | channels | values |
 /// |---|---|
 /// | `R G B A` | [`crate::Pixel::color`], premultiplied, and alpha |
-/// | `Z` | [`crate::Pixel::depth`] in world units, infinity where nothing is |
+/// | `Z` | [`crate::Pixel::depth`] in world units, infinity without a hit |
 /// | `N.X N.Y N.Z` | [`crate::Pixel::normal`] |
 /// | `albedo.R albedo.G albedo.B` | [`crate::Pixel::albedo`] |
 /// | `id` | [`crate::Pixel::id`], a whole number |
 /// | `samples` | [`crate::Pixel::samples`], a whole number |
 ///
 /// # Errors
-/// The encoder refuses it, for instance for its size.
+/// The encoder rejects the film, for instance for its size.
 pub fn exr_file(film: &Film) -> Result<Vec<u8>, ExrError> {
     let channels = SpecificChannels::build()
         .with_channel("R")
@@ -51,8 +51,8 @@ pub fn exr_file(film: &Film) -> Result<Vec<u8>, ExrError> {
         .with_channel("albedo.B")
         .with_channel("id")
         .with_channel("samples")
-        .with_pixel_fn(|place: Vec2<usize>| {
-            let pixel = film.pixel(place.x() as u32, place.y() as u32).unwrap_or(Pixel::EMPTY);
+        .with_pixel_fn(|position: Vec2<usize>| {
+            let pixel = film.pixel(position.x() as u32, position.y() as u32).unwrap_or(Pixel::EMPTY);
             let ([r, g, b], [x, y, z], [ar, ag, ab]) = (pixel.color, pixel.normal, pixel.albedo);
             (r, g, b, pixel.alpha, pixel.depth, x, y, z, ar, ag, ab, pixel.id, pixel.samples)
         });
@@ -72,8 +72,8 @@ mod tests {
 
     use super::*;
 
-    /// A channel's name, and its value in a pixel.
-    type Known<T> = (&'static str, fn(&Pixel) -> T);
+    /// The name of a channel and its value in a pixel.
+    type Channel<T> = (&'static str, fn(&Pixel) -> T);
 
     #[test]
     fn a_file_read_back_has_every_value_to_the_bit() {
@@ -104,7 +104,7 @@ mod tests {
             let mut channels = image.layer_data.channel_data.list.iter();
             &channels.find(|channel| channel.name.eq(name)).unwrap().sample_data
         };
-        let floats: [Known<f32>; 11] = [
+        let floats: [Channel<f32>; 11] = [
             ("R", |p| p.color[0]),
             ("G", |p| p.color[1]),
             ("B", |p| p.color[2]),
@@ -122,7 +122,7 @@ mod tests {
             let expected: Vec<f32> = film.pixels().map(|pixel| of(&pixel)).collect();
             assert_eq!(values, &expected, "{name}");
         }
-        let numbers: [Known<u32>; 2] = [("id", |p| p.id), ("samples", |p| p.samples)];
+        let numbers: [Channel<u32>; 2] = [("id", |p| p.id), ("samples", |p| p.samples)];
         for (name, of) in numbers {
             let FlatSamples::U32(values) = channel(name) else { panic!("{name} is no whole number") };
             assert_eq!(values, &film.pixels().map(|pixel| of(&pixel)).collect::<Vec<u32>>(), "{name}");

@@ -1,25 +1,25 @@
-//! What the camera rays of samples find.
+//! The results of tracing the samples of one batch.
 
 use superegg_geom::glam::{DVec3, Vec3};
 
-/// What the camera rays of some samples see.
+/// The colour and the first hit of each sample.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SampleResults {
-    /// Linear light.
+    /// Linear colours.
     pub(crate) colors: Vec<DVec3>,
-    /// The surface that each meets first; none unless they are asked for.
+    /// The first hit of each sample, if there is one. Empty unless requested.
     pub(crate) first_hits: Vec<Option<FirstHit>>,
 }
 
-/// The surface that a camera ray meets first.
+/// The first surface on a camera ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstHit {
-    /// Its distance from the plane of the camera, along the line of sight, in world units.
+    /// The depth along the line of sight, in world units.
     pub(crate) depth: f32,
-    /// The unit normal on the camera's side, in world space.
+    /// The unit normal on the side of the camera, in world space.
     pub(crate) normal: Vec3,
-    /// The colour of the surface itself, linear.
+    /// The linear colour of the surface.
     pub(crate) albedo: Vec3,
-    /// A number that differs from instance to instance, never 0.
+    /// The instance id, never 0.
     pub(crate) id: u32,
 }

@@ -3,20 +3,21 @@
 /// The values of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pixel {
-    /// Linear light, before exposure and tone mapping. In a picture with a transparent background it
-    /// is the light of surfaces alone, premultiplied by `alpha`.
+    /// Linear light, before exposure and tone mapping. In a picture with a transparent background
+    /// it is the light of surfaces alone, premultiplied by `alpha`.
     pub color: [f32; 3],
     /// The fraction of the pixel that surfaces cover, 0 to 1. It is 1 if the background is opaque.
     pub alpha: f32,
     /// The distance of the first surface from the camera's plane along the line of sight, in world
     /// units: the mean of the samples that hit one; infinity if none does.
     pub depth: f32,
-    /// The mean unit normal on the camera's side, in world space; 0 0 0 if no sample hits a surface.
+    /// The mean unit normal on the camera's side, in world space; 0 0 0 if no sample hits a
+    /// surface.
     pub normal: [f32; 3],
     /// The mean linear base colour of the surfaces; 0 0 0 if no sample hits one.
     pub albedo: [f32; 3],
-    /// The number of the instance that most samples hit; 0 for none. If no instance has more than half
-    /// of the samples, it is the number of one of them.
+    /// The number of the instance that most samples hit; 0 for none. If no instance has more than
+    /// half of the samples, it is the number of one of them.
     pub id: u32,
     /// The number of samples; 0 before the pixel is rendered.
     pub samples: u32,

@@ -1,39 +1,40 @@
-//! How a picture is cut into tiles.
+//! The division of a picture into tiles.
 
 use std::ops::Range;
 
-/// The size of a tile in pixels: as many as a beam has rays.
+/// The size of a tile in pixels: one sample of each pixel fills the packets of one query.
 const TILE_PX: (u32, u32) = (32, 16);
-/// The edge of a block of pixels whose rays share a register.
+/// The edge of a block of pixels whose rays form a packet.
 const BLOCK_PX: usize = 4;
 
-/// A part of the picture that is made as a whole, by one thread.
+/// A rectangle of pixels that one thread renders.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tile {
-    /// Its columns of pixels, from the left of the picture.
+    /// The columns of pixels, from the left of the picture.
     pub x: Range<u32>,
-    /// Its rows, from the top.
+    /// The rows of pixels, from the top of the picture.
     pub y: Range<u32>,
 }
 
 impl Tile {
-    /// Its pixels row by row, from the top left: the order in which [`crate::Film::pixels`] has those of [`crate::Film::tile`].
+    /// The pixels row by row from the top left, in the order of [`crate::Film::pixels`] of
+    /// [`crate::Film::tile`].
     pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
         let x = self.x.clone();
         self.y.clone().flat_map(move |y| x.clone().map(move |x| (x, y)))
     }
 
-    /// How many pixels it has across and down.
+    /// Width and height in pixels.
     pub fn size(&self) -> (u32, u32) {
         (self.x.len() as u32, self.y.len() as u32)
     }
 
-    /// How many pixels it has.
+    /// The number of pixels.
     pub fn pixel_count(&self) -> usize {
         self.x.len() * self.y.len()
     }
 
-    /// Its pixels, by blocks of neighbours that go through the scene together.
+    /// The pixels ordered by blocks of neighbours, whose camera rays form packets.
     pub(crate) fn pixels_by_block(&self) -> Vec<(u32, u32)> {
         let blocks = |range: &Range<u32>| {
             let end = range.end;
@@ -44,8 +45,8 @@ impl Tile {
     }
 }
 
-/// The tiles of a picture of so many pixels, row by row from the top left. The place in this list is a tile's index. It depends on nothing but
-/// the size of the picture; tiles at the right and at the bottom may be smaller.
+/// The tiles of a picture of `width` by `height` pixels, row by row from the top left. The index of
+/// a tile is its index in this list. Tiles at the right and at the bottom may be smaller.
 pub fn tiles(width: u32, height: u32) -> Vec<Tile> {
     let ranges = |length: u32, edge: u32| {
         (0..length.div_ceil(edge)).map(move |i| i * edge..length.min((i + 1) * edge))

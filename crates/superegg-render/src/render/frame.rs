@@ -97,8 +97,8 @@ pub struct Rendered {
 pub struct TileWork<'a> {
     /// A film of the picture's size. Each finished tile is copied into it.
     pub film: &'a Mutex<Film>,
-    /// Whether to render a tile, by its index in [`tiles`]. Other tiles stay as they are and cost no
-    /// ray.
+    /// Whether to render a tile, by its index in [`tiles`]. Other tiles stay as they are and cost
+    /// no ray.
     pub wanted: &'a (dyn Fn(usize) -> bool + Sync),
     /// Called with the index and the pixels of each tile after it was copied, from the threads that
     /// trace, in any order.

@@ -1,4 +1,5 @@
-//! Light on opaque surfaces that a packet of camera rays sees, in lanes of f32: the plain part of [`crate::shading`], whose formulas it shares.
+//! Kernels that light opaque surfaces in f32 lanes: the local part of [`crate::shade`], with its
+//! formulas.
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::packet::{PACKET, PacketColumn, PacketSurfaces, PacketVectors};
@@ -10,25 +11,25 @@ use crate::camera::view::View;
 use crate::shade::context::RenderContext;
 use crate::shade::phong::{self, LobeWeights};
 
-/// Numbers beyond this are f64's.
-const MOST: f64 = 1e12;
-/// Sharper highlights need the digits of f64.
-const MOST_EXPONENT: f64 = 2000.0;
+/// Pictures with larger numbers are shaded in f64.
+const F32_LIMIT: f64 = 1e12;
+/// Materials with a sharper highlight are shaded in f64: f32 has too few digits for them.
+const EXPONENT_LIMIT: f64 = 2000.0;
 
-/// A light that shines from one point to all sides, as a camera at one place sees it.
+/// A point light relative to a pinhole camera.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PacketLight {
     /// From the camera to the light.
-    place: [f32; 3],
+    offset: [f32; 3],
     color: [f32; 3],
     falloff: f32,
 }
 
 impl PacketLight {
-    /// The lights of a picture all of whose opaque surfaces may be lit in lanes; `None` where something asks for more.
+    /// The lights of a scene; `None` if any light or setting needs shading in f64.
     pub(crate) fn all(context: &RenderContext<'_>, view: &View) -> Option<Vec<Self>> {
         let environment = context.environment;
-        if !view.is_pinhole() || context.lets_light_through || environment.ambient_occlusion.is_some() {
+        if !view.is_pinhole() || context.has_transmission || environment.ambient_occlusion.is_some() {
             return None;
         }
         environment.lights.iter().map(|light| Self::of(light, view.position())).collect()
@@ -36,29 +37,33 @@ impl PacketLight {
 
     fn of(light: &Light, camera: DVec3) -> Option<Self> {
         let LightKind::Point { position } = light.kind else { return None };
-        let place = position - camera;
-        let is_held = place.abs().max(light.color.abs()).max_element() < MOST && light.falloff.abs() < MOST;
-        (is_held && light.radius == 0.0).then(|| Self {
-            place: place.as_vec3().to_array(),
+        let offset = position - camera;
+        let fits_f32 =
+            offset.abs().max(light.color.abs()).max_element() < F32_LIMIT && light.falloff.abs() < F32_LIMIT;
+        (fits_f32 && light.radius == 0.0).then(|| Self {
+            offset: offset.as_vec3().to_array(),
             color: light.color.as_vec3().to_array(),
             falloff: light.falloff as f32,
         })
     }
 }
 
-/// An opaque surface of one colour, as lanes see it.
+/// An opaque material without a pattern, in f32.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlainMaterial {
-    /// What of a light's colour it scatters, and its highlight.
+    /// The diffuse reflectance.
     diffuse: [f32; 3],
+    /// The weight of the highlight.
     specular: f32,
+    /// The exponent of the highlight.
     exponent: f32,
-    /// Its part of the ambient light.
+    /// The reflected ambient light.
     ambient: [f32; 3],
 }
 
 impl PlainMaterial {
-    /// That of a material which neither mirrors nor lets light through and has no pattern.
+    /// Converts a material. `None` if it reflects, transmits, has a pattern or exceeds the limits
+    /// of f32.
     pub(crate) fn of(material: &Material) -> Option<Self> {
         let weights = LobeWeights::of(material, 1.0);
         let diffuse = weights.local * material.diffuse * material.color;
@@ -67,11 +72,11 @@ impl PlainMaterial {
         let is_plain = material.reflected.is_none_or(|share| share == 0.0)
             && weights.is_local()
             && material.pattern == Pattern::None;
-        let is_held = diffuse.abs().max_element() < MOST
-            && material.specular.abs() < MOST
-            && ambient.abs().max_element() < MOST
-            && (0.0..MOST_EXPONENT).contains(&exponent);
-        (is_plain && is_held).then(|| Self {
+        let fits_f32 = diffuse.abs().max_element() < F32_LIMIT
+            && material.specular.abs() < F32_LIMIT
+            && ambient.abs().max_element() < F32_LIMIT
+            && (0.0..EXPONENT_LIMIT).contains(&exponent);
+        (is_plain && fits_f32).then(|| Self {
             diffuse: diffuse.as_vec3().to_array(),
             specular: material.specular as f32,
             exponent: exponent as f32,
@@ -80,7 +85,7 @@ impl PlainMaterial {
     }
 }
 
-/// The finishes of a packet's surfaces.
+/// The materials in the lanes of a packet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PacketMaterials {
     diffuse: PacketVectors,
@@ -90,7 +95,7 @@ pub(crate) struct PacketMaterials {
 }
 
 impl PacketMaterials {
-    /// Of nothing yet.
+    /// Black in all lanes.
     pub(crate) const NONE: Self = Self {
         diffuse: [PacketColumn::splat(0.0); 3],
         specular: PacketColumn::splat(0.0),
@@ -98,18 +103,18 @@ impl PacketMaterials {
         ambient: [PacketColumn::splat(0.0); 3],
     };
 
-    /// What ambient light brings to the surfaces; nothing to lanes that were not set.
+    /// The reflected ambient light; black in lanes without a material.
     pub(crate) fn ambient(&self) -> PacketVectors {
         self.ambient
     }
 }
 
-/// Gives a finish to lanes of a packet.
+/// Sets the material of some lanes of a packet.
 pub(crate) struct SetMaterial<'a> {
     pub(crate) packet: &'a mut PacketMaterials,
-    /// A bit for each.
+    /// A mask of the lanes.
     pub(crate) lanes: u32,
-    pub(crate) finish: &'a PlainMaterial,
+    pub(crate) material: &'a PlainMaterial,
 }
 
 impl WithSimd for SetMaterial<'_> {
@@ -117,44 +122,45 @@ impl WithSimd for SetMaterial<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { packet, lanes, finish } = self;
+        let Self { packet, lanes, material } = self;
         for i in 0..PACKET / S::F32_LANES {
             let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
             let set = |column: &mut PacketColumn<f32>, value: f32| {
                 column.store_where(lanes, i, Lanes::splat(simd, value));
             };
             for axis in 0..3 {
-                set(&mut packet.diffuse[axis], finish.diffuse[axis]);
-                set(&mut packet.ambient[axis], finish.ambient[axis]);
+                set(&mut packet.diffuse[axis], material.diffuse[axis]);
+                set(&mut packet.ambient[axis], material.ambient[axis]);
             }
-            set(&mut packet.specular, finish.specular);
-            set(&mut packet.exponent, finish.exponent);
+            set(&mut packet.specular, material.specular);
+            set(&mut packet.exponent, material.exponent);
         }
     }
 }
 
-/// What a light brings to the surfaces of a packet if nothing is between.
+/// The unoccluded light of one source on the surfaces of a packet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PacketContribution {
-    /// The lanes that it shines on, a bit for each.
+    /// A mask of the lanes that face the light. `color` of other lanes has no meaning.
     pub(crate) lanes: u32,
     pub(crate) color: PacketVectors,
 }
 
 impl PacketContribution {
-    /// Of no light yet.
+    /// No light in any lane.
     pub(crate) const NONE: Self = Self { lanes: 0, color: [PacketColumn::splat(0.0); 3] };
 }
 
-/// One light on the surfaces that a packet sees, as [`shading::direct`] has it.
+/// Computes the unoccluded light of one source on the surfaces of a packet, by the formula of
+/// [`phong::direct`].
 pub(crate) struct ShadePacket<'a> {
     pub(crate) light: &'a PacketLight,
-    /// The beam's directions.
+    /// The directions of the camera rays.
     pub(crate) directions: &'a PacketVectors,
     pub(crate) surfaces: &'a PacketSurfaces,
-    pub(crate) finish: &'a PacketMaterials,
-    /// Where what it brings goes, of no lanes yet.
-    pub(crate) shine: &'a mut PacketContribution,
+    pub(crate) materials: &'a PacketMaterials,
+    /// The result. Its mask of lanes must be 0 before.
+    pub(crate) contribution: &'a mut PacketContribution,
 }
 
 impl WithSimd for ShadePacket<'_> {
@@ -162,23 +168,23 @@ impl WithSimd for ShadePacket<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { light, directions, surfaces, finish, shine } = self;
+        let Self { light, directions, surfaces, materials, contribution } = self;
         let splat = |x: f32| Lanes::<S>::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
         for i in 0..PACKET / S::F32_LANES {
             let lane = |column: &PacketColumn<f32>| -> Lanes<S> { column.load(simd, i) };
             let triple = |[x, y, z]: &PacketVectors| [lane(x), lane(y), lane(z)];
             let (t, ray, normal) = (lane(&surfaces.t), triple(directions), triple(&surfaces.normal));
-            let mut way = ray;
+            let mut offset = ray;
             for axis in 0..3 {
-                way[axis] = splat(light.place[axis]) - t * ray[axis];
+                offset[axis] = splat(light.offset[axis]) - t * ray[axis];
             }
-            let scale = inverse_length(way);
-            let to_light = [way[0] * scale, way[1] * scale, way[2] * scale];
+            let scale = inverse_length(offset);
+            let to_light = [offset[0] * scale, offset[1] * scale, offset[2] * scale];
             let cos = dot(normal, to_light);
-            let lit = zero.lt(cos);
-            shine.lanes |= (lit.bits() << (i * S::F32_LANES)) & surfaces.lanes;
-            if !lit.any() {
+            let faces_light = zero.lt(cos);
+            contribution.lanes |= (faces_light.bits() << (i * S::F32_LANES)) & surfaces.lanes;
+            if !faces_light.any() {
                 continue;
             }
             let to_eye = inverse_length(ray);
@@ -187,26 +193,27 @@ impl WithSimd for ShadePacket<'_> {
                 half[axis] = half[axis] - ray[axis] * to_eye;
             }
             let cos_half = (dot(normal, half) * inverse_length(half)).max(zero);
-            let exponent = lane(&finish.exponent);
-            // 0 to the power of 0 is 1; a logarithm of 0 is large enough for other powers to be nothing.
+            let exponent = lane(&materials.exponent);
+            // 0 to the power of 0 must be 1. The logarithm of the least normal number is finite,
+            // and other exponents of it still give nearly 0.
             let log_cos = cos_half.max(splat(f32::MIN_POSITIVE)).log2_quick();
-            // Not a subnormal number, which would take many times as long.
+            // Avoids subnormal results, which are many times slower.
             let power = (exponent * log_cos).max(splat(-60.0));
-            let highlight = lane(&finish.specular) * power.exp2();
-            let falloff = one / splat(light.falloff).mul_add(dot(way, way), one);
-            for (axis, diffuse) in finish.diffuse.iter().enumerate() {
+            let highlight = lane(&materials.specular) * power.exp2();
+            let falloff = one / splat(light.falloff).mul_add(dot(offset, offset), one);
+            for (axis, diffuse) in materials.diffuse.iter().enumerate() {
                 let color = splat(light.color[axis]) * falloff * lane(diffuse).mul_add(cos, highlight);
-                shine.color[axis].store(i, color);
+                contribution.color[axis].store(i, color);
             }
         }
     }
 }
 
-/// Adds what a light brings to lanes of a packet.
+/// Adds a contribution to the light in some lanes of a packet.
 pub(crate) struct AddContribution<'a> {
-    pub(crate) light: &'a mut PacketVectors,
-    pub(crate) shine: &'a PacketContribution,
-    /// A bit for each.
+    pub(crate) radiance: &'a mut PacketVectors,
+    pub(crate) contribution: &'a PacketContribution,
+    /// A mask of the lanes.
     pub(crate) lanes: u32,
 }
 
@@ -215,11 +222,11 @@ impl WithSimd for AddContribution<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { light, shine, lanes } = self;
+        let Self { radiance, contribution, lanes } = self;
         for i in 0..PACKET / S::F32_LANES {
             let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
-            for (light, shine) in light.iter_mut().zip(&shine.color) {
-                light.store_where(lanes, i, light.load(simd, i) + shine.load(simd, i));
+            for (sum, color) in radiance.iter_mut().zip(&contribution.color) {
+                sum.store_where(lanes, i, sum.load(simd, i) + color.load(simd, i));
             }
         }
     }
@@ -230,7 +237,7 @@ fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
-/// 1 over the length, large where there is none.
+/// The reciprocal of the length; large for a zero vector.
 #[inline(always)]
 fn inverse_length<S: Simd>(v: [Lanes<S>; 3]) -> Lanes<S> {
     let square = dot(v, v);

@@ -13,7 +13,7 @@ use crate::settings::{Output, RenderSettings};
 impl Output {
     /// The default number of rays at each point of [`Output::Occlusion`].
     const OCCLUSION_RAYS: u32 = 16;
-    /// Their default length, as a fraction of the diagonal of the scene's bounding box.
+    /// The default length of these rays, as a fraction of the diagonal of the scene's bounding box.
     const OCCLUSION_REACH: f64 = 0.25;
 
     /// The rays of [`Output::Occlusion`].
@@ -93,7 +93,7 @@ pub(crate) fn color_of_id(id: u32) -> DVec3 {
     let mut hash = id.wrapping_mul(0x9e37_79b1);
     hash = (hash ^ (hash >> 15)).wrapping_mul(0x85eb_ca6b);
     hash ^= hash >> 13;
-    // Of the three parts one is full, one low, and one anything: saturated, and never dark.
+    // One channel is full, one is low and one is arbitrary: the colour is saturated and never dark.
     let turn = f64::from(hash & 0xffff) / 65536.0 * 6.0;
     let pale = 0.45 * f64::from(hash >> 16 & 0xff) / 255.0;
     let part = |middle: f64| {

@@ -17,9 +17,9 @@
 //! length is trusted before its check.
 //!
 //! A floating-point value of the header is `0x` and its 64 bits in hexadecimal. Camera, environment
-//! and scene are only compared, by hashes of explicit bytes ([`crate::render::part_words`]). In version 2
-//! floating-point values were decimal, and the hashed bytes were another text. Its files are read and
-//! merged; a render does not continue them, because the hashes cannot be compared.
+//! and scene are only compared, by hashes of explicit bytes ([`crate::render::part_words`]). In
+//! version 2 floating-point values were decimal, and the hashed bytes were another text. Its files
+//! are read and merged; a render does not continue them, because the hashes cannot be compared.
 
 use std::ops::RangeInclusive;
 
@@ -115,8 +115,8 @@ pub struct PartHeader {
     /// The tiles of the complete file.
     pub shard: Shard,
     version: Version,
-    /// Everything that the picture depends on, as names and values. Tiles belong to the same picture
-    /// if these are equal.
+    /// Everything that the picture depends on, as names and values. Tiles belong to the same
+    /// picture if these are equal.
     fields: Vec<(String, String)>,
     picture: Picture,
     output: Output,
@@ -132,8 +132,8 @@ pub struct Difference {
 }
 
 impl PartHeader {
-    /// The header of a shard of a picture. `program` is the version of the program, `scene` the text
-    /// of the scene as the program writes it.
+    /// The header of a shard of a picture. `program` is the version of the program, `scene` the
+    /// text of the scene as the program writes it.
     pub fn new(
         program: &str,
         scene: &str,
@@ -408,7 +408,7 @@ fn read_picture<'a>(version: Version, field: &dyn Fn(&str) -> Option<&'a str>) -
 }
 
 fn value_of<'a>(fields: &'a [(String, String)], name: &str) -> Option<&'a str> {
-    fields.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+    fields.iter().find(|(own, _)| own == name).map(|(_, value)| value.as_str())
 }
 
 /// The check of the first bytes of a record, before its length is trusted.
@@ -500,7 +500,7 @@ mod tests {
 
     use super::*;
 
-    /// A generator of numbers (xorshift, Marsaglia 2003).
+    /// A random number generator (xorshift, Marsaglia 2003).
     struct Random(u64);
 
     impl Random {
@@ -523,13 +523,13 @@ mod tests {
     }
 
     fn pixels(tile: usize) -> Film {
-        let place = &header(Shard::WHOLE).tiles()[tile];
-        let (width, height) = place.size();
+        let area = &header(Shard::WHOLE).tiles()[tile];
+        let (width, height) = area.size();
         let pixel = |i| Pixel { depth: i as f32, id: tile as u32, samples: 4, ..Pixel::EMPTY };
-        Film::of_pixels(width, height, (0..place.pixel_count()).map(pixel))
+        Film::of_pixels(width, height, (0..area.pixel_count()).map(pixel))
     }
 
-    /// A whole file, and where its header and its two records end.
+    /// A complete file, and the ends of its header and its two records.
     fn file() -> (Vec<u8>, [usize; 3]) {
         let header = header(Shard::WHOLE);
         let mut bytes = header.to_bytes();
@@ -541,7 +541,7 @@ mod tests {
         (bytes, [start, middle, end])
     }
 
-    /// The tiles of a part; each is one that was written.
+    /// The tiles of a part. Checks that each was written.
     fn tiles_of(part: &PartFile<'_>) -> Vec<usize> {
         for (tile, found) in part.tiles() {
             assert_eq!(found, pixels(tile));
@@ -576,17 +576,17 @@ mod tests {
     #[test]
     fn a_changed_byte_costs_its_own_tile_and_no_other() {
         let (bytes, [start, middle, end]) = file();
-        for place in 0..end {
+        for at in 0..end {
             for flip in [1, 0x80, 0xff] {
                 let mut bytes = bytes.clone();
-                bytes[place] ^= flip;
+                bytes[at] ^= flip;
                 match PartFile::read(&bytes) {
                     Ok(part) => {
-                        let left = if place < middle { 0 } else { 1 };
-                        assert_eq!(tiles_of(&part), [left], "{place}");
-                        assert_eq!(part.damaged, if place < middle { middle - start } else { 0 });
+                        let left = if at < middle { 0 } else { 1 };
+                        assert_eq!(tiles_of(&part), [left], "{at}");
+                        assert_eq!(part.damaged, if at < middle { middle - start } else { 0 });
                     }
-                    Err(_) => assert!(place < start, "{place}"),
+                    Err(_) => assert!(at < start, "{at}"),
                 }
             }
         }
@@ -631,13 +631,13 @@ mod tests {
             ours.difference(&other).map(|Difference { name, values }| (name, values))
         };
         let (egg, own) = ("prm egg\n", settings());
-        let told = |name: &str, one: &str, two: &str| {
+        let differing = |name: &str, one: &str, two: &str| {
             Some((name.to_owned(), Some((one.to_owned(), two.to_owned()))))
         };
         assert_eq!(with("1.2.3", egg, Some("egg"), 25, &own), None);
-        assert_eq!(with("1.2.4", egg, Some("egg"), 25, &own), told("program", "1.2.3", "1.2.4"));
-        assert_eq!(with("1.2.3", egg, None, 25, &own), told("root", "egg", ""));
-        assert_eq!(with("1.2.3", egg, Some("egg"), 26, &own), told("depth", "25", "26"));
+        assert_eq!(with("1.2.4", egg, Some("egg"), 25, &own), differing("program", "1.2.3", "1.2.4"));
+        assert_eq!(with("1.2.3", egg, None, 25, &own), differing("root", "egg", ""));
+        assert_eq!(with("1.2.3", egg, Some("egg"), 26, &own), differing("depth", "25", "26"));
         assert_eq!(with("1.2.3", "prm egg2\n", Some("egg"), 25, &own), Some(("scene".to_owned(), None)));
         for output in Output::ALL {
             let other = RenderSettings { output, ..own.clone() };
@@ -675,7 +675,7 @@ mod tests {
         }
     }
 
-    /// A header of this text, with a check that fits.
+    /// A header with this text and a valid check.
     fn with_text(text: &str) -> Vec<u8> {
         let length = (text.len() as u32).to_le_bytes();
         let check = XxHash3_128::oneshot(text.as_bytes()).to_le_bytes();
@@ -731,15 +731,15 @@ mod tests {
         for _ in 0..3000 {
             let mut bytes = original.clone();
             for _ in 0..=random.below(4) {
-                let place = random.below(bytes.len());
-                let until = (place + random.below(400)).min(bytes.len());
+                let at = random.below(bytes.len());
+                let until = (at + random.below(400)).min(bytes.len());
                 match random.below(6) {
-                    0 => bytes[place] = random.below(256) as u8,
-                    1 => bytes.truncate(place.max(1)),
-                    2 => drop(bytes.drain(place..until)),
-                    3 => bytes[place..until].fill_with(|| random.below(256) as u8),
-                    4 => bytes.extend_from_within(place..until),
-                    _ => bytes.splice(place..place, MARK.repeat(20)).for_each(drop),
+                    0 => bytes[at] = random.below(256) as u8,
+                    1 => bytes.truncate(at.max(1)),
+                    2 => drop(bytes.drain(at..until)),
+                    3 => bytes[at..until].fill_with(|| random.below(256) as u8),
+                    4 => bytes.extend_from_within(at..until),
+                    _ => bytes.splice(at..at, MARK.repeat(20)).for_each(drop),
                 }
                 if bytes.is_empty() {
                     bytes.push(0);

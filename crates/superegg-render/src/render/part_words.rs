@@ -40,10 +40,10 @@ pub(crate) const TONES: Words<Tone, 3> =
 /// The words of booleans.
 pub(crate) const FLAGS: Words<bool, 2> = [(false, "false"), (true, "true")];
 
-/// The word of a value. A value without a word, which is an omission in a table, gets a word that no
-/// reader accepts.
+/// The word of a value. A value without a word, which is an omission in a table, gets a word that
+/// no reader accepts.
 pub(crate) fn word_of<T: Copy + PartialEq>(value: T, words: &[(T, &'static str)]) -> &'static str {
-    words.iter().find(|(known, _)| *known == value).map_or("(no word)", |(_, word)| word)
+    words.iter().find(|(own, _)| *own == value).map_or("(no word)", |(_, word)| word)
 }
 
 /// The value of a word.

@@ -1,9 +1,10 @@
-//! Work divided among renders that know nothing of each other.
+//! Shards: the division of work among independent renders.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Share K of N, written `K/N`: of things in a row every Nth, dealt out in turn, so that shares take about the same time. K counts from 1.
+/// Shard K of N, written `K/N`, with K from 1 to N. It has every Nth item of a list, so that all
+/// shards take about the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     /// 1 to `count`.
@@ -12,27 +13,27 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Everything.
+    /// The only shard of undivided work.
     pub const WHOLE: Self = Self { number: 1, count: 1 };
 
-    /// Share `number` of `count`; `None` unless 1 <= `number` <= `count`.
+    /// Shard `number` of `count`; `None` unless 1 <= `number` <= `count`.
     pub fn new(number: u32, count: u32) -> Option<Self> {
         (1..=count).contains(&number).then_some(Self { number, count })
     }
 
-    /// Its number, from 1.
+    /// The number of the shard, from 1.
     pub fn number(self) -> u32 {
         self.number
     }
 
-    /// How many shares there are.
+    /// The number of shards.
     pub fn count(self) -> u32 {
         self.count
     }
 
-    /// Whether it takes the thing at this place, the first being 0.
-    pub fn takes(self, place: usize) -> bool {
-        place as u64 % u64::from(self.count) == u64::from(self.number - 1)
+    /// Whether the item at an index, counted from 0, is in the shard.
+    pub fn takes(self, index: usize) -> bool {
+        index as u64 % u64::from(self.count) == u64::from(self.number - 1)
     }
 }
 
@@ -65,19 +66,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_thing_is_in_one_share() {
+    fn each_item_is_in_one_shard() {
         for count in [1, 2, 3, 7, 100] {
             let shards: Vec<Shard> = (1..=count).map(|number| Shard::new(number, count).unwrap()).collect();
-            for place in 0..50 {
-                let stats: Vec<&Shard> = shards.iter().filter(|shard| shard.takes(place)).collect();
-                assert_eq!(stats, [&shards[place % count as usize]]);
+            for index in 0..50 {
+                let takers: Vec<&Shard> = shards.iter().filter(|shard| shard.takes(index)).collect();
+                assert_eq!(takers, [&shards[index % count as usize]]);
             }
         }
-        assert!((0..50).all(|place| Shard::WHOLE.takes(place)));
+        assert!((0..50).all(|index| Shard::WHOLE.takes(index)));
     }
 
     #[test]
-    fn shares_read_back() {
+    fn shards_read_back() {
         for text in ["1/1", "2/8", "4294967295/4294967295"] {
             assert_eq!(text.parse::<Shard>().unwrap().to_string(), text);
         }

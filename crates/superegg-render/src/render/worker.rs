@@ -20,7 +20,7 @@ use crate::settings::{Output, RenderSettings};
 use crate::shade::context::RenderContext;
 use crate::stats::TraceStats;
 
-/// What all threads of one render share.
+/// The data of a render that all threads read.
 pub(crate) struct RenderJob<'a> {
     context: RenderContext<'a>,
     settings: &'a RenderSettings,
@@ -215,7 +215,8 @@ impl<'j, 'a> Worker<'j, 'a> {
 #[derive(Default)]
 struct Batch {
     samples: Vec<FilmSample>,
-    /// For each sample the index of its pixel in the tile, and whether the filter is negative there.
+    /// For each sample the index of its pixel in the tile, and whether the filter is negative
+    /// there.
     targets: Vec<(u32, bool)>,
 }
 

@@ -1,4 +1,4 @@
-//! What shading reads: the compiled scene, its environment and its picture.
+//! The read-only data of shading: compiled scene, environment and picture settings.
 
 use std::rc::Rc;
 
@@ -16,18 +16,18 @@ use crate::shade::point::{
 };
 use crate::stats::TraceStats;
 
-/// What a picture is made of.
+/// The scene with its environment and picture settings.
 #[derive(Clone, Copy)]
 pub(crate) struct RenderContext<'a> {
     pub(crate) scene: &'a CompiledScene,
     pub(crate) environment: &'a Environment,
     pub(crate) picture: &'a Picture,
     pub(crate) ground: Option<FloorPlane<'a>>,
-    /// Whether any surface does, so that shadows may be coloured.
-    pub(crate) lets_light_through: bool,
+    /// Whether any material transmits light. Shadows may then be coloured.
+    pub(crate) has_transmission: bool,
 }
 
-fn lets_light_through(material: &Material) -> bool {
+fn transmits(material: &Material) -> bool {
     material.refracted.is_some_and(|share| share > 0.0)
 }
 
@@ -40,16 +40,16 @@ impl<'a> RenderContext<'a> {
             environment: &settings.environment,
             picture: &settings.picture,
             ground,
-            lets_light_through: scene.materials().iter().any(lets_light_through),
+            has_transmission: scene.materials().iter().any(transmits),
         }
     }
 
-    /// The lights with their numbers.
+    /// The lights with their indices.
     pub(crate) fn lights(&self) -> impl Iterator<Item = (u32, &'a Light)> + Clone + use<'a> {
         (0..).zip(&self.environment.lights)
     }
 
-    /// What is seen in a direction, of any length, where nothing is.
+    /// The sky or background in a direction of any length.
     pub(crate) fn sky(&self, direction: DVec3) -> DVec3 {
         match &self.environment.sky {
             Some(sky) => sky.color(direction.normalize_or_zero()),
@@ -57,71 +57,71 @@ impl<'a> RenderContext<'a> {
         }
     }
 
-    /// The share of light that the floor lets by on the way of a ray before t = `end`.
+    /// The transmittance of the floor along a ray up to t = `end`.
     pub(crate) fn transmittance_past_floor(&self, ray: &Ray, is_from_floor: bool, end: f64) -> f64 {
         let ground = self.ground.filter(|_| !is_from_floor);
-        match ground.and_then(|ground| Some((ground, ground.meet(ray)?))) {
+        match ground.and_then(|ground| Some((ground, ground.intersect(ray)?))) {
             Some((ground, t)) if t < end => ground.material.refracted.unwrap_or(0.0).min(1.0),
             _ => 1.0,
         }
     }
 
-    /// The transparent shapes that a point is in.
+    /// The transparent shapes that contain a point.
     pub(crate) fn media_at(&self, point: DVec3) -> Media {
-        // So many shapes around one point are asked at most.
+        // The largest number of shapes that are tested.
         const MOST_SHAPES: usize = 4096;
-        if !self.lets_light_through {
+        if !self.has_transmission {
             return Media::default();
         }
         let around = self.scene.query_box(&Aabb { min: point, max: point }, MOST_SHAPES);
-        let mut holding: Vec<(f64, InstancePath, &Material)> = around
+        let mut containing: Vec<(f64, InstancePath, &Material)> = around
             .into_iter()
             .filter_map(|path| {
-                let (unit_from_world, kind) = self.scene.unit_from_world(&path);
-                let Target::Primitive(primitive) = kind else { return None };
+                let (unit_from_world, target) = self.scene.unit_from_world(&path);
+                let Target::Primitive(primitive) = target else { return None };
                 let primitive = self.scene.primitive(primitive);
                 let material = self.scene.material_of(primitive);
                 let local = unit_from_world.transform_point3(point);
-                (primitive.unit_shape().inside_outside(local) < 0.0 && lets_light_through(material))
+                (primitive.unit_shape().inside_outside(local) < 0.0 && transmits(material))
                     .then(|| (unit_from_world.matrix3.determinant().abs(), path, material))
             })
             .collect();
-        // The largest first: it holds the others.
-        holding.sort_by(|a, b| a.0.total_cmp(&b.0));
-        holding
+        // The largest first: it contains the others.
+        containing.sort_by(|a, b| a.0.total_cmp(&b.0));
+        containing
             .into_iter()
-            .fold(Media::default(), |media, (_, path, material)| media.within(&Rc::new(path), material))
+            .fold(Media::default(), |media, (_, path, material)| media.entering(&Rc::new(path), material))
     }
 
-    /// What a ray meets that goes from a surface or from the camera: the point ready to be shaded.
-    pub(crate) fn arrive(
+    /// The surface point that a ray hits, the floor included. `hit` is its first hit in the scene.
+    pub(crate) fn surface_point(
         &self,
         ray: &TraceRay,
         hit: Option<&Hit>,
         state: PathState,
         stats: &mut TraceStats,
     ) -> Option<SurfacePoint<'a>> {
-        let TraceRay { ray: way, footprint, .. } = ray;
+        let TraceRay { ray, footprint, .. } = ray;
         let ground = self.ground.filter(|_| !state.is_from_floor);
-        if let Some((ground, t)) = ground.and_then(|ground| Some((ground, ground.meet(way)?)))
+        if let Some((ground, t)) = ground.and_then(|ground| Some((ground, ground.intersect(ray)?)))
             && hit.is_none_or(|hit| t < hit.t)
         {
-            return Some(self.point_of_floor(&ground, way, t, *footprint, state));
+            return Some(self.point_of_floor(&ground, ray, t, *footprint, state));
         }
         let hit = hit?;
         stats.proxy_hits += u64::from(hit.path.is_proxy());
         let surface = self.scene.interaction(hit);
-        Some(self.point_of_hit(surface, hit, way, *footprint, state))
+        Some(self.point_of_hit(surface, hit, ray, *footprint, state))
     }
 
-    /// The colour of a surface at a hit, pattern and all.
-    pub(crate) fn albedo(&self, material: &Material, hit: &Hit, seen: &SurfaceView) -> DVec3 {
+    /// The colour of a surface at a hit, with its pattern.
+    pub(crate) fn albedo(&self, material: &Material, hit: &Hit, view: &SurfaceView) -> DVec3 {
         if material.pattern == Pattern::None {
             return material.color;
         }
         let (unit_from_world, _) = self.scene.unit_from_world(&hit.path);
         let primitive = self.scene.primitive(hit.primitive);
-        albedo_of_shape(material, primitive, hit.unit_point, &inverse_of(&unit_from_world), seen)
+        albedo_of_shape(material, primitive, hit.unit_point, &inverse_of(&unit_from_world), view)
     }
 
     fn point_of_hit(
@@ -142,7 +142,7 @@ impl<'a> RenderContext<'a> {
         );
         SurfacePoint {
             state: state.after(ray.origin, surface.position),
-            place: SurfaceOwner::Instance(Rc::new(surface.path)),
+            owner: SurfaceOwner::Instance(Rc::new(surface.path)),
             position: surface.position,
             position_error: surface.position_error,
             normal: surface.normal,
@@ -166,11 +166,11 @@ impl<'a> RenderContext<'a> {
     ) -> SurfacePoint<'a> {
         let direction = ray.direction.normalize();
         let footprint = at_surface(footprint, ray, t);
-        let (position, position_error) = ground.settle(ray.point_at(t));
-        let seen = SurfaceView { normal: ground.up(), direction, width: footprint.width };
+        let (position, position_error) = ground.project(ray.point_at(t));
+        let view = SurfaceView { normal: ground.up(), direction, width: footprint.width };
         SurfacePoint {
             state: state.after(ray.origin, position),
-            place: SurfaceOwner::Floor,
+            owner: SurfaceOwner::Floor,
             position,
             position_error,
             normal: ground.up(),
@@ -178,13 +178,13 @@ impl<'a> RenderContext<'a> {
             to_eye: -direction,
             footprint,
             material: MaterialRef::Scene(ground.material),
-            albedo: albedo_of_floor(ground, position, &seen),
+            albedo: albedo_of_floor(ground, position, &view),
             weights: LobeWeights::of(ground.material, direction.dot(ground.up()).abs()),
         }
     }
 }
 
-/// The width of a ray where it meets a surface, and what that grows by for each unit of way from there.
+/// The width of a ray at a hit, and its growth per world unit from there.
 pub(crate) fn at_surface(footprint: Footprint, ray: &Ray, t: f64) -> Footprint {
     Footprint { width: footprint.at(t), spread: footprint.spread / ray.direction.length() }
 }

@@ -1,4 +1,4 @@
-//! The light that comes to points of surfaces straight from lights and from all around.
+//! Direct light and ambient light at surface points.
 
 use std::rc::Rc;
 
@@ -14,71 +14,74 @@ use crate::shade::phong;
 use crate::shade::point::{PathState, SurfacePoint, SurfaceView};
 use crate::stats::TraceStats;
 
-/// A way from a point to a light.
+/// A direction from a point to a light, with the light from there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightSample {
-    /// To the light: t = 1 is its place; a unit vector to a sun.
+    /// To the light, which is at t = 1; a unit vector for a directional light.
     pub(crate) direction: DVec3,
-    /// The same as a unit vector.
+    /// The unit vector of `direction`.
     pub(crate) unit: DVec3,
-    /// The light's colour as it comes to the point.
+    /// The attenuated colour of the light at the point.
     pub(crate) color: DVec3,
 }
 
 impl LightSample {
-    /// The way to the middle of a light; `None` where none of its light comes, whatever is between.
-    pub(crate) fn to_middle(light: &Light, point: DVec3) -> Option<Self> {
+    /// The sample at the centre of a light. `None` if the light does not shine towards the point.
+    pub(crate) fn to_centre(light: &Light, point: DVec3) -> Option<Self> {
         let color = light.color_at(point);
         let unit = light.direction_from(point).filter(|_| color.max_element() > 0.0)?;
         let direction = light.position().map_or(unit, |position| position - point);
         Some(Self { direction, unit, color })
     }
 
-    /// The way to a place on the disc that a light of some radius shows to the point.
-    fn to_disc(self, radius: f64, key: SampleKey, place: u32, count: u32) -> Self {
-        let on_disc = radius * disc(key.point(place, count));
+    /// Sample `index` of `count` on the disc that an area light of this radius presents to the
+    /// point.
+    fn to_disc(self, radius: f64, key: SampleKey, index: u32, count: u32) -> Self {
+        let on_disc = radius * disc(key.point(index, count));
         let (across, down) = self.unit.any_orthonormal_pair();
         let direction = self.direction + on_disc.x * across + on_disc.y * down;
         Self { direction, unit: unit_vector(direction).unwrap_or(self.unit), ..self }
     }
 }
 
-/// Rays to lights, and what each adds where nothing is between.
+/// Shadow rays, and the contribution of each if it is unoccluded.
 #[derive(Default)]
 pub(crate) struct ShadowBatch {
-    flights: Vec<TraceRay>,
-    adds: Vec<Contribution>,
+    rays: Vec<TraceRay>,
+    contributions: Vec<Contribution>,
 }
 
-/// What a shadow ray adds to a pixel, and what it is in.
+/// The contribution of a shadow ray to a pixel.
 struct Contribution {
     pixel: usize,
     color: DVec3,
+    /// The media that the ray passes.
     media: Media,
 }
 
 impl ShadowBatch {
-    /// Takes a ray from a point.
-    pub(crate) fn push(&mut self, point: &SurfacePoint<'_>, flight: TraceRay, color: DVec3) {
-        self.flights.push(flight);
+    /// Adds a ray from a point. `color` is its unoccluded contribution.
+    pub(crate) fn push(&mut self, point: &SurfacePoint<'_>, ray: TraceRay, color: DVec3) {
+        self.rays.push(ray);
         let PathState { pixel, media, .. } = &point.state;
-        self.adds.push(Contribution { pixel: *pixel, color, media: media.clone() });
+        self.contributions.push(Contribution { pixel: *pixel, color, media: media.clone() });
     }
 
-    /// Each ray with what it adds.
+    /// Each ray with its contribution.
     fn into_pairs(self) -> impl Iterator<Item = (Contribution, TraceRay)> {
-        self.adds.into_iter().zip(self.flights)
+        self.contributions.into_iter().zip(self.rays)
     }
 }
 
 impl Contribution {
-    /// What is left of it at the end of a way, in world units.
-    fn add_after(&self, way: f64, colors: &mut [DVec3]) {
-        colors[self.pixel] += self.color * self.media.transmittance(way);
+    /// Adds the contribution, dimmed by the media over a distance in world units.
+    fn add_after(&self, distance: f64, colors: &mut [DVec3]) {
+        colors[self.pixel] += self.color * self.media.transmittance(distance);
     }
 }
 
-/// Adds to the colours what lights bring to points, and what comes from all around.
+/// Adds direct and ambient light at the points to the colours. `is_first` marks first hits, which
+/// get more samples than hits after a reflection or refraction.
 pub(crate) fn add_light<'l>(
     context: RenderContext<'_>,
     points: &[SurfacePoint<'_>],
@@ -87,143 +90,143 @@ pub(crate) fn add_light<'l>(
     colors: &mut [DVec3],
     stats: &mut TraceStats,
 ) {
-    let (mut ending, mut endless) = (ShadowBatch::default(), ShadowBatch::default());
+    let (mut finite, mut infinite) = (ShadowBatch::default(), ShadowBatch::default());
     for point in points {
-        for (number, light) in lights.clone() {
-            let rays = if light.position().is_some() { &mut ending } else { &mut endless };
-            sample_light(context, point, number, light, is_first, rays);
+        for (index, light) in lights.clone() {
+            let batch = if light.position().is_some() { &mut finite } else { &mut infinite };
+            sample_light(context, point, (index, light), is_first, batch);
         }
     }
-    add_unoccluded(context, ending, 1.0, colors, stats);
-    add_unoccluded(context, endless, f64::INFINITY, colors, stats);
+    add_unoccluded(context, finite, 1.0, colors, stats);
+    add_unoccluded(context, infinite, f64::INFINITY, colors, stats);
     add_ambient(context, points, is_first, colors, stats);
 }
 
-/// The rays from a point to a light: one, or some where it has a radius.
+/// Adds the shadow rays from a point to a light: one, or several for an area light.
 fn sample_light(
     context: RenderContext<'_>,
     point: &SurfacePoint<'_>,
-    number: u32,
-    light: &Light,
+    (index, light): (u32, &Light),
     is_first: bool,
-    asked: &mut ShadowBatch,
+    batch: &mut ShadowBatch,
 ) {
-    let Some(middle) = LightSample::to_middle(light, point.position) else { return };
+    let Some(centre) = LightSample::to_centre(light, point.position) else { return };
     let end = if light.position().is_some() { 1.0 } else { f64::INFINITY };
     let count = if light.radius > 0.0 && is_first { context.picture.light_rays.max(1) } else { 1 };
-    let key = point.state.key.branch(LIGHTS + number);
-    for place in 0..count {
-        let way = if light.radius > 0.0 { middle.to_disc(light.radius, key, place, count) } else { middle };
-        let Some(color) = lit(point, &way) else { continue };
-        let flight = toward(point, way.direction);
-        let past_floor = context.transmittance_past_floor(&flight.ray, point.is_on_floor(), end);
+    let key = point.state.key.branch(LIGHTS + index);
+    for i in 0..count {
+        let sample = if light.radius > 0.0 { centre.to_disc(light.radius, key, i, count) } else { centre };
+        let Some(color) = unoccluded_light(point, &sample) else { continue };
+        let ray = toward(point, sample.direction);
+        let past_floor = context.transmittance_past_floor(&ray.ray, point.is_on_floor(), end);
         if past_floor > 0.0 {
-            asked.push(point, flight, past_floor * point.state.weight * color / f64::from(count));
+            batch.push(point, ray, past_floor * point.state.weight * color / f64::from(count));
         }
     }
 }
 
-/// Choices of a [`SampleKey`]; a light's number is added to the first.
+/// Branches of a [`SampleKey`]. The index of a light is added to the first.
 const LIGHTS: u32 = 1 << 16;
 const AMBIENT: u32 = 1;
 
-/// What a light adds to a point that nothing hides from it; `None` where it shines on the other side.
-pub(crate) fn lit(point: &SurfacePoint<'_>, way: &LightSample) -> Option<DVec3> {
+/// The reflected light of an unoccluded light sample. `None` if the point faces away from it.
+pub(crate) fn unoccluded_light(point: &SurfacePoint<'_>, sample: &LightSample) -> Option<DVec3> {
     let normal = point.facing_normal();
-    (normal.dot(way.unit) > 0.0).then(|| {
+    (normal.dot(sample.unit) > 0.0).then(|| {
         phong::direct(
             &point.material,
             &point.weights,
             point.albedo,
-            way.color,
+            sample.color,
             normal,
             point.to_eye,
-            way.unit,
+            sample.unit,
         )
     })
 }
 
-/// Traces shadow rays up to t = `end`, and adds what comes through.
+/// Traces shadow rays up to t = `end` and adds the light that arrives.
 fn add_unoccluded(
     context: RenderContext<'_>,
-    asked: ShadowBatch,
+    batch: ShadowBatch,
     end: f64,
     colors: &mut [DVec3],
     stats: &mut TraceStats,
 ) {
-    stats.rays.shadow += asked.flights.len() as u64;
-    let stopped = context.scene.occluded_many(&asked.flights, end);
+    stats.rays.shadow += batch.rays.len() as u64;
+    let occluded = context.scene.occluded_many(&batch.rays, end);
     let mut dimmed = ShadowBatch::default();
-    for ((addition, flight), stopped) in asked.into_pairs().zip(stopped) {
-        if !stopped {
-            addition.add_after(flight.ray.direction.length(), colors);
-        } else if context.lets_light_through {
-            dimmed.flights.push(flight);
-            dimmed.adds.push(addition);
+    for ((contribution, ray), occluded) in batch.into_pairs().zip(occluded) {
+        if !occluded {
+            contribution.add_after(ray.ray.direction.length(), colors);
+        } else if context.has_transmission {
+            dimmed.rays.push(ray);
+            dimmed.contributions.push(contribution);
         }
     }
     add_transmitted(context, dimmed, end, colors, stats);
 }
 
-/// Follows rays that something stops straight on through what lets light through: each surface takes its share and colours the rest, each inside
-/// takes what it absorbs. Each also mirrors its part away, which makes the rim of a glass ball's shadow dark; but light is not bent on this way, so there is
-/// no bright focus in it.
+/// Follows occluded shadow rays through transparent surfaces in a straight line and adds the light
+/// that arrives. Each surface tints the light and reflects its Fresnel part, which makes the rim of
+/// a glass sphere's shadow dark; each medium absorbs. There is no refraction, so no caustics.
 pub(crate) fn add_transmitted(
     context: RenderContext<'_>,
-    mut rays: ShadowBatch,
+    mut batch: ShadowBatch,
     end: f64,
     colors: &mut [DVec3],
     stats: &mut TraceStats,
 ) {
     for _ in 0..=context.picture.bounces {
-        if rays.flights.is_empty() {
+        if batch.rays.is_empty() {
             return;
         }
-        let hits = context.scene.intersect_many(&rays.flights);
+        let hits = context.scene.intersect_many(&batch.rays);
         stats.rays.shadow += hits.len() as u64;
         let mut next = ShadowBatch::default();
-        for ((addition, flight), hit) in rays.into_pairs().zip(hits) {
+        for ((contribution, ray), hit) in batch.into_pairs().zip(hits) {
             let Some(hit) = hit.filter(|hit| hit.t < end) else {
-                addition.add_after(flight.ray.direction.length(), colors);
+                contribution.add_after(ray.ray.direction.length(), colors);
                 continue;
             };
             let surface = context.scene.interaction(&hit);
-            let direction = flight.ray.direction;
-            let way = (surface.position - flight.ray.origin).length();
-            let seen = SurfaceView {
+            let direction = ray.ray.direction;
+            let distance = (surface.position - ray.ray.origin).length();
+            let view = SurfaceView {
                 normal: surface.normal,
                 direction: unit_vector(direction).unwrap_or(surface.normal),
-                width: flight.footprint.width,
+                width: ray.footprint.width,
             };
-            let albedo = context.albedo(&surface.material, &hit, &seen);
-            let cos = seen.direction.dot(surface.normal).abs();
+            let albedo = context.albedo(&surface.material, &hit, &view);
+            let cos = view.direction.dot(surface.normal).abs();
             let weights = phong::LobeWeights::of(&surface.material, cos);
             let path = Rc::new(hit.path);
-            let (before, beyond) = addition.media.across(&path, &surface.material, surface.leaving);
+            let (before, beyond) = contribution.media.across(&path, &surface.material, surface.leaving);
             let ratio = beyond.index() / before;
-            let clear = 1.0 - phong::reflectance(cos, ratio.max(ratio.recip()));
-            let color = addition.color
-                * addition.media.transmittance(way)
+            let unreflected = 1.0 - phong::reflectance(cos, ratio.max(ratio.recip()));
+            let color = contribution.color
+                * contribution.media.transmittance(distance)
                 * weights.transmitted
-                * clear
+                * unreflected
                 * albedo.map(f64::sqrt);
             if color.max_element() > context.picture.least_weight {
-                // t = 1 stays the place of the light.
-                let rest =
-                    if end.is_finite() { flight.ray.point_at(1.0) - surface.position } else { direction };
-                let mut ray = surface.spawn_ray(rest).with_footprint(flight.footprint);
-                if let Some(start) = &mut ray.start {
+                // The light stays at t = 1.
+                let to_light =
+                    if end.is_finite() { ray.ray.point_at(1.0) - surface.position } else { direction };
+                let mut rest = surface.spawn_ray(to_light).with_footprint(ray.footprint);
+                if let Some(start) = &mut rest.start {
                     start.side = if surface.leaving { Side::Outward } else { Side::Inward };
                 }
-                next.flights.push(ray);
-                next.adds.push(Contribution { pixel: addition.pixel, color, media: beyond });
+                next.rays.push(rest);
+                next.contributions.push(Contribution { pixel: contribution.pixel, color, media: beyond });
             }
         }
-        rays = next;
+        batch = next;
     }
 }
 
-/// Adds the ambient part: of white light from all sides, or with ambient occlusion of what comes from the sky within its distance.
+/// Adds the reflected ambient light: white from all directions, or with ambient occlusion the sky
+/// in the unoccluded directions.
 fn add_ambient(
     context: RenderContext<'_>,
     points: &[SurfacePoint<'_>],
@@ -240,17 +243,17 @@ fn add_ambient(
         }
         return;
     };
-    // What is seen in mirrors and through glass gets fewer.
+    // Points after a reflection or refraction get a quarter of the samples.
     let count = if is_first { occlusion.samples.max(1) } else { occlusion.samples.div_ceil(4).max(1) };
     let parts: Vec<DVec3> = parts.collect();
-    let lit = |i: usize| parts[i].max_element() > 0.0;
-    for (i, direction) in open_directions(context, points, lit, count, occlusion.distance, stats) {
+    let is_lit = |i: usize| parts[i].max_element() > 0.0;
+    for (i, direction) in open_directions(context, points, is_lit, count, occlusion.distance, stats) {
         let sky = context.environment.sky.map_or(DVec3::ONE, |sky| sky.color(direction));
         colors[points[i].state.pixel] += parts[i] * sky / f64::from(count);
     }
 }
 
-/// Of rays from each point to all sides of its surface the share that gets as far as it should.
+/// The fraction of cosine-weighted directions from each point without a hit within the distance.
 pub(crate) fn open_fractions(
     context: RenderContext<'_>,
     occlusion: AmbientOcclusion,
@@ -265,33 +268,34 @@ pub(crate) fn open_fractions(
     weights
 }
 
-/// The unit directions to all sides of the points that are asked for in which nothing is within the distance, with the numbers of the points.
+/// Cosine-weighted unit directions without a hit within the distance, each with the index of its
+/// point. Only points for which `is_sampled` holds are sampled, with `count` directions each.
 fn open_directions(
     context: RenderContext<'_>,
     points: &[SurfacePoint<'_>],
-    is_asked: impl Fn(usize) -> bool,
+    is_sampled: impl Fn(usize) -> bool,
     count: u32,
     distance: f64,
     stats: &mut TraceStats,
 ) -> impl Iterator<Item = (usize, DVec3)> {
-    let (mut rays, mut ways) = (Vec::new(), Vec::new());
-    for (i, point) in points.iter().enumerate().filter(|(i, _)| is_asked(*i)) {
+    let (mut rays, mut directions) = (Vec::new(), Vec::new());
+    for (i, point) in points.iter().enumerate().filter(|(i, _)| is_sampled(*i)) {
         let key = point.state.key.branch(AMBIENT);
-        for place in 0..count {
-            let direction = cosine_direction(key.point(place, count), point.facing_normal());
+        for sample in 0..count {
+            let direction = cosine_direction(key.point(sample, count), point.facing_normal());
             let ray = toward(point, distance * direction);
             if context.transmittance_past_floor(&ray.ray, point.is_on_floor(), 1.0) > 0.0 {
                 rays.push(ray);
-                ways.push((i, direction));
+                directions.push((i, direction));
             }
         }
     }
     stats.rays.ambient += rays.len() as u64;
-    let stopped = context.scene.occluded_many(&rays, 1.0);
-    ways.into_iter().zip(stopped).filter(|(_, stopped)| !stopped).map(|(way, _)| way)
+    let occluded = context.scene.occluded_many(&rays, 1.0);
+    directions.into_iter().zip(occluded).filter(|(_, occluded)| !occluded).map(|(open, _)| open)
 }
 
-/// A ray from a point to a light.
+/// A ray from a point whose width does not grow.
 pub(crate) fn toward(point: &SurfacePoint<'_>, direction: DVec3) -> TraceRay {
     point.spawn(direction, Footprint { spread: 0.0, ..point.footprint })
 }

@@ -1,10 +1,10 @@
-//! The floor of a scene as rays meet it.
+//! The intersection of rays with the floor.
 
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_scene::{Floor, Material};
 
-/// A plane without end, ready to be met.
+/// An infinite plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FloorPlane<'a> {
     axes: [DVec3; 3],
@@ -17,30 +17,32 @@ impl<'a> FloorPlane<'a> {
         Self { axes: floor.axes(), height: floor.height, material }
     }
 
-    /// The unit normal upwards.
+    /// The upward unit normal.
     pub(crate) fn up(&self) -> DVec3 {
         self.axes[2]
     }
 
-    /// Where a ray that does not start on it crosses it, t > 0.
-    pub(crate) fn meet(&self, ray: &Ray) -> Option<f64> {
+    /// The t > 0 of the hit of a ray that does not start on the plane.
+    pub(crate) fn intersect(&self, ray: &Ray) -> Option<f64> {
         let above = ray.origin.dot(self.up()) - self.height;
         let t = -above / ray.direction.dot(self.up());
         (t > 0.0 && t.is_finite()).then_some(t)
     }
 
-    /// The point of the plane nearest to a point that is on it but for rounding, and a bound on the rounding of its coordinates.
-    pub(crate) fn settle(&self, point: DVec3) -> (DVec3, f64) {
+    /// The projection of a nearby point onto the plane, and a bound on the rounding error of each
+    /// coordinate.
+    pub(crate) fn project(&self, point: DVec3) -> (DVec3, f64) {
         let point = point - (point.dot(self.up()) - self.height) * self.up();
         (point, 8.0 * f64::EPSILON * (point.abs().max_element() + self.height.abs()))
     }
 
-    /// The coordinates along the plane, from the point nearest to the origin on; the third is 0.
-    pub(crate) fn place(&self, point: DVec3) -> DVec3 {
+    /// The coordinates in the plane, relative to its point nearest to the world's origin. The third
+    /// is 0.
+    pub(crate) fn local(&self, point: DVec3) -> DVec3 {
         DVec3::new(point.dot(self.axes[0]), point.dot(self.axes[1]), 0.0)
     }
 
-    /// The directions of those coordinates.
+    /// The axes of the local coordinates. The third is the normal.
     pub(crate) fn axes(&self) -> [DVec3; 3] {
         self.axes
     }

@@ -1,4 +1,4 @@
-//! What a ray is inside of: transparent shapes, one within another.
+//! The nested transparent shapes that contain a ray.
 
 use std::rc::Rc;
 
@@ -6,10 +6,12 @@ use superegg_geom::glam::DVec3;
 use superegg_scene::Material;
 use superegg_trace::InstancePath;
 
-/// The transparent shapes that a ray is in, the last entered first; empty is the open air, of index 1. A clone is cheap.
+/// The transparent shapes that contain a ray, the last entered first. Empty means air, with index
+/// of refraction 1. A clone is cheap.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Media(Option<Rc<Layer>>);
 
+/// One shape and the media outside it.
 #[derive(Debug)]
 struct Layer {
     path: Rc<InstancePath>,
@@ -19,29 +21,30 @@ struct Layer {
 }
 
 impl Media {
-    /// The index of refraction here.
+    /// The current index of refraction.
     pub(crate) fn index(&self) -> f64 {
         self.0.as_ref().map_or(1.0, |layer| layer.index)
     }
 
-    /// Whether light fades here at all.
+    /// Whether the current medium absorbs light.
     pub(crate) fn absorbs(&self) -> bool {
         self.0.as_ref().is_some_and(|layer| layer.absorb != DVec3::ZERO)
     }
 
-    /// The share of light that is left after some way, in world units: `exp(-absorb * way)` (Beer and Lambert).
-    pub(crate) fn transmittance(&self, way: f64) -> DVec3 {
-        // Not 0 times infinity.
-        self.0.as_ref().map_or(DVec3::ONE, |layer| (-layer.absorb * way.min(f64::MAX)).exp())
+    /// The transmittance over a distance in world units, by the Beer-Lambert law:
+    /// `exp(-absorb * distance)`.
+    pub(crate) fn transmittance(&self, distance: f64) -> DVec3 {
+        // Avoids 0 times infinity.
+        self.0.as_ref().map_or(DVec3::ONE, |layer| (-layer.absorb * distance.min(f64::MAX)).exp())
     }
 
-    /// The same on the way between two points.
+    /// The transmittance between two points.
     pub(crate) fn transmittance_between(&self, from: DVec3, to: DVec3) -> DVec3 {
         if self.absorbs() { self.transmittance((to - from).length()) } else { DVec3::ONE }
     }
 
-    /// Inside of one more shape.
-    pub(crate) fn within(&self, path: &Rc<InstancePath>, material: &Material) -> Self {
+    /// The media after a ray enters a shape.
+    pub(crate) fn entering(&self, path: &Rc<InstancePath>, material: &Material) -> Self {
         let layer = Layer {
             path: Rc::clone(path),
             index: material.index,
@@ -51,24 +54,24 @@ impl Media {
         Self(Some(Rc::new(layer)))
     }
 
-    /// Outside of a shape, wherever in the row it was entered; what was entered after it stays.
-    pub(crate) fn without(&self, path: &InstancePath) -> Self {
+    /// The media after a ray leaves a shape. Shapes that it entered later remain.
+    pub(crate) fn leaving(&self, path: &InstancePath) -> Self {
         let Some(layer) = &self.0 else { return Self::default() };
         if *layer.path == *path {
             return layer.outside.clone();
         }
-        if !self.holds(path) {
+        if !self.contains(path) {
             return self.clone();
         }
         Self(Some(Rc::new(Layer {
             path: Rc::clone(&layer.path),
             index: layer.index,
             absorb: layer.absorb,
-            outside: layer.outside.without(path),
+            outside: layer.outside.leaving(path),
         })))
     }
 
-    fn holds(&self, path: &InstancePath) -> bool {
+    fn contains(&self, path: &InstancePath) -> bool {
         let mut layer = &self.0;
         while let Some(held) = layer {
             if *held.path == *path {
@@ -79,14 +82,15 @@ impl Media {
         false
     }
 
-    /// The index on the near side of a surface of a shape with this material, and what a ray is in behind it.
+    /// The index of refraction before a surface of a shape with this material, and the media behind
+    /// it.
     pub(crate) fn across(&self, path: &Rc<InstancePath>, material: &Material, leaving: bool) -> (f64, Self) {
         if !leaving {
-            return (self.index(), self.within(path, material));
+            return (self.index(), self.entering(path, material));
         }
-        // A shape that was not entered, because the ray began in it.
-        let near = if self.holds(path) { self.index() } else { material.index };
-        (near, self.without(path))
+        // A ray that started inside the shape never entered it.
+        let near = if self.contains(path) { self.index() } else { material.index };
+        (near, self.leaving(path))
     }
 }
 
@@ -94,9 +98,9 @@ impl Media {
 mod tests {
     use super::*;
 
-    fn path(place: u32) -> Rc<InstancePath> {
+    fn path(child: u32) -> Rc<InstancePath> {
         let mut path = InstancePath::default();
-        path.push(place);
+        path.push(child);
         Rc::new(path)
     }
 
@@ -110,21 +114,21 @@ mod tests {
         assert_eq!((near, in_glass.index()), (1.0, 1.5));
         let (near, in_both) = in_glass.across(&b, &water, false);
         assert_eq!((near, in_both.index()), (1.5, 1.33));
-        // Out of the glass while still in the water: nothing bends.
+        // Leaving the glass inside the water does not refract.
         let (near, in_water) = in_both.across(&a, &glass, true);
         assert_eq!((near, in_water.index()), (1.33, 1.33));
         assert_eq!(in_water.across(&b, &water, true).1.index(), 1.0);
-        // A way out of what was never entered.
+        // Leaving a shape that was never entered.
         let (near, out) = air.across(&a, &glass, true);
         assert_eq!((near, out.index()), (1.5, 1.0));
     }
 
     #[test]
-    fn light_fades_by_the_way() {
+    fn absorption_grows_with_distance() {
         let ink = Material { absorb: DVec3::new(0.0, 1.0, 2.0), ..Material::default() };
-        let inside = Media::default().within(&path(0), &ink);
-        let left = inside.transmittance(0.5);
-        assert!((left - DVec3::new(1.0, (-0.5f64).exp(), (-1f64).exp())).length() < 1e-12);
+        let inside = Media::default().entering(&path(0), &ink);
+        let transmittance = inside.transmittance(0.5);
+        assert!((transmittance - DVec3::new(1.0, (-0.5f64).exp(), (-1f64).exp())).length() < 1e-12);
         assert_eq!(Media::default().transmittance(1e300), DVec3::ONE);
     }
 }

@@ -1,27 +1,31 @@
-//! What a surface does with light, at one point.
+//! The reflection model of a surface point.
 //!
-//! The local part is Blinn's form of Phong's terms, on linear colours:
-//!
-//! ```text
-//! ambient * color * A  +  sum over lights of  L * (diffuse * color * max(0, N.L)  +  specular * max(0, N.H)^exponent)
-//! ```
-//!
-//! with L the light's colour as it comes to the point, H half way between light and eye, and A the ambient light: 1, or what ambient occlusion leaves of
-//! it. A surface that mirrors (`reflected` = kr) or lets light through (`refracted` = kt) gives up as much of its ambient and diffuse part, so that
-//! the sum never grows:
+//! The local part is the Blinn-Phong model on linear colours:
 //!
 //! ```text
-//! (1 - kr - kt) * (ambient and diffuse)  +  highlight  +  (kr + kt F) * mirrored  +  kt (1 - F) * tint * transmitted
+//! ambient * color * A
+//!   + sum over lights of C * (diffuse * color * max(0, N.L) + specular * max(0, N.H)^exponent)
 //! ```
 //!
-//! F is Fresnel's reflectance of the interface, 1 at total internal reflection; the tint is the root of the colour, so that a way in and
-//! out is coloured once. Where kr + kt is above 1 both are scaled down to 1. A share that the scene does not set counts as 0. A material
-//! with `fresnel` mirrors kr times F of its index only.
+//! C is the attenuated colour of the light, N the unit normal, L the unit vector to the light, H
+//! the half vector between light and eye, and A the ambient light: 1, or its unoccluded part with
+//! ambient occlusion. Reflection (`reflected` = kr) and transmission (`refracted` = kt) reduce the
+//! ambient and diffuse part by the same amount, so that the sum does not exceed 1:
+//!
+//! ```text
+//! (1 - kr - kt) * (ambient and diffuse) + highlight
+//!   + (kr + kt F) * reflected + kt (1 - F) * tint * transmitted
+//! ```
+//!
+//! F is the Fresnel reflectance of the interface, 1 at total internal reflection. The tint is the
+//! square root of the colour, so that entering and leaving a shape together apply the colour once.
+//! If kr + kt exceeds 1, both are scaled to the sum 1. The default of both is 0. With `fresnel`, kr
+//! is multiplied by F for the index of the material.
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::Material;
 
-/// How a surface divides its light.
+/// The weights of the local, reflected and transmitted light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LobeWeights {
     /// 1 - kr - kt.
@@ -33,7 +37,7 @@ pub(crate) struct LobeWeights {
 }
 
 impl LobeWeights {
-    /// Seen at this cosine of the angle to the normal.
+    /// The weights at a cosine of the angle between ray and normal.
     pub(crate) fn of(material: &Material, cos: f64) -> Self {
         let mut mirror = material.reflected.unwrap_or(0.0);
         if material.fresnel && mirror > 0.0 {
@@ -48,18 +52,19 @@ impl LobeWeights {
         }
     }
 
-    /// Whether no ray goes on from the surface.
+    /// Whether the surface neither reflects nor transmits rays.
     pub(crate) fn is_local(&self) -> bool {
         self.mirror == 0.0 && self.transmitted == 0.0
     }
 }
 
-/// The ambient part, under white ambient light.
+/// The reflected ambient light, for white ambient light.
 pub(crate) fn ambient(material: &Material, weights: &LobeWeights, albedo: DVec3) -> DVec3 {
     weights.local * material.ambient * albedo
 }
 
-/// The part of one light that is not in shadow. `normal`, `to_eye` and `to_light` are unit vectors on the same side.
+/// The reflected light of one unoccluded light source. `normal`, `to_eye` and `to_light` are unit
+/// vectors on the same side of the surface.
 pub(crate) fn direct(
     material: &Material,
     weights: &LobeWeights,
@@ -78,20 +83,22 @@ pub(crate) fn direct(
     light_color * (diffuse + highlight)
 }
 
-/// Fresnel's reflectance, for unpolarised light that comes from air at this cosine of the angle to the normal.
+/// The Fresnel reflectance for unpolarised light from air, at a cosine of the angle to the normal.
 pub(crate) fn reflectance(cos: f64, index: f64) -> f64 {
     let cos = cos.clamp(0.0, 1.0);
     let direction = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, -cos);
     refract(direction, DVec3::Z, index.recip()).map_or(1.0, |(_, reflectance)| reflectance)
 }
 
-/// The mirrored direction of a unit `direction` at a unit normal.
+/// Reflects a direction at a unit normal.
 pub(crate) fn mirror(direction: DVec3, normal: DVec3) -> DVec3 {
     direction - 2.0 * direction.dot(normal) * normal
 }
 
-/// The direction after an interface (Snell), and Fresnel's reflectance for unpolarised light. `normal` is on the side that the unit
-/// `direction` comes from; `ratio` is the index there divided by the one beyond. `None` is total internal reflection.
+/// The refracted direction by Snell's law, and the Fresnel reflectance for unpolarised light.
+/// `direction` is a unit vector. `normal` points to the side that it comes from. `ratio` is the
+/// index of refraction on that side divided by that of the other. `None` is total internal
+/// reflection.
 pub(crate) fn refract(direction: DVec3, normal: DVec3, ratio: f64) -> Option<(DVec3, f64)> {
     let cos_in = -direction.dot(normal);
     let sin_out_squared = ratio * ratio * (1.0 - cos_in * cos_in).max(0.0);
@@ -99,10 +106,11 @@ pub(crate) fn refract(direction: DVec3, normal: DVec3, ratio: f64) -> Option<(DV
         return None;
     }
     let cos_out = (1.0 - sin_out_squared).sqrt();
-    let across = (ratio * cos_in - cos_out) / (ratio * cos_in + cos_out);
-    let along = (cos_in - ratio * cos_out) / (cos_in + ratio * cos_out);
+    // The amplitudes of light polarised perpendicular and parallel to the plane of incidence.
+    let perpendicular = (ratio * cos_in - cos_out) / (ratio * cos_in + cos_out);
+    let parallel = (cos_in - ratio * cos_out) / (cos_in + ratio * cos_out);
     let out = ratio * direction + (ratio * cos_in - cos_out) * normal;
-    Some((out, 0.5 * (across * across + along * along)))
+    Some((out, 0.5 * (perpendicular * perpendicular + parallel * parallel)))
 }
 
 #[cfg(test)]
@@ -151,11 +159,11 @@ mod tests {
         fn refraction_obeys_snell_and_reverses(angle_deg in 0.0..89.0f64, index in 1.0..4.0f64) {
             let (sin, cos) = angle_deg.to_radians().sin_cos();
             let direction = DVec3::new(sin, 0.0, -cos);
-            let (out, there) = refract(direction, DVec3::Z, 1.0 / index).unwrap();
+            let (out, entering) = refract(direction, DVec3::Z, 1.0 / index).unwrap();
             prop_assert!((out.length() - 1.0).abs() < 1e-9 && (out.x * index - sin).abs() < 1e-9);
-            prop_assert!((0.0..=1.0).contains(&there));
-            let (back, again) = refract(-out, DVec3::NEG_Z, index).unwrap();
-            prop_assert!((back + direction).length() < 1e-6 && (there - again).abs() < 1e-6);
+            prop_assert!((0.0..=1.0).contains(&entering));
+            let (back, leaving) = refract(-out, DVec3::NEG_Z, index).unwrap();
+            prop_assert!((back + direction).length() < 1e-6 && (entering - leaving).abs() < 1e-6);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A point of a surface that is to be shaded, with all that shading asks of it.
+//! A surface point with the data that shading needs.
 
 use std::borrow::Cow;
 use std::ops::Deref;
@@ -15,7 +15,7 @@ use crate::shade::medium::Media;
 use crate::shade::pattern;
 use crate::shade::phong::LobeWeights;
 
-/// A surface of the scene, or the average of several that was made for a stand-in.
+/// A material of the scene, or the mean material of a proxy.
 #[derive(Clone, Debug)]
 pub(crate) enum MaterialRef<'a> {
     Scene(&'a Material),
@@ -42,51 +42,53 @@ impl Deref for MaterialRef<'_> {
     }
 }
 
-/// What a point is on.
+/// The owner of a surface point.
 #[derive(Clone, Debug)]
 pub(crate) enum SurfaceOwner {
-    /// An instance of a primitive, or a stand-in.
+    /// An instance of a primitive, or a proxy.
     Instance(Rc<InstancePath>),
     /// The floor.
     Floor,
 }
 
-/// What a ray brings along that meets a surface.
+/// The state of a path where a ray starts.
 #[derive(Clone, Debug)]
 pub(crate) struct PathState {
-    /// The place of the colour that it adds to.
+    /// The index of the colour that the path adds to.
     pub(crate) pixel: usize,
-    /// The share of its light in that colour.
+    /// The throughput: the factor of light along the path.
     pub(crate) weight: DVec3,
     pub(crate) key: SampleKey,
-    /// What it was in before the surface.
+    /// The media that the ray passes before the surface.
     pub(crate) media: Media,
-    /// Whether it began on the floor, which it does not meet again.
+    /// Whether the ray starts on the floor, which it cannot hit again.
     pub(crate) is_from_floor: bool,
 }
 
-/// A point that is to be shaded.
+/// A surface point to shade.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfacePoint<'a> {
     pub(crate) state: PathState,
-    pub(crate) place: SurfaceOwner,
+    pub(crate) owner: SurfaceOwner,
     pub(crate) position: DVec3,
+    /// A bound on the rounding error of each coordinate, in world units.
     pub(crate) position_error: f64,
-    /// The unit normal, outwards.
+    /// The outward unit normal.
     pub(crate) normal: DVec3,
+    /// Whether the ray leaves the shape.
     pub(crate) leaving: bool,
     /// The unit direction back along the ray.
     pub(crate) to_eye: DVec3,
-    /// The ray's width here, and what it grows by for each unit of way.
+    /// The width of the ray here, and its growth per world unit.
     pub(crate) footprint: Footprint,
     pub(crate) material: MaterialRef<'a>,
-    /// The colour of the surface here, pattern and all.
+    /// The colour of the surface here, with its pattern.
     pub(crate) albedo: DVec3,
     pub(crate) weights: LobeWeights,
 }
 
 impl PathState {
-    /// After the way between two points through what it is in.
+    /// The state after the path from one point to another, dimmed by the current media.
     pub(crate) fn after(mut self, from: DVec3, to: DVec3) -> Self {
         self.weight *= self.media.transmittance_between(from, to);
         self
@@ -94,35 +96,36 @@ impl PathState {
 }
 
 impl SurfacePoint<'_> {
-    /// The normal on the side of the ray.
+    /// The unit normal on the side of the ray.
     pub(crate) fn facing_normal(&self) -> DVec3 {
         if self.leaving { -self.normal } else { self.normal }
     }
 
-    /// Whether it is on the average of a group that was not opened.
-    pub(crate) fn is_stand_in(&self) -> bool {
-        matches!(&self.place, SurfaceOwner::Instance(path) if path.is_proxy())
+    /// Whether the point is on a proxy.
+    pub(crate) fn is_proxy(&self) -> bool {
+        matches!(&self.owner, SurfaceOwner::Instance(path) if path.is_proxy())
     }
 
-    /// A ray from here, with what is known of its start.
+    /// A ray from here, with its start on the surface.
     pub(crate) fn spawn(&self, direction: DVec3, footprint: Footprint) -> TraceRay {
         let ray = Ray { origin: self.position, direction, origin_error: self.position_error };
-        let start = match &self.place {
+        let start = match &self.owner {
             SurfaceOwner::Instance(path) => SurfaceStart::of((**path).clone(), self.start(direction)),
             SurfaceOwner::Floor => None,
         };
         TraceRay { ray, start, footprint }
     }
 
-    /// Whether it is on the floor, which rays from here do not meet again.
+    /// Whether the point is on the floor, which rays from here cannot hit again.
     pub(crate) fn is_on_floor(&self) -> bool {
-        matches!(self.place, SurfaceOwner::Floor)
+        matches!(self.owner, SurfaceOwner::Floor)
     }
 
-    /// The index of refraction before the surface divided by the one behind it, and what a ray is in behind it. Of the floor: nothing changes.
+    /// The ratio of the indices of refraction before and behind the surface, and the media behind
+    /// it. The floor changes neither.
     pub(crate) fn beyond(&self) -> (f64, Media) {
         let media = &self.state.media;
-        match &self.place {
+        match &self.owner {
             SurfaceOwner::Instance(path) => {
                 let (before, beyond) = media.across(path, &self.material, self.leaving);
                 (before / beyond.index(), beyond)
@@ -131,52 +134,52 @@ impl SurfacePoint<'_> {
         }
     }
 
-    /// What is known of the start of a ray from here for the shape itself.
+    /// The side of the surface to which a ray in a direction leaves.
     pub(crate) fn start(&self, direction: DVec3) -> RayStart {
         if self.normal.dot(direction) >= 0.0 { RayStart::SurfaceOutward } else { RayStart::SurfaceInward }
     }
 }
 
-/// How a point of a surface is seen.
+/// The view of a surface point along a ray.
 pub(crate) struct SurfaceView {
     /// The unit normal, on either side.
     pub(crate) normal: DVec3,
     /// The unit direction of the ray.
     pub(crate) direction: DVec3,
-    /// The ray's width.
+    /// The width of the ray.
     pub(crate) width: f64,
 }
 
-/// The colour at a point of a shape: `unit_point` is in the space of the unit shape.
+/// The colour at a point of a shape, given in the space of the unit shape.
 pub(crate) fn albedo_of_shape(
     material: &Material,
     primitive: &CompiledPrimitive,
     unit_point: DVec3,
     world_from_unit: &DAffine3,
-    seen: &SurfaceView,
+    view: &SurfaceView,
 ) -> DVec3 {
     let radii = primitive.radii;
     let linear = world_from_unit.matrix3;
-    // The world's image of a step along each axis of the primitive's own space.
+    // The world vectors of unit steps along the axes of the primitive.
     let axes = [linear.x_axis / radii.x, linear.y_axis / radii.y, linear.z_axis / radii.z];
-    // A little inwards: a flat face may lie just between two cells.
+    // Moves the point inwards: a flat face may lie exactly between two cells.
     let inwards = 1.0 - 1e-9;
     let reach = |along: DVec3| primitive.unit_shape().norm().support(along * radii);
-    let place = unit_point * radii * inwards;
-    let share = pattern::share(&material.pattern, place, extents(axes, seen), Some(&reach));
-    pattern::mix(material.color, &material.pattern, share)
+    let local = unit_point * radii * inwards;
+    let weight = pattern::weight(&material.pattern, local, extents(axes, view), Some(&reach));
+    pattern::mix(material.color, &material.pattern, weight)
 }
 
 /// The colour at a point of the floor.
-pub(crate) fn albedo_of_floor(ground: &FloorPlane<'_>, position: DVec3, seen: &SurfaceView) -> DVec3 {
+pub(crate) fn albedo_of_floor(ground: &FloorPlane<'_>, position: DVec3, view: &SurfaceView) -> DVec3 {
     let pattern = &ground.material.pattern;
-    let share = pattern::share(pattern, ground.place(position), extents(ground.axes(), seen), None);
-    pattern::mix(ground.material.color, pattern, share)
+    let weight = pattern::weight(pattern, ground.local(position), extents(ground.axes(), view), None);
+    pattern::mix(ground.material.color, pattern, weight)
 }
 
-/// How far the part of a surface that a ray sees goes along each axis, in that axis' own units.
-fn extents(axes: [DVec3; 3], seen: &SurfaceView) -> DVec3 {
-    let &SurfaceView { normal, direction, width } = seen;
+/// The extent of the footprint of a ray on the surface along each axis, in units of that axis.
+fn extents(axes: [DVec3; 3], view: &SurfaceView) -> DVec3 {
+    let &SurfaceView { normal, direction, width } = view;
     let cos = direction.dot(normal).abs().max(1e-6);
     let along = (direction - direction.dot(normal) * normal).normalize_or_zero();
     DVec3::from_array(axes.map(|axis| {

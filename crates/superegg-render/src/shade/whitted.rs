@@ -1,5 +1,5 @@
-//! Whitted's integrator (1980): light straight from lights, mirrored rays, refracted rays; with lights of some extent, ambient occlusion and
-//! blurred mirrors by more rays (Cook, Porter and Carpenter 1984).
+//! The integrator of Whitted (1980): direct light, reflected rays and refracted rays. Area lights,
+//! ambient occlusion and glossy reflection take several rays (Cook, Porter and Carpenter 1984).
 
 use superegg_geom::glam::DVec3;
 use superegg_trace::TraceRay;
@@ -12,32 +12,33 @@ use crate::shade::phong;
 use crate::shade::point::{PathState, SurfacePoint};
 use crate::stats::TraceStats;
 
-/// Rays that go on from surfaces, all those of one number of bounces at a time.
+/// The reflected and refracted rays of one bounce.
 pub(crate) struct Wavefront<'a> {
     context: RenderContext<'a>,
     rays: Vec<TraceRay>,
-    arrivals: Vec<PathState>,
-    /// How many surfaces the rays have left.
+    states: Vec<PathState>,
+    /// The number of surfaces that the rays have left.
     bounces: u32,
 }
 
-/// Choices of a [`crate::camera::sobol::SampleKey`].
+/// Branches of a [`crate::camera::sobol::SampleKey`].
 const MIRRORED: u32 = 2;
 const TRANSMITTED: u32 = 3;
 const BLURRED: u32 = 1 << 20;
 
 impl<'a> Wavefront<'a> {
-    /// Rays that have left so many surfaces; none from the camera.
+    /// An empty wavefront. `bounces` is 0 for camera rays.
     pub(crate) fn new(context: RenderContext<'a>, bounces: u32) -> Self {
-        Self { context, rays: Vec::new(), arrivals: Vec::new(), bounces }
+        Self { context, rays: Vec::new(), states: Vec::new(), bounces }
     }
 
+    /// Adds a ray.
     pub(crate) fn push(&mut self, ray: TraceRay, state: PathState) {
         self.rays.push(ray);
-        self.arrivals.push(state);
+        self.states.push(state);
     }
 
-    /// Takes the rays that a point mirrors and lets through.
+    /// Adds the reflected and refracted rays of a point.
     pub(crate) fn scatter(&mut self, point: &SurfacePoint<'_>, colors: &mut [DVec3], stats: &mut TraceStats) {
         let SurfacePoint { state, material, weights, .. } = point;
         if weights.is_local() {
@@ -75,19 +76,20 @@ impl<'a> Wavefront<'a> {
             return;
         }
         let (key, exponent) = (state.key.branch(BLURRED), material.highlight_exponent());
-        for place in 0..blurred {
-            let facet = power_cosine_direction(key.point(place, blurred), normal, exponent);
-            let spread = phong::mirror(-point.to_eye, facet);
-            // A facet that would mirror into the surface is one that others hide.
-            let direction = if spread.dot(normal) > 0.0 { spread } else { mirrored };
+        for sample in 0..blurred {
+            let facet = power_cosine_direction(key.point(sample, blurred), normal, exponent);
+            let glossy = phong::mirror(-point.to_eye, facet);
+            // A direction into the surface is replaced by the mirror direction.
+            let direction = if glossy.dot(normal) > 0.0 { glossy } else { mirrored };
             let share = DVec3::splat(weights.mirror / f64::from(blurred));
-            let choice = BLURRED + 1 + place;
+            let choice = BLURRED + 1 + sample;
             stats.rays.reflection +=
                 self.follow(point, direction, share, choice, state.media.clone(), colors);
         }
     }
 
-    /// Takes one ray, and returns how many it took: one that adds too little to be followed sees the sky.
+    /// Adds one ray and returns 1. A ray whose weight is too small is replaced by the sky; the
+    /// result is then 0.
     fn follow(
         &mut self,
         point: &SurfacePoint<'_>,
@@ -109,21 +111,22 @@ impl<'a> Wavefront<'a> {
         1
     }
 
-    /// What is followed no further counts as the sky behind, so that clear glass and mirrors lose nothing; what is caught in a coloured inside fades away.
+    /// Ends a path. It receives the sky, so that clear glass and mirrors lose no energy. Inside an
+    /// absorbing medium it receives nothing.
     fn terminate(&self, media: &Media, direction: DVec3, pixel: usize, weight: DVec3, colors: &mut [DVec3]) {
         if !media.absorbs() {
             colors[pixel] += weight * self.context.sky(direction);
         }
     }
 
-    /// Traces the rays: the points that they meet, in their order. What meets nothing adds the sky to the colours.
-    pub(crate) fn arrive(&mut self, colors: &mut [DVec3], stats: &mut TraceStats) -> Vec<SurfacePoint<'a>> {
+    /// Traces the rays. Returns the points that they hit, in the order of the rays. Rays without a
+    /// hit add the sky to the colours.
+    pub(crate) fn trace(&mut self, colors: &mut [DVec3], stats: &mut TraceStats) -> Vec<SurfacePoint<'a>> {
         let hits = self.context.scene.intersect_many(&self.rays);
-        let arrivals = std::mem::take(&mut self.arrivals);
         let mut points = Vec::with_capacity(hits.len());
-        for ((ray, state), hit) in self.rays.drain(..).zip(arrivals).zip(hits) {
+        for ((ray, state), hit) in self.rays.drain(..).zip(self.states.drain(..)).zip(hits) {
             let (pixel, weight) = (state.pixel, state.weight);
-            match self.context.arrive(&ray, hit.as_ref(), state, stats) {
+            match self.context.surface_point(&ray, hit.as_ref(), state, stats) {
                 Some(point) => points.push(point),
                 None => colors[pixel] += weight * self.context.sky(ray.ray.direction),
             }
@@ -131,10 +134,10 @@ impl<'a> Wavefront<'a> {
         points
     }
 
-    /// Follows all rays, and those that go on from what they meet, to their ends.
+    /// Traces all rays, and the rays that they give rise to, to the end of each path.
     pub(crate) fn follow_all(mut self, colors: &mut [DVec3], stats: &mut TraceStats) {
         while !self.rays.is_empty() {
-            let points = self.arrive(colors, stats);
+            let points = self.trace(colors, stats);
             let lights = self.context.lights();
             direct::add_light(self.context, &points, &lights, false, colors, stats);
             let mut next = Self::new(self.context, self.bounces + 1);

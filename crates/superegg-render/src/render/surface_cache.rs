@@ -1,0 +1,91 @@
+//! The shading data of packet candidates, prepared at the first hit of each.
+
+use std::cell::OnceCell;
+use std::rc::Rc;
+
+use superegg_geom::glam::{DAffine3, DMat3};
+use superegg_trace::packet::{Columns, PacketTracer, f32_columns};
+use superegg_trace::{CompiledScene, InstancePath, Target};
+
+use crate::render::lane_kernels::PlainMaterial;
+use crate::shade::point::MaterialRef;
+
+/// The shading data of the candidates of one tile.
+pub(crate) struct SurfaceCache<'a> {
+    scene: &'a CompiledScene,
+    by_candidate: Vec<Option<PreparedSurface<'a>>>,
+}
+
+/// The shading data of one candidate.
+#[derive(Clone)]
+pub(crate) struct PreparedSurface<'a> {
+    /// Computed at the first hit in f64; most candidates have none.
+    world_from_unit: OnceCell<DAffine3>,
+    /// Maps gradients of the unit shape to world normals.
+    pub(crate) normal_map: DMat3,
+    pub(crate) material: MaterialRef<'a>,
+    /// The index of the primitive; `None` for a proxy.
+    pub(crate) primitive: Option<u32>,
+    pub(crate) path: Rc<InstancePath>,
+    /// The instance id.
+    pub(crate) id: u32,
+    /// The material and the normal map in f32, if the lane kernels can shade the surface.
+    pub(crate) plain: Option<(PlainMaterial, Columns)>,
+}
+
+impl PreparedSurface<'_> {
+    /// The map from the unit shape to the world.
+    pub(crate) fn world_from_unit(&self, tracer: &PacketTracer<'_>, candidate: u32) -> &DAffine3 {
+        self.world_from_unit.get_or_init(|| tracer.candidate(candidate).world_from_unit())
+    }
+}
+
+impl<'a> SurfaceCache<'a> {
+    pub(crate) fn new(scene: &'a CompiledScene) -> Self {
+        Self { scene, by_candidate: Vec::new() }
+    }
+
+    /// Removes all surfaces, before the candidates of another tile.
+    pub(crate) fn clear(&mut self) {
+        self.by_candidate.clear();
+    }
+
+    /// The surface of a candidate, if it was prepared.
+    pub(crate) fn get(&self, candidate: u32) -> Option<&PreparedSurface<'a>> {
+        self.by_candidate.get(candidate as usize).and_then(Option::as_ref)
+    }
+
+    /// The surface of a candidate, prepared at the first request.
+    pub(crate) fn get_or_prepare(
+        &mut self,
+        tracer: &PacketTracer<'_>,
+        candidate: u32,
+    ) -> &PreparedSurface<'a> {
+        let scene = self.scene;
+        if self.by_candidate.len() <= candidate as usize {
+            self.by_candidate.resize(tracer.candidate_count(), None);
+        }
+        self.by_candidate[candidate as usize].get_or_insert_with(|| {
+            let path = Rc::new(tracer.path(candidate));
+            let candidate = tracer.candidate(candidate);
+            let (primitive, material) = match candidate.target {
+                Target::Primitive(primitive) => {
+                    let material = scene.material_of(scene.primitive(primitive));
+                    (Some(primitive), MaterialRef::Scene(material))
+                }
+                Target::Proxy => (None, MaterialRef::Mean(Rc::new(scene.proxy_material(&path)))),
+            };
+            let normal_map = candidate.unit_from_world.matrix3.transpose();
+            PreparedSurface {
+                world_from_unit: OnceCell::new(),
+                normal_map,
+                plain: PlainMaterial::of(&material)
+                    .and_then(|plain| Some((plain, f32_columns(&normal_map)?.0))),
+                material,
+                primitive,
+                id: scene.instance_id(&path),
+                path,
+            }
+        })
+    }
+}
