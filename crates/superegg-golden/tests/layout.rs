@@ -40,24 +40,24 @@ impl Modules {
     fn read(file: &Path) -> Self {
         let mut modules = Self::default();
         let folder = file.parent().expect("a source file is in a folder");
-        modules.add(file, folder, Vec::new());
+        modules.add(file, folder, &[]);
         modules
     }
 
-    fn add(&mut self, file: &Path, child_folder: &Path, path: ModulePath) {
+    fn add(&mut self, file: &Path, child_folder: &Path, path: &[String]) {
         let text = fs::read_to_string(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         let syntax = syn::parse_file(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         let mut reader = Reader { module: Module::new(file), child_files: Vec::new() };
         reader.visit_file(&syntax);
         let Reader { module, child_files } = reader;
-        self.0.insert(path.clone(), module);
+        self.0.insert(path.to_vec(), module);
         for name in child_files {
             let own = child_folder.join(&name);
             let file = [own.with_extension("rs"), own.join("mod.rs")].into_iter().find(|file| file.is_file());
             let file = file.unwrap_or_else(|| panic!("the module '{name}' of {path:?} has no file"));
-            let mut child = path.clone();
+            let mut child = path.to_vec();
             child.push(name);
-            self.add(&file, &own, child);
+            self.add(&file, &own, &child);
         }
     }
 

@@ -276,7 +276,8 @@ mod tests {
     fn invalid_settings_are_errors_that_name_the_value() {
         let valid = RenderSettings::of(&Scene::default());
         assert_eq!(valid.validate(), Ok(()));
-        let cases: [(fn(&mut RenderSettings), &str); 13] = [
+        type Case = (fn(&mut RenderSettings), &'static str);
+        let cases: [Case; 13] = [
             (|s| s.picture.width = 0, "the picture's width is 0; expected 1 to 32768 pixels"),
             (|s| s.picture.height = 40_000, "the picture's height is 40000"),
             (|s| (s.picture.width, s.picture.height) = (32_768, 32_768), "the picture's size is 1073741824"),

@@ -1,6 +1,7 @@
 //! Vectors of f32 lanes with operators, roots, logarithms and powers of two; masks of lanes.
 
 #![allow(
+    clippy::manual_memcpy,
     clippy::needless_range_loop,
     clippy::redundant_closure,
     clippy::redundant_closure_for_method_calls,

@@ -113,10 +113,10 @@ fn hostile_rays_hit_nothing_or_what_single_rays_hit() {
     let rays = RayBatch::new(&origins, &directions).unwrap();
     let hits = scene.intersect_batch(&rays, BatchOptions::default());
     let occluded = scene.occluded_batch(&rays, BatchOptions::default());
-    for i in 0..rays.len() {
+    for (i, &is_occluded) in occluded.iter().enumerate() {
         let ray = rays.ray(i).unwrap();
         if !ray.origin.is_finite() || !ray.direction.is_finite() || ray.direction == DVec3::ZERO {
-            assert_eq!((hits.hits().hit(i), occluded[i]), (None, false), "{ray:?}");
+            assert_eq!((hits.hits().hit(i), is_occluded), (None, false), "{ray:?}");
         } else {
             assert_eq!(hits.hits().hit(i).is_some(), scene.intersect_ray(&ray).is_some(), "{ray:?}");
         }

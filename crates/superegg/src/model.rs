@@ -196,7 +196,8 @@ impl Model {
         let mut scene = self.scene.clone();
         scene.ensure_object(object)?;
         let (alias, target) = match part.content {
-            Content::Shape(shape, material) => {
+            Content::Shape(content) => {
+                let (shape, material) = *content;
                 let name = part.name.unwrap_or_else(|| free_name("shape", |name| scene.get(name).is_some()));
                 if scene.get(&name).is_some() {
                     return Err(superegg_scene::SceneError::NameExists(name).into());

@@ -7,7 +7,7 @@ use superegg_scene::Material;
 /// What a part shows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Content {
-    Shape(Superquadric, Material),
+    Shape(Box<(Superquadric, Material)>),
     Object(String),
 }
 
@@ -36,7 +36,11 @@ pub struct Part {
 impl Part {
     /// A superquadric at the origin with the surface of a new primitive.
     pub fn new(shape: Superquadric) -> Self {
-        Self { content: Content::Shape(shape, Material::default()), name: None, steps: Vec::new() }
+        Self {
+            content: Content::Shape(Box::new((shape, Material::default()))),
+            name: None,
+            steps: Vec::new(),
+        }
     }
 
     /// An instance of the object or primitive of this name; the object may be the one that it is added to, which makes a fractal.
@@ -52,8 +56,8 @@ impl Part {
 
     /// Sets the surface of a shape. An instance keeps the surfaces of what it shows.
     pub fn material(mut self, material: Material) -> Self {
-        if let Content::Shape(_, own) = &mut self.content {
-            *own = material;
+        if let Content::Shape(shape) = &mut self.content {
+            shape.1 = material;
         }
         self
     }
@@ -78,8 +82,8 @@ impl Part {
     }
 
     fn with_material(mut self, change: impl FnOnce(&mut Material)) -> Self {
-        if let Content::Shape(_, material) = &mut self.content {
-            change(material);
+        if let Content::Shape(shape) = &mut self.content {
+            change(&mut shape.1);
         }
         self
     }

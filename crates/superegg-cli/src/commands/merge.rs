@@ -35,7 +35,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
         .with_layers(merged.has_layers);
     ensure!(
         settings.keeps_layers() || format != PictureFormat::Exr,
-        "not all tiles have depth and normals, because some come from a .png render; name a .png, or render them again for an .exr"
+        "not all tiles have depth and normals, because some were made for a .png: name a .png file, or render them again for an .exr"
     );
     files::write(&args.output, &format.encode(&merged.into_film(settings.film()), &settings)?)?;
     if !args.quiet && !files::is_standard_stream(&args.output) {

@@ -5,7 +5,7 @@
 //!
 //! - `> ` and a command as it was typed;
 //! - `= `, a number of bytes and a label, then that many bytes of commands that define a whole
-//! scene;
+//!   scene;
 //! - `.`: everything before it is saved.
 //!
 //! A record without its final line break was cut by a crash and is ignored. A journal without a

@@ -20,6 +20,7 @@ const LEAST_TOLERANCE: f64 = 1.5e-6;
 const MOST_TOLERANCE: f64 = 0.03;
 
 /// A group to open: how it is reached, and its map from the world.
+#[derive(Clone, Copy)]
 pub(super) struct Entry<'s> {
     pub(super) group: &'s Group,
     pub(super) path: PathId,

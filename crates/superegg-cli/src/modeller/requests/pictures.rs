@@ -148,7 +148,7 @@ fn picture_path(path: PathBuf) -> Result<PathBuf, Fault> {
         && path.metadata().is_ok_and(|m| m.len() > 0)
         && !files::begins_with(&path, format.signature());
     if is_other {
-        let message = format!("'{}' exists and is not a picture", path.display());
+        let message = format!("'{}' exists and is no picture", path.display());
         return Err(Fault::new(FaultCode::NotAPicture, message).help("take another name"));
     }
     Ok(path)
