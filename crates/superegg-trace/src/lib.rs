@@ -13,7 +13,7 @@
 //! All answers are exact to the rounding of f64, deterministic, and the same for one ray and for many. A compiled scene is
 //! immutable and may be shared by threads.
 //!
-//! [`reference`] is a slow reference for tests.
+//! [`mod@reference`] is a slow reference for tests.
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
