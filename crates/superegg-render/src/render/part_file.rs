@@ -75,7 +75,11 @@ impl Version {
         match self {
             Self::Two => text.parse().ok(),
             Self::Three => {
-                let digits = text.strip_prefix(BITS).filter(|digits| digits.len() == 16)?;
+                let digits = text.strip_prefix(BITS)?;
+                let is_number = digits.len() == 16 && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+                if !is_number {
+                    return None;
+                }
                 u64::from_str_radix(digits, 16).ok().map(f64::from_bits)
             }
         }
