@@ -58,20 +58,20 @@ fn distance_from_tangency(shape: &Superquadric, ray: &Ray) -> f64 {
 
 /// What the lanes may differ by: hit or miss only within 1e-5 of tangency, the place by 1e-5 across the surface.
 fn check(shape: &Superquadric, ray: &Ray, lanes: Option<ShapeHit>, exact: Option<ShapeHit>) {
-    let told = || format!("{:?} {ray:?}: {lanes:?} for {exact:?}", shape.exponents());
+    let context = || format!("{:?} {ray:?}: {lanes:?} for {exact:?}", shape.exponents());
     match (&lanes, &exact) {
         (None, None) => {}
         (Some(lane), Some(exact)) => {
-            assert!(lane.t.is_finite() && lane.t >= 0.0, "{}", told());
+            assert!(lane.t.is_finite() && lane.t >= 0.0, "{}", context());
             let from_surface = (shape.norm().value(ray.point_at(lane.t)) - 1.0).abs();
-            assert!(from_surface < 1e-5, "{from_surface} off: {}", told());
+            assert!(from_surface < 1e-5, "{from_surface} off: {}", context());
             // The right one of the two crossings: the other is off by the length of the way between.
             let apart = (lane.t - exact.t).abs() * ray.direction.length();
             if lane.leaving != exact.leaving || apart > 0.02 + 1e-9 * exact.t {
-                assert!(is_in_doubt(shape, ray), "{}", told());
+                assert!(is_in_doubt(shape, ray), "{}", context());
             }
         }
-        _ => assert!(is_in_doubt(shape, ray), "{}", told()),
+        _ => assert!(is_in_doubt(shape, ray), "{}", context()),
     }
 }
 

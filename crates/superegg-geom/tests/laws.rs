@@ -134,7 +134,7 @@ proptest! {
         }
     }
 
-    /// A hit is on the surface, on the ray, and told with the right side.
+    /// A hit is on the surface, on the ray, and reported with the right side.
     #[test]
     fn a_hit_is_on_the_surface_and_on_the_ray(shape in unit_shape(), ray in ray()) {
         if let Some(hit) = shape.intersect(&ray, RayStart::Free) {

@@ -128,7 +128,7 @@ fn every_ray_of_a_named_ground_truth() {
 fn the_batch_kernel_finds_the_true_crossings() {
     for path in [Some(own_rays()), beside_the_project("oracle/rays.csv")].into_iter().flatten() {
         for row in read(&path).iter().filter(|row| row.margin > 1e-5) {
-            let told = || format!("{:?} {:?} margin {}", row.shape.exponents(), row.ray, row.margin);
+            let context = || format!("{:?} {:?} margin {}", row.shape.exponents(), row.ray, row.margin);
             let mut hits = vec![row.shape.intersect(&row.ray, RayStart::Free)];
             if let Some(convex) = row.shape.as_convex() {
                 kernels::batch::intersect(&convex, &[row.ray], &mut hits);
@@ -137,10 +137,10 @@ fn the_batch_kernel_finds_the_true_crossings() {
                 (None, None) => {}
                 (Some((t, normal)), Some(actual)) => {
                     let across = (actual.t - t).abs() * normal.dot(row.ray.direction).abs();
-                    assert!(across < 1e-5 * (1.0 + 1e-9 * t), "{}: {} for {t}", told(), actual.t);
-                    assert_eq!(actual.leaving, row.start_inside, "{}", told());
+                    assert!(across < 1e-5 * (1.0 + 1e-9 * t), "{}: {} for {t}", context(), actual.t);
+                    assert_eq!(actual.leaving, row.start_inside, "{}", context());
                 }
-                (truth, actual) => panic!("{}: {actual:?} for {truth:?}", told()),
+                (truth, actual) => panic!("{}: {actual:?} for {truth:?}", context()),
             }
         }
     }
