@@ -1,8 +1,15 @@
-//! Export of scenes to the formats of other programs, one module each.
+//! Data of other programs: readers of particles, fits, tensors and point clouds, and writers of
+//! scenes. The crate opens no files; readers take bytes or any seekable stream.
 //!
-//! - [`povray`]: POV-Ray, which traces superquadrics natively.
+//! - [`read`]: formats are recognized by their content; [`read::open`] lists the frames of a file
+//!   and reads one as [`read::Content`]: particles in our conventions, or lines of the modelling
+//!   language.
+//! - [`write`]: one module for each format; [`povray`] traces superquadrics natively.
 
-pub mod povray;
+pub mod read;
+pub mod write;
+
+pub use write::povray;
 
 /// Compiles the examples of the crate's README.
 #[cfg(doctest)]

@@ -1,0 +1,3 @@
+//! Writers of other programs' formats, one module each.
+
+pub mod povray;
