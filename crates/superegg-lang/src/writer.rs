@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 use std::fmt::Write;
 
-use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
+use superegg_geom::{Superquadric, TransformStep};
 use superegg_scene::{
-    Camera, Entity, Floor, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Sky,
+    Camera, Entity, Floor, InstanceTable, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Sky,
 };
 
 use crate::parse::number::{format_number, vector};
@@ -31,11 +31,29 @@ pub fn write_session(session: &Session) -> String {
     write_scene(session.scene(), session.selected())
 }
 
-/// As [`write_session`], for a scene with this selection.
+/// As [`write_session`], for a scene with this selection. A table of instances becomes an object
+/// with a child for each row.
 pub fn write_scene(scene: &Scene, selected: Option<&str>) -> String {
+    write_blocks(scene, selected, Tables::AsChildren)
+}
+
+/// As [`write_scene`], but without the tables of instances: the text loads into a scene that has
+/// them already.
+pub fn write_without_tables(scene: &Scene, selected: Option<&str>) -> String {
+    write_blocks(scene, selected, Tables::Omitted)
+}
+
+/// How tables of instances are written.
+#[derive(Clone, Copy)]
+enum Tables {
+    AsChildren,
+    Omitted,
+}
+
+fn write_blocks(scene: &Scene, selected: Option<&str>, tables: Tables) -> String {
     let mut text = String::from("# superegg scene\n");
     write_settings(&mut text, scene);
-    let mut blocks = Blocks { scene, text, begun: HashSet::new(), named: HashSet::new(), last: None };
+    let mut blocks = Blocks { scene, text, tables, begun: HashSet::new(), named: HashSet::new(), last: None };
     for (name, _) in scene.entities() {
         blocks.write(name);
     }
@@ -61,6 +79,7 @@ pub fn write_scene(scene: &Scene, selected: Option<&str>) -> String {
 struct Blocks<'a> {
     scene: &'a Scene,
     text: String,
+    tables: Tables,
     /// The entities that are written, or wait for their children.
     begun: HashSet<&'a str>,
     /// The names that exist at this point of the text.
@@ -87,6 +106,10 @@ impl<'a> Blocks<'a> {
 
     fn write_block(&mut self, name: &'a str) {
         let Some(entity) = self.scene.get(name) else { return };
+        if matches!((entity, self.tables), (Entity::Table(_), Tables::Omitted)) {
+            self.named.insert(name);
+            return;
+        }
         self.text.push('\n');
         match entity {
             Entity::Primitive(primitive) => write_primitive(&mut self.text, name, primitive),
@@ -102,6 +125,7 @@ impl<'a> Blocks<'a> {
                 }
                 write_object(&mut self.text, self.scene, name, object);
             }
+            Entity::Table(table) => write_table(&mut self.text, self.scene, name, table),
         }
         self.named.insert(name);
         self.last = Some(name);
@@ -112,7 +136,7 @@ impl<'a> Blocks<'a> {
 fn select(name: &str, entity: &Entity) -> String {
     match entity {
         Entity::Primitive(_) => format!("primitive {name}"),
-        Entity::Object(_) => format!("object {name}"),
+        Entity::Object(_) | Entity::Table(_) => format!("object {name}"),
     }
 }
 
@@ -293,6 +317,36 @@ fn write_finish(text: &mut String, material: &Material) {
         }
         Pattern::Gradient { color, direction } => {
             line(text, &format!("setPattern gradient {} {}", vector(color), vector(direction)));
+        }
+    }
+}
+
+/// Writes a table as an object: a primitive for each shape, and a child for each row.
+fn write_table(text: &mut String, scene: &Scene, name: &str, table: &InstanceTable) {
+    // The first prefix that no name of the scene begins with.
+    let is_free = |prefix: &String| scene.entities().all(|(held, _)| !held.starts_with(prefix.as_str()));
+    let prefix =
+        (0..).map(|number| format!("{name}{}s", "_".repeat(number))).find(is_free).unwrap_or_default();
+    for (number, shape) in table.shapes().iter().enumerate() {
+        let Ok(held) = Superquadric::new(shape.radii, shape.exponents) else { continue };
+        let material = table.materials()[shape.material as usize];
+        let primitive = Primitive { shape: held, material, ..Primitive::default() };
+        write_primitive(text, &format!("{prefix}{number}"), &primitive);
+    }
+    line(text, &format!("object {name}"));
+    let mut used = HashSet::new();
+    for row in 0..table.len() {
+        let mut alias = table.name(row);
+        while !used.insert(alias.clone()) {
+            alias.push('_');
+        }
+        line(text, &format!("addPrimitive {prefix}{} {alias}", table.shape_index(row)));
+        let (axis, radians) = table.rotation(row).to_axis_angle();
+        if radians != 0.0 {
+            line(text, &format!("rotate {} {}", vector(axis), format_number(radians.to_degrees())));
+        }
+        if table.position(row) != DVec3::ZERO {
+            line(text, &format!("translate {}", vector(table.position(row))));
         }
     }
 }

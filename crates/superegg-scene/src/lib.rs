@@ -15,6 +15,7 @@ mod ordered_map;
 mod picture;
 mod primitive;
 mod scene;
+mod table;
 mod view_settings;
 
 pub use animation::{Key, Track, TrackSubject, TrackWord};
@@ -26,6 +27,7 @@ pub use object::{Child, Object};
 pub use picture::{Encoding, Filter, Picture, Tone};
 pub use primitive::{Material, MaterialWeight, Patches, Pattern, Primitive};
 pub use scene::{DEFAULT_DEPTH, Entity, MAX_DEPTH, Scene, SceneError};
+pub use table::{InstanceTable, TableBuilder, TableColumns, TableError, TableShape, row_name};
 pub use view_settings::{Shading, ViewSettings};
 
 /// Compiles the examples of the crate's README.

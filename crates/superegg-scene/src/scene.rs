@@ -12,27 +12,31 @@ use crate::object::{Child, Object};
 use crate::ordered_map::OrderedMap;
 use crate::picture::Picture;
 use crate::primitive::{Material, Primitive};
+use crate::table::InstanceTable;
 
 /// The default recursion depth of objects.
 pub const DEFAULT_DEPTH: u32 = 25;
 /// The maximal recursion depth of objects.
 pub const MAX_DEPTH: u32 = 64;
 
-/// A primitive or an object: what a name refers to.
+/// A primitive, an object or a table of instances: what a name refers to.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entity {
     /// A superquadric with a material.
     Primitive(Primitive),
     /// A group of children.
     Object(Object),
+    /// Many instances as columns. A table can be a child of objects; it never changes.
+    Table(InstanceTable),
 }
 
 impl Entity {
-    /// The kind with its article: "a primitive" or "an object".
+    /// The kind with its article: "a primitive", "an object" or "a table of instances".
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Primitive(_) => "a primitive",
             Self::Object(_) => "an object",
+            Self::Table(_) => "a table of instances",
         }
     }
 }
@@ -49,6 +53,9 @@ pub enum SceneError {
     /// The name belongs to an object; a primitive is needed.
     #[error("'{0}' is an object, not a primitive")]
     NotAPrimitive(String),
+    /// The name belongs to a table, which cannot be changed.
+    #[error("'{0}' is a table of instances, which cannot be changed")]
+    IsTable(String),
     /// The object already has a child with this alias.
     #[error("'{object}' has a child '{alias}' already")]
     AliasExists {
@@ -175,7 +182,7 @@ impl Scene {
     pub fn objects(&self) -> impl Iterator<Item = (&str, &Object)> {
         self.entities().filter_map(|(name, entity)| match entity {
             Entity::Object(object) => Some((name, object)),
-            Entity::Primitive(_) => None,
+            Entity::Primitive(_) | Entity::Table(_) => None,
         })
     }
 
@@ -183,8 +190,28 @@ impl Scene {
     pub fn primitives(&self) -> impl Iterator<Item = (&str, &Primitive)> {
         self.entities().filter_map(|(name, entity)| match entity {
             Entity::Primitive(primitive) => Some((name, primitive)),
-            Entity::Object(_) => None,
+            Entity::Object(_) | Entity::Table(_) => None,
         })
+    }
+
+    /// The tables of instances with their names.
+    pub fn tables(&self) -> impl Iterator<Item = (&str, &InstanceTable)> {
+        self.entities().filter_map(|(name, entity)| match entity {
+            Entity::Table(table) => Some((name, table)),
+            Entity::Primitive(_) | Entity::Object(_) => None,
+        })
+    }
+
+    /// Adds a table of instances under a new name.
+    ///
+    /// # Errors
+    /// The name exists.
+    pub fn add_table(&mut self, name: &str, table: InstanceTable) -> Result<(), SceneError> {
+        if self.entities.contains(name) {
+            return Err(SceneError::NameExists(name.to_owned()));
+        }
+        self.entities.insert(name, Entity::Table(table));
+        Ok(())
     }
 
     /// The primitive or object of this name.
@@ -227,6 +254,7 @@ impl Scene {
     pub fn ensure_primitive(&mut self, name: &str) -> Result<(), SceneError> {
         match self.entities.get(name) {
             Some(Entity::Object(_)) => Err(SceneError::NotAPrimitive(name.to_owned())),
+            Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
             Some(Entity::Primitive(_)) => Ok(()),
             None => {
                 self.entities.insert(name, Entity::Primitive(Primitive::default()));
@@ -235,14 +263,14 @@ impl Scene {
         }
     }
 
-    /// Creates an empty object of this name if there is none.
+    /// Creates an empty object of this name if there is no object or table.
     ///
     /// # Errors
     /// The name belongs to a primitive.
     pub fn ensure_object(&mut self, name: &str) -> Result<(), SceneError> {
         match self.entities.get(name) {
             Some(Entity::Primitive(_)) => Err(SceneError::NotAnObject(name.to_owned())),
-            Some(Entity::Object(_)) => Ok(()),
+            Some(Entity::Object(_) | Entity::Table(_)) => Ok(()),
             None => {
                 self.entities.insert(name, Entity::Object(Object::default()));
                 Ok(())
@@ -258,6 +286,7 @@ impl Scene {
         match self.entities.get(name) {
             Some(Entity::Primitive(primitive)) => Ok(primitive),
             Some(Entity::Object(_)) => Err(SceneError::NotAPrimitive(name.to_owned())),
+            Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
             None => Err(SceneError::Unknown(name.to_owned())),
         }
     }
@@ -270,6 +299,7 @@ impl Scene {
         match self.entities.get_mut(name) {
             Some(Entity::Primitive(primitive)) => Ok(primitive),
             Some(Entity::Object(_)) => Err(SceneError::NotAPrimitive(name.to_owned())),
+            Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
             None => Err(SceneError::Unknown(name.to_owned())),
         }
     }
@@ -282,6 +312,7 @@ impl Scene {
         match self.entities.get(name) {
             Some(Entity::Object(object)) => Ok(object),
             Some(Entity::Primitive(_)) => Err(SceneError::NotAnObject(name.to_owned())),
+            Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
             None => Err(SceneError::Unknown(name.to_owned())),
         }
     }
@@ -290,6 +321,7 @@ impl Scene {
         match self.entities.get_mut(name) {
             Some(Entity::Object(object)) => Ok(object),
             Some(Entity::Primitive(_)) => Err(SceneError::NotAnObject(name.to_owned())),
+            Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
             None => Err(SceneError::Unknown(name.to_owned())),
         }
     }

@@ -40,7 +40,13 @@ impl Flattener<'_> {
                 self.found.push(FlatInstance { path, shape, world_from_local });
                 (self.found.len() <= self.limit).then_some(())
             }
-            Entity::Object(_) if remaining == 0 => Some(()),
+            Entity::Object(_) | Entity::Table(_) if remaining == 0 => Some(()),
+            Entity::Table(table) => (0..table.len()).try_for_each(|row| {
+                let world_from_local = world_from_here.after(&table.transform(row)).ok()?;
+                let (path, shape) = (format!("{path}/{}", table.name(row)), table.superquadric(row));
+                self.found.push(FlatInstance { path, shape, world_from_local });
+                (self.found.len() <= self.limit).then_some(())
+            }),
             Entity::Object(object) => object.children().try_for_each(|(alias, child)| {
                 let world_from_child = world_from_here.after(&object.parent_from_child(child).ok()?).ok()?;
                 self.visit(child.target(), format!("{path}/{alias}"), &world_from_child, remaining - 1)

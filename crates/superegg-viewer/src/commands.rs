@@ -31,7 +31,7 @@ pub(crate) fn redo() -> String {
 /// Selects a primitive or an object.
 pub(crate) fn select(name: &str, entity: &Entity) -> String {
     match entity {
-        Entity::Object(_) => format!("object {name}"),
+        Entity::Object(_) | Entity::Table(_) => format!("object {name}"),
         Entity::Primitive(_) => select_primitive(name),
     }
 }

@@ -19,10 +19,12 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use superegg_geom::Transform;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::unit_vector;
-use superegg_scene::{Camera, Entity, Floor, Light, LightKind, Material, Object, Pattern, Primitive, Scene};
+use superegg_geom::{Superquadric, Transform};
+use superegg_scene::{
+    Camera, Entity, Floor, InstanceTable, Light, LightKind, Material, Object, Pattern, Primitive, Scene,
+};
 use thiserror::Error;
 
 /// The maximal number of instances: POV-Ray holds each in memory, at some kilobytes.
@@ -181,7 +183,8 @@ impl<'a> Writer<'a> {
                 self.primitive(&identifier, primitive);
                 (Some(identifier), 1)
             }
-            Entity::Object(_) if remaining == 0 => (None, 0),
+            Entity::Object(_) | Entity::Table(_) if remaining == 0 => (None, 0),
+            Entity::Table(table) => self.table(identifier, table, remaining)?,
             Entity::Object(object) => {
                 // Terminates: `remaining` decreases, so a declaration never needs itself.
                 self.object(identifier, object, remaining)?
@@ -206,6 +209,41 @@ impl<'a> Writer<'a> {
         };
         let texture = texture(&primitive.material, &pattern(&primitive.material, Some(&reach)));
         let _ = writeln!(self.text, "#declare {identifier} = {shape} scale {radii}\n  {texture} }}");
+    }
+
+    /// A table: one shape for each row.
+    fn table(
+        &mut self,
+        identifier: String,
+        table: &InstanceTable,
+        remaining: u32,
+    ) -> Result<(Option<String>, u64), PovError> {
+        let count = table.len() as u64;
+        if count > MOST_INSTANCES {
+            return Err(PovError::TooMany { depth: remaining });
+        }
+        for (number, shape) in table.shapes().iter().enumerate() {
+            let row = Primitive {
+                shape: Superquadric::new(shape.radii, shape.exponents)
+                    .unwrap_or_else(|_| Superquadric::unit(shape.exponents)),
+                material: table.materials()[shape.material as usize],
+                ..Primitive::default()
+            };
+            self.primitive(&format!("{identifier}_{number}"), &row);
+        }
+        if table.len() < 2 {
+            let Some(row) = (!table.is_empty()).then_some(0) else { return Ok((None, 0)) };
+            let (shape, map) = (table.shape_index(row), matrix(&table.transform(row)));
+            let _ = writeln!(self.text, "#declare {identifier} = object {{ {identifier}_{shape} {map} }}");
+            return Ok((Some(identifier), 1));
+        }
+        let _ = writeln!(self.text, "#declare {identifier} = union {{");
+        for row in 0..table.len() {
+            let (shape, map) = (table.shape_index(row), matrix(&table.transform(row)));
+            let _ = writeln!(self.text, "  object {{ {identifier}_{shape} {map} }}");
+        }
+        self.text.push_str("}\n");
+        Ok((Some(identifier), count))
     }
 
     fn object(

@@ -1,6 +1,6 @@
 //! Affine maps with their inverses, built from a list of steps.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 use thiserror::Error;
 
 use crate::math::numeric::{difference_of_products, scale_to_unit, unit_vector};
@@ -97,6 +97,16 @@ pub struct Transform {
 impl Transform {
     /// The map that moves nothing.
     pub const IDENTITY: Self = Self { forward: DAffine3::IDENTITY, inverse: DAffine3::IDENTITY };
+
+    /// A rotation followed by a translation. The rotation is a unit quaternion.
+    pub fn rigid(rotation: DQuat, translation: DVec3) -> Self {
+        let matrix3 = DMat3::from_quat(rotation);
+        let transposed = matrix3.transpose();
+        Self {
+            forward: DAffine3 { matrix3, translation },
+            inverse: DAffine3 { matrix3: transposed, translation: transposed * -translation },
+        }
+    }
 
     /// The map of an ordered list: the first step acts on the point first.
     ///

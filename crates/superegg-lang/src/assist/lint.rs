@@ -33,7 +33,7 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
                     "the name may be misspelt",
                 );
             }
-            Entity::Object(_) if !used.contains(name) && !is_selected => {
+            Entity::Object(_) | Entity::Table(_) if !used.contains(name) && !is_selected => {
                 warn(
                     FaultCode::Unused,
                     format!("the object '{name}' is in no other and not selected"),
@@ -47,7 +47,7 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
                     "it will not be in the picture",
                 );
             }
-            _ => {}
+            Entity::Object(_) | Entity::Table(_) | Entity::Primitive(_) => {}
         }
     }
     for (name, primitive) in scene.primitives() {

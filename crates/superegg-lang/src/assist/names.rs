@@ -16,7 +16,10 @@ pub(crate) fn names_of(session: &Session, of: NameKind) -> Vec<&str> {
     match of {
         NameKind::New => Vec::new(),
         NameKind::Primitive | NameKind::PrimitiveOrNew => scene.primitives().map(|(name, _)| name).collect(),
-        NameKind::Object | NameKind::ObjectOrNew => scene.objects().map(|(name, _)| name).collect(),
+        NameKind::Object | NameKind::ObjectOrNew => {
+            let objects = scene.objects().map(|(name, _)| name);
+            objects.chain(scene.tables().map(|(name, _)| name)).collect()
+        }
         NameKind::Entity => scene.entities().map(|(name, _)| name).collect(),
         NameKind::Child => {
             let selected = session.selected().and_then(|name| scene.object(name).ok());
@@ -38,7 +41,9 @@ pub(crate) fn is_name_of(session: &Session, of: NameKind, name: &str) -> bool {
         NameKind::Primitive | NameKind::PrimitiveOrNew => {
             matches!(scene.get(name), Some(Entity::Primitive(_)))
         }
-        NameKind::Object | NameKind::ObjectOrNew => matches!(scene.get(name), Some(Entity::Object(_))),
+        NameKind::Object | NameKind::ObjectOrNew => {
+            matches!(scene.get(name), Some(Entity::Object(_) | Entity::Table(_)))
+        }
         NameKind::Entity => scene.get(name).is_some(),
         NameKind::Child => session
             .selected()

@@ -32,6 +32,11 @@ pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) ->
             named,
             "addObject adds an object, and 'object NAME' selects one".to_owned(),
         ),
+        SceneError::IsTable(_) => (
+            FaultCode::WrongKind,
+            named,
+            "its rows come from data; addObject adds it to an object, which can be moved".to_owned(),
+        ),
         SceneError::AliasExists { .. } => (
             FaultCode::AliasExists,
             parsed.columns.len() - 1,

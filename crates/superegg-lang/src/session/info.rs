@@ -2,7 +2,7 @@
 
 use superegg_geom::TransformStep;
 use superegg_scene::{
-    Entity, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Track, TrackWord,
+    Entity, InstanceTable, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Track, TrackWord,
 };
 
 use crate::diagnostic::{Fault, FaultCode};
@@ -61,6 +61,12 @@ fn list(selection: Selection<'_>) -> String {
         let count = object.children().len();
         let plural = if count == 1 { "" } else { "ren" };
         lines.push(format!("  {name}: {count} child{plural}"));
+    }
+    if scene.tables().next().is_some() {
+        lines.push(format!("tables ({})", scene.tables().count()));
+        lines.extend(
+            sorted(scene.tables()).iter().map(|(name, table)| format!("  {name}: {} instances", table.len())),
+        );
     }
     lines.push(format!("lights ({})", scene.named_lights().len()));
     lines.extend(scene.named_lights().map(|(name, light)| format!("  {name}: {}", light_words(light))));
@@ -190,6 +196,7 @@ fn details(scene: &Scene, name: &str, entity: &Entity) -> String {
     let details = match entity {
         Entity::Primitive(primitive) => primitive_details(name, primitive),
         Entity::Object(object) => object_details(name, object),
+        Entity::Table(table) => table_details(name, table),
     };
     details + &key_details(scene, name)
 }
@@ -248,6 +255,14 @@ fn object_details(name: &str, object: &Object) -> String {
         text.push_str(&format!("\n  as a whole: {}", step_words(step)));
     }
     text
+}
+
+fn table_details(name: &str, table: &InstanceTable) -> String {
+    let (rows, shapes, materials) = (table.len(), table.shapes().len(), table.materials().len());
+    format!(
+        "object {name}\n  a table of {rows} instances: shapes {shapes}, materials {materials}, {} bytes",
+        table.bytes()
+    )
 }
 
 fn step_words(step: &TransformStep) -> String {

@@ -288,7 +288,9 @@ impl Session {
         let (name, scene) = (self.selected.as_deref().unwrap_or_default(), &mut self.scene);
         match command {
             ObjectCommand::AddObject { target, alias } => {
-                scene.object(target)?;
+                if !matches!(scene.get(target), Some(Entity::Table(_))) {
+                    scene.object(target)?;
+                }
                 scene.add_child(name, alias.as_ref().unwrap_or(target), target)
             }
             ObjectCommand::AddPrimitive { target, alias } => {

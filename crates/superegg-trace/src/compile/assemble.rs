@@ -33,7 +33,7 @@ impl InflationSum {
 /// Loose boxes determine the space of the tree, tight boxes the tree, and the tree the order of the leaves. `leaf_box` is
 /// the box around the plain leaves.
 pub(super) fn assemble(
-    parts: Parts<'_>,
+    mut parts: Parts<'_>,
     names: Arc<Names>,
     signature: u64,
     leaf_box: Aabb,
@@ -80,22 +80,21 @@ pub(super) fn assemble(
         NameRef::chain(chains.len() as u32 - 1)
     };
     let mut folded: Vec<Option<Leaf>> = Vec::with_capacity(parts.folded.len());
-    for FoldedLeaf { child, primitive, maps, chain } in parts.folded {
-        let name = if parts.object.is_none() { NameRef::ROOT } else { name_of(child, chain) };
+    for FoldedLeaf { child, primitive, maps, chain } in std::mem::take(&mut parts.folded) {
+        let name = if parts.container.is_none() { NameRef::ROOT } else { name_of(child, chain) };
         folded.push(Some(Leaf::new(maps.unit_from_group, primitive, name, primitives)));
     }
     let mut groups: Vec<Option<Instance>> = Vec::with_capacity(parts.groups.len());
-    for GroupItem { child, parent_from_child, group, chain } in parts.groups {
+    for GroupItem { child, parent_from_child, group, chain } in std::mem::take(&mut parts.groups) {
         let name = name_of(child, chain);
         let stretch = stretch_of(&parent_from_child);
         groups.push(Some(Instance { parent_from_child, group, name, stretch }));
     }
-    let (plain, object, children) = (&parts.leaves, parts.object, &parts.children);
+    let plain = &parts.leaves;
     let make_plain = |item: u32| {
         let (child, primitive) = plain[item as usize];
-        let map = object.and_then(|object| object.parent_from_child(children[child as usize]).ok());
-        let radii = primitives[primitive as usize].radii;
-        let unit_from_group = map.map_or(NO_MAP, |map| LeafMaps::new(&map, radii).unit_from_group);
+        let maps = parts.maps(&(child, primitive), primitives);
+        let unit_from_group = maps.map_or(NO_MAP, |maps| maps.unit_from_group);
         Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives)
     };
     let mut instances = Vec::with_capacity(groups.len());

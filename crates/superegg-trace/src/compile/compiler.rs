@@ -6,11 +6,12 @@ use std::sync::Arc;
 use num_bigint::BigUint;
 use rayon::prelude::*;
 use superegg_geom::{Aabb, Transform, inverse_of};
-use superegg_scene::{Child, Entity, MAX_DEPTH, Object, Scene};
+use superegg_scene::{Child, Entity, MAX_DEPTH, Scene};
 
 use super::assemble::{InflationSum, assemble};
 use super::parts::{
-    EntityIndex, FoldedLeaf, GroupItem, Index, LARGE, LeafMaps, PackedEntity, Parts, heights, map_all,
+    Container, EntityIndex, FoldedLeaf, GroupItem, Index, LARGE, LeafMaps, PackedEntity, Parts, heights,
+    map_all,
 };
 use super::patch::{Patchable, patched};
 use super::signature::{Materials, Mixer, bits_of};
@@ -46,9 +47,9 @@ impl CompiledScene {
         let root_group = match root.and_then(|name| compiler.index_of(name)) {
             None => None,
             Some(EntityIndex::Primitive(primitive)) => compiler.only_primitive(primitive),
-            Some(EntityIndex::Object(object)) => compiler.open(object, depth.min(MAX_DEPTH)),
+            Some(EntityIndex::Container(container)) => compiler.open(container, depth.min(MAX_DEPTH)),
         };
-        let names = &compiler.object_names;
+        let names = &compiler.container_names;
         let opened = compiler
             .opened
             .into_iter()
@@ -60,6 +61,7 @@ impl CompiledScene {
             instance_count: Count::new(count),
             primitives: compiler.described.primitives,
             primitive_names: compiler.described.names,
+            table_primitives: compiler.described.tables,
             materials: compiler.described.materials.all,
             root: root_group,
             root_name: root.unwrap_or_default().to_owned(),
@@ -76,13 +78,13 @@ impl CompiledScene {
 struct Compiler<'a> {
     scene: &'a Scene,
     before: Option<&'a CompiledScene>,
-    objects: Vec<&'a Object>,
-    object_names: Vec<&'a str>,
-    /// The children of each object.
+    containers: Vec<Container<'a>>,
+    container_names: Vec<&'a str>,
+    /// The children of each object; none for tables.
     children: Vec<Arc<Vec<&'a Child>>>,
     /// The entity of each child.
     child_entities: Vec<Arc<Vec<PackedEntity>>>,
-    /// The number of levels of each object.
+    /// The number of levels of each container.
     heights: Vec<u32>,
     described: Described,
     /// The names of each object's children, made when they are needed.
@@ -97,10 +99,13 @@ struct Compiler<'a> {
 
 impl<'a> Compiler<'a> {
     fn new(scene: &'a Scene, before: Option<&'a CompiledScene>) -> Self {
-        let (Index { by_name, objects, object_names }, described) =
+        let (Index { by_name, containers, container_names }, described) =
             rayon::join(|| Index::of(scene), || Described::of(scene));
-        let children_of = |object: &&'a Object| Arc::new(object.children().map(|(_, child)| child).collect());
-        let children: Vec<Arc<Vec<&Child>>> = objects.iter().map(children_of).collect();
+        let children_of = |container: &Container<'a>| match container {
+            Container::Object(object) => Arc::new(object.children().map(|(_, child)| child).collect()),
+            Container::Table(_) => Arc::default(),
+        };
+        let children: Vec<Arc<Vec<&Child>>> = containers.iter().map(children_of).collect();
         let entity = |child: &&Child| by_name.get(child.target()).copied().unwrap_or(PackedEntity::NONE);
         let child_entities: Vec<Arc<Vec<PackedEntity>>> =
             children.iter().map(|children| Arc::new(map_all(children, entity))).collect();
@@ -108,9 +113,9 @@ impl<'a> Compiler<'a> {
             scene,
             before,
             heights: heights(&child_entities),
-            aliases: vec![None; objects.len()],
-            objects,
-            object_names,
+            aliases: vec![None; containers.len()],
+            containers,
+            container_names,
             children,
             child_entities,
             described,
@@ -124,8 +129,8 @@ impl<'a> Compiler<'a> {
 
     fn index_of(&self, name: &str) -> Option<EntityIndex> {
         let index = match self.scene.get(name)? {
-            Entity::Object(_) => {
-                EntityIndex::Object(self.object_names.iter().position(|other| *other == name)? as u32)
+            Entity::Object(_) | Entity::Table(_) => {
+                EntityIndex::Container(self.container_names.iter().position(|other| *other == name)? as u32)
             }
             Entity::Primitive(_) => {
                 let position = self.scene.primitives().position(|(other, _)| other == name)?;
@@ -135,16 +140,16 @@ impl<'a> Compiler<'a> {
         Some(index)
     }
 
-    /// The aliases of an object's children.
-    fn names(&mut self, object: u32) -> Arc<Names> {
-        let description = self.objects[object as usize];
+    /// The aliases of a container's children.
+    fn names(&mut self, container: u32) -> Arc<Names> {
+        let description = self.containers[container as usize];
         let make = || {
-            let mut names = Names::with_capacity(description.children().len());
-            description.children().for_each(|(alias, _)| names.push(alias));
-            names.shrink();
-            Arc::new(names)
+            Arc::new(match description {
+                Container::Object(object) => Names::listed(object.children().map(|(alias, _)| alias)),
+                Container::Table(table) => Names::Rows(table.ids().cloned()),
+            })
         };
-        self.aliases[object as usize].get_or_insert_with(make).clone()
+        self.aliases[container as usize].get_or_insert_with(make).clone()
     }
 
     /// The group of a root that is a primitive.
@@ -168,19 +173,19 @@ impl<'a> Compiler<'a> {
         group.map(Arc::new)
     }
 
-    /// The group of an object opened to a remaining depth. Beyond an object's number of levels the group stays the same.
-    fn open(&mut self, object: u32, remaining: u32) -> Option<Arc<Group>> {
-        let remaining = remaining.min(self.heights[object as usize]);
+    /// The group of a container opened to a remaining depth. Beyond its number of levels the group stays the same.
+    fn open(&mut self, container: u32, remaining: u32) -> Option<Arc<Group>> {
+        let remaining = remaining.min(self.heights[container as usize]);
         if remaining == 0 {
             return None;
         }
-        if let Some(group) = self.opened.get(&(object, remaining)) {
+        if let Some(group) = self.opened.get(&(container, remaining)) {
             return group.clone();
         }
-        let names = self.names(object);
-        let parts = self.parts(object, remaining, &names);
+        let names = self.names(container);
+        let parts = self.parts(container, remaining, &names);
         // The lookup needs an owned key. Groups are few.
-        let key = (Box::from(self.object_names[object as usize]), remaining);
+        let key = (Box::from(self.container_names[container as usize]), remaining);
         let before = self.before.and_then(|before| before.opened.get(&key));
         let patchable = before.and_then(|group| Patchable::new(group, &parts));
         let Survey { signature, leaf_box, changed } = self.survey(&parts, &names, patchable.as_ref());
@@ -196,21 +201,24 @@ impl<'a> Compiler<'a> {
             self.patched += usize::from(group.is_some());
             group.or_else(|| self.assemble(parts, names, signature, leaf_box))
         };
-        self.opened.insert((object, remaining), group.clone());
+        self.opened.insert((container, remaining), group.clone());
         group
     }
 
     /// The content of a group, with the groups of its children opened.
-    fn parts(&mut self, object: u32, remaining: u32, names: &Arc<Names>) -> Parts<'a> {
-        let description = self.objects[object as usize];
+    fn parts(&mut self, container: u32, remaining: u32, names: &Arc<Names>) -> Parts<'a> {
+        let description = match self.containers[container as usize] {
+            Container::Object(object) => object,
+            Container::Table(_) => return self.rows(container),
+        };
         let mut parts = Parts {
-            children: self.children[object as usize].clone(),
-            object: Some(description),
+            children: self.children[container as usize].clone(),
+            container: Some(Container::Object(description)),
             ..Parts::default()
         };
         let compares_all = parts.children.len() <= MOST_COMPARED;
         let mut seen = HashSet::new();
-        let entities = self.child_entities[object as usize].clone();
+        let entities = self.child_entities[container as usize].clone();
         let is_primitive =
             |entity: &&PackedEntity| matches!(entity.unpack(), Some(EntityIndex::Primitive(_)));
         parts.leaves.reserve_exact(entities.iter().filter(is_primitive).count());
@@ -229,10 +237,9 @@ impl<'a> Compiler<'a> {
                         parts.leaves.push((child, primitive));
                     }
                 }
-                Some(EntityIndex::Object(target)) => {
+                Some(EntityIndex::Container(target)) => {
                     let Some(group) = self.open(target, remaining - 1) else {
-                        self.reaches_depth |=
-                            remaining == 1 && self.objects[target as usize].children().len() > 0;
+                        self.reaches_depth |= remaining == 1 && !self.containers[target as usize].is_empty();
                         continue;
                     };
                     let Some(parent_from_child) = transform() else { continue };
@@ -244,6 +251,22 @@ impl<'a> Compiler<'a> {
             }
         }
         parts
+    }
+
+    /// The rows of a table as the content of a group.
+    fn rows(&self, container: u32) -> Parts<'a> {
+        let description = self.containers[container as usize];
+        let Container::Table(table) = description else { return Parts::default() };
+        let name = self.container_names[container as usize];
+        let first =
+            self.described.tables.iter().find(|(_, held)| **held == *name).map_or(0, |(first, _)| *first);
+        let leaf = |row: usize| (row as u32, first + table.shape_index(row));
+        Parts {
+            container: Some(description),
+            leaves: (0..table.len()).map(leaf).collect(),
+            primitive_count: table.len() as u64,
+            ..Parts::default()
+        }
     }
 
     /// Computes the signature and the box of a group's content, and which leaves differ from those before.
@@ -285,14 +308,19 @@ impl<'a> Compiler<'a> {
             hash.words([u64::from(folded.child), u64::from(folded.primitive)]);
             hash.shape(&primitives[folded.primitive as usize]);
             hash.words(folded.maps.unit_from_group.to_cols_array().map(f64::to_bits));
-            folded.chain.iter().for_each(|(names, index)| hash.text(names.get(*index)));
+            folded.chain.iter().for_each(|(names, index)| hash.text(&names.get(*index)));
         }
         for item in &parts.groups {
             hash.words([u64::from(item.child), item.group.signature]);
             hash.words(bits_of(&item.parent_from_child));
-            item.chain.iter().for_each(|(names, index)| hash.text(names.get(*index)));
+            item.chain.iter().for_each(|(names, index)| hash.text(&names.get(*index)));
         }
-        hash.text(names.text());
+        match names {
+            Names::Listed { text, .. } => hash.text(text),
+            Names::Rows(ids) => {
+                ids.iter().flat_map(|ids| ids.iter()).for_each(|id| hash.words([*id as u64]));
+            }
+        }
         hash.words([parts.primitive_count]);
         survey.signature = hash.finish();
         survey
@@ -338,26 +366,38 @@ fn push_group(
 struct Described {
     primitives: Vec<CompiledPrimitive>,
     names: Names,
+    /// The first primitive and the name of each table. Its shapes follow in their order.
+    tables: Vec<(u32, Box<str>)>,
     materials: Materials,
 }
 
 impl Described {
     fn of(scene: &Scene) -> Self {
         let mut materials = Materials::default();
+        let of_tables: usize = scene.tables().map(|(_, table)| table.shapes().len()).sum();
         // The capacity is an upper bound. Memory that is not written is not resident.
-        let mut primitives = Vec::with_capacity(scene.entities().len());
-        let mut names = Names::with_capacity(0);
-        for (name, primitive) in scene.primitives() {
-            names.push(name);
+        let mut primitives = Vec::with_capacity(scene.entities().len() + of_tables);
+        let names = Names::listed(scene.primitives().map(|(name, _)| name));
+        for (_, primitive) in scene.primitives() {
             primitives.push(CompiledPrimitive {
                 radii: primitive.shape.radii(),
                 exponents: primitive.shape.exponents(),
                 material: materials.index_of(&primitive.material),
             });
         }
+        let mut tables = Vec::new();
+        for (name, table) in scene.tables() {
+            tables.push((primitives.len() as u32, name.into()));
+            let of_table: Vec<u32> =
+                table.materials().iter().map(|material| materials.index_of(material)).collect();
+            primitives.extend(table.shapes().iter().map(|shape| CompiledPrimitive {
+                radii: shape.radii,
+                exponents: shape.exponents,
+                material: of_table[shape.material as usize],
+            }));
+        }
         primitives.shrink_to_fit();
-        names.shrink();
-        Self { primitives, names, materials }
+        Self { primitives, names, tables, materials }
     }
 }
 

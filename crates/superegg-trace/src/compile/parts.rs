@@ -8,7 +8,7 @@ use num_bigint::BigUint;
 use rayon::prelude::*;
 use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Aabb, Transform};
-use superegg_scene::{Child, Entity, Object, Scene, object_heights};
+use superegg_scene::{Child, Entity, InstanceTable, Object, Scene, object_heights};
 
 use crate::scene::group::{Chain, Group};
 use crate::scene::primitive::CompiledPrimitive;
@@ -19,11 +19,27 @@ pub(super) const LARGE: usize = 4096;
 /// The map of a leaf whose transform is not invertible. No ray hits the leaf.
 pub(super) const NO_MAP: DAffine3 = DAffine3::NAN;
 
-/// A primitive or an object, by its index among those of its kind in the order of the scene.
+/// A primitive or a container, by its index among those of its kind in the order of the scene.
 #[derive(Clone, Copy)]
 pub(super) enum EntityIndex {
     Primitive(u32),
-    Object(u32),
+    Container(u32),
+}
+
+/// An entity that becomes a group.
+#[derive(Clone, Copy)]
+pub(super) enum Container<'a> {
+    Object(&'a Object),
+    Table(&'a InstanceTable),
+}
+
+impl Container<'_> {
+    pub(super) fn is_empty(self) -> bool {
+        match self {
+            Self::Object(object) => object.children().len() == 0,
+            Self::Table(table) => table.is_empty(),
+        }
+    }
 }
 
 /// An optional [`EntityIndex`] in 32 bits. A child list has one for each child.
@@ -31,21 +47,21 @@ pub(super) enum EntityIndex {
 pub(super) struct PackedEntity(u32);
 
 impl PackedEntity {
-    const OBJECT: u32 = 1 << 31;
+    const CONTAINER: u32 = 1 << 31;
     /// A name without entity.
     pub(super) const NONE: Self = Self(u32::MAX);
 
     fn new(entity: EntityIndex) -> Self {
         match entity {
             EntityIndex::Primitive(i) => Self(i),
-            EntityIndex::Object(i) => Self(i | Self::OBJECT),
+            EntityIndex::Container(i) => Self(i | Self::CONTAINER),
         }
     }
 
     pub(super) fn unpack(self) -> Option<EntityIndex> {
         match self.0 {
             u32::MAX => None,
-            i if i & Self::OBJECT != 0 => Some(EntityIndex::Object(i & !Self::OBJECT)),
+            i if i & Self::CONTAINER != 0 => Some(EntityIndex::Container(i & !Self::CONTAINER)),
             i => Some(EntityIndex::Primitive(i)),
         }
     }
@@ -54,29 +70,30 @@ impl PackedEntity {
 /// The names of a scene.
 pub(super) struct Index<'a> {
     pub(super) by_name: HashMap<&'a str, PackedEntity, RandomState>,
-    pub(super) objects: Vec<&'a Object>,
-    pub(super) object_names: Vec<&'a str>,
+    pub(super) containers: Vec<Container<'a>>,
+    pub(super) container_names: Vec<&'a str>,
 }
 
 impl<'a> Index<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
         let mut by_name = HashMap::with_capacity_and_hasher(scene.entities().len(), RandomState::default());
-        let (mut objects, mut object_names) = (Vec::new(), Vec::new());
+        let (mut containers, mut container_names) = (Vec::new(), Vec::new());
         let mut primitives = 0;
         for (name, entity) in scene.entities() {
-            match entity {
+            let container = match entity {
                 Entity::Primitive(_) => {
                     by_name.insert(name, PackedEntity::new(EntityIndex::Primitive(primitives)));
                     primitives += 1;
+                    continue;
                 }
-                Entity::Object(object) => {
-                    by_name.insert(name, PackedEntity::new(EntityIndex::Object(objects.len() as u32)));
-                    objects.push(object);
-                    object_names.push(name);
-                }
-            }
+                Entity::Object(object) => Container::Object(object),
+                Entity::Table(table) => Container::Table(table),
+            };
+            by_name.insert(name, PackedEntity::new(EntityIndex::Container(containers.len() as u32)));
+            containers.push(container);
+            container_names.push(name);
         }
-        Self { by_name, objects, object_names }
+        Self { by_name, containers, container_names }
     }
 }
 
@@ -102,9 +119,10 @@ pub(super) struct FoldedLeaf {
 #[derive(Default)]
 pub(super) struct Parts<'a> {
     /// `None` if the root is a primitive.
-    pub(super) object: Option<&'a Object>,
+    pub(super) container: Option<Container<'a>>,
+    /// The children of an object; none for a table.
     pub(super) children: Arc<Vec<&'a Child>>,
-    /// Children that are primitives: the indices of child and primitive.
+    /// Children that are primitives: the indices of child, or of the row of a table, and primitive.
     pub(super) leaves: Vec<(u32, u32)>,
     pub(super) folded: Vec<FoldedLeaf>,
     pub(super) groups: Vec<GroupItem>,
@@ -116,7 +134,18 @@ pub(super) struct Parts<'a> {
 
 impl Parts<'_> {
     pub(super) fn transform(&self, child: u32) -> Option<Transform> {
-        self.object?.parent_from_child(self.children[child as usize]).ok()
+        match self.container? {
+            Container::Object(object) => object.parent_from_child(self.children[child as usize]).ok(),
+            Container::Table(table) => Some(table.transform(child as usize)),
+        }
+    }
+
+    /// The number of children, or of the rows of a table.
+    pub(super) fn child_count(&self) -> usize {
+        match self.container {
+            Some(Container::Table(table)) => table.len(),
+            Some(Container::Object(_)) | None => self.children.len(),
+        }
     }
 
     pub(super) fn maps(
@@ -164,13 +193,13 @@ pub(super) fn map_all<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Se
     if items.len() < LARGE { items.iter().map(work).collect() } else { items.par_iter().map(work).collect() }
 }
 
-/// The number of levels of each object, as [`object_heights`] counts them.
+/// The number of levels of each container, as [`object_heights`] counts them.
 pub(super) fn heights(children: &[Arc<Vec<PackedEntity>>]) -> Vec<u32> {
     let child_objects: Vec<Vec<u32>> = children
         .iter()
         .map(|children| {
             let objects = children.iter().filter_map(|child| match child.unpack() {
-                Some(EntityIndex::Object(object)) => Some(object),
+                Some(EntityIndex::Container(container)) => Some(container),
                 Some(EntityIndex::Primitive(_)) | None => None,
             });
             let mut objects: Vec<u32> = objects.collect();

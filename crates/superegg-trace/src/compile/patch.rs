@@ -34,7 +34,7 @@ impl<'a> Patchable<'a> {
         if !is_flat || parts.leaves.len() != group.leaves.len() || parts.leaves.len() < LEAST_PATCHED {
             return None;
         }
-        let mut seats = vec![None; parts.children.len()];
+        let mut seats = vec![None; parts.child_count()];
         for (seat, leaf) in group.leaves.iter().enumerate() {
             *seats.get_mut(leaf.name.as_child()? as usize)? = Some(seat as u32);
         }

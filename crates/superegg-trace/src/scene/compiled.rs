@@ -84,8 +84,10 @@ pub struct BoxInflation {
 pub struct CompiledScene {
     pub(crate) id: SceneId,
     pub(crate) primitives: Vec<CompiledPrimitive>,
-    /// The name of each primitive.
+    /// The name of each primitive that is no shape of a table.
     pub(crate) primitive_names: Names,
+    /// The first primitive and the name of each table. Its shapes follow in their order.
+    pub(crate) table_primitives: Vec<(u32, Box<str>)>,
     pub(crate) materials: Vec<Material>,
     pub(crate) root: Option<Arc<Group>>,
     pub(crate) root_name: String,
@@ -113,9 +115,16 @@ impl CompiledScene {
         self.primitives.len()
     }
 
-    /// The name of the primitive of this index; `None` if there is no such primitive.
+    /// The name of the primitive of this index, or of the table that has it; `None` if there is no such primitive.
     pub fn primitive_name(&self, index: u32) -> Option<&str> {
-        ((index as usize) < self.primitives.len()).then(|| self.primitive_names.get(index))
+        if index as usize >= self.primitives.len() {
+            return None;
+        }
+        let tables_before = self.table_primitives.partition_point(|(first, _)| *first <= index);
+        match tables_before.checked_sub(1) {
+            Some(table) => Some(&self.table_primitives[table].1),
+            None => self.primitive_names.alias(index),
+        }
     }
 
     /// The materials of all primitives, each once.

@@ -1,11 +1,13 @@
 //! Groups: the nodes of the compiled scene graph.
 
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use num_bigint::BigUint;
 use superegg_geom::glam::DAffine3;
 use superegg_geom::kernels::LanePowers;
 use superegg_geom::{Aabb, Ray, Transform};
+use superegg_scene::row_name;
 
 use super::node::{Node, TreeSpace};
 use super::primitive::CompiledPrimitive;
@@ -97,37 +99,56 @@ impl NameRef {
     }
 }
 
-/// The aliases of an object's children, in their order.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Names {
-    text: String,
-    ends: Vec<u32>,
+/// The aliases of a container's children, in their order.
+#[derive(Clone, Debug)]
+pub(crate) enum Names {
+    /// The aliases of an object's children.
+    Listed {
+        /// All aliases, one after the other.
+        text: String,
+        /// The end of each.
+        ends: Vec<u32>,
+    },
+    /// The rows of a table, by their ids if it has some.
+    Rows(Option<Arc<[i64]>>),
+}
+
+impl Default for Names {
+    fn default() -> Self {
+        Self::listed([])
+    }
 }
 
 impl Names {
-    pub(crate) fn with_capacity(count: usize) -> Self {
-        Self { text: String::with_capacity(8 * count), ends: Vec::with_capacity(count) }
+    pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> Self {
+        let (mut text, mut ends) = (String::new(), Vec::new());
+        for name in names {
+            text.push_str(name);
+            ends.push(text.len() as u32);
+        }
+        text.shrink_to_fit();
+        ends.shrink_to_fit();
+        Self::Listed { text, ends }
     }
 
-    /// Gives unused memory back.
-    pub(crate) fn shrink(&mut self) {
-        self.text.shrink_to_fit();
+    pub(crate) fn get(&self, index: u32) -> Cow<'_, str> {
+        match (self, self.alias(index)) {
+            (_, Some(alias)) => Cow::Borrowed(alias),
+            (Self::Listed { .. }, None) => Cow::Borrowed(""),
+            (Self::Rows(ids), None) => Cow::Owned(row_name(ids.as_deref(), index as usize)),
+        }
     }
 
-    pub(crate) fn push(&mut self, name: &str) {
-        self.text.push_str(name);
-        self.ends.push(self.text.len() as u32);
-    }
-
-    /// All aliases, one after the other.
-    pub(crate) fn text(&self) -> &str {
-        &self.text
-    }
-
-    pub(crate) fn get(&self, index: u32) -> &str {
+    /// The alias of this index; `None` for the row of a table.
+    pub(crate) fn alias(&self, index: u32) -> Option<&str> {
         let index = index as usize;
-        let start = if index == 0 { 0 } else { self.ends[index - 1] };
-        &self.text[start as usize..self.ends[index] as usize]
+        match self {
+            Self::Listed { text, ends } => {
+                let start = if index == 0 { 0 } else { ends[index - 1] };
+                Some(&text[start as usize..ends[index] as usize])
+            }
+            Self::Rows(_) => None,
+        }
     }
 }
 
@@ -162,7 +183,7 @@ impl Group {
     pub(super) fn push_name(&self, name: NameRef, path: &mut String) {
         let mut push = |names: &Names, index: u32| {
             path.push('/');
-            path.push_str(names.get(index));
+            path.push_str(&names.get(index));
         };
         if let Some(child) = name.as_child() {
             push(&self.names, child);

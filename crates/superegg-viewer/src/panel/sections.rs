@@ -120,6 +120,9 @@ impl Panel {
                     self.primitive(ui, name, primitive, model.scene);
                 }
                 Some((name, Entity::Object(object))) => self.object(ui, name, object, model.scene, events),
+                Some((_, Entity::Table(table))) => {
+                    ui.label(format!("A table of {} instances from data; it cannot be edited.", table.len()));
+                }
                 None => {
                     ui.label("Select something in the tree, or by a double click in the scene.");
                 }

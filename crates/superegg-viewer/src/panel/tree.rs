@@ -61,7 +61,9 @@ impl<'a> Tree<'a, '_> {
                     .body(|ui| self.children(ui, name, object));
             }
             // An object within itself is a leaf, or the tree would be infinite.
-            Entity::Object(_) | Entity::Primitive(_) => self.label(ui, alias, name, entity),
+            Entity::Object(_) | Entity::Primitive(_) | Entity::Table(_) => {
+                self.label(ui, alias, name, entity)
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use superegg_geom::Transform;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Child, Entity, MAX_DEPTH, Scene, object_heights};
+use superegg_scene::{Child, Entity, MAX_DEPTH, Primitive, Scene, object_heights};
 
 use super::data::PreviewShape;
 
@@ -36,6 +36,7 @@ impl SceneIndex {
         let numbers: HashMap<String, u32> =
             scene.entities().enumerate().map(|(i, (name, _))| (name.to_owned(), i as u32)).collect();
         let mut shapes = Vec::new();
+        let mut table_shapes = Vec::new();
         let mut entities = Vec::with_capacity(numbers.len());
         for (_, entity) in scene.entities() {
             entities.push(match entity {
@@ -54,8 +55,23 @@ impl SceneIndex {
                     };
                     IndexedEntity::Object(object.children().filter_map(child).collect())
                 }
+                Entity::Table(table) => {
+                    // The table's shapes follow the entities of the scene.
+                    let first = scene.entities().len() + table_shapes.len();
+                    for shape in table.shapes() {
+                        shapes.push(PreviewShape {
+                            exponents: shape.exponents,
+                            patches: Primitive::default().patches,
+                            material: table.materials()[shape.material as usize],
+                        });
+                        table_shapes.push(IndexedEntity::Primitive(shapes.len() as u32 - 1, shape.radii));
+                    }
+                    let row = |row: usize| (table.transform(row), first as u32 + table.shape_index(row));
+                    IndexedEntity::Object((0..table.len()).map(row).collect())
+                }
             });
         }
+        entities.append(&mut table_shapes);
         let heights = heights(&entities);
         Self { entities, numbers, shapes, depth: scene.depth.min(MAX_DEPTH), heights }
     }
