@@ -1,5 +1,6 @@
 //! The command-line arguments.
 
+mod data;
 mod options;
 mod values;
 
@@ -8,6 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::{CommandFactory, Parser, Subcommand};
 use superegg_lang::nearest;
 
+pub(crate) use data::ImportArgs;
 pub(crate) use options::{
     AnimateArgs, BenchArgs, CheckArgs, ExportArgs, InfoArgs, IntersectArgs, IotestArgs, MergeArgs,
     RenderArgs, RootArgs, RunArgs, ViewArgs,
@@ -42,6 +44,8 @@ pub(crate) enum Command {
     Intersect(IntersectArgs),
     /// Test points with the inside-outside function
     Iotest(IotestArgs),
+    /// Import data of other programs: particles, fits, tensors, point clouds
+    Import(ImportArgs),
     /// List the contents of a scene, or the details of primitives and objects
     Info(InfoArgs),
     /// Check a scene for errors and warnings

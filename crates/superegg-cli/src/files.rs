@@ -1,7 +1,9 @@
 //! Files: access with checks, the folders of the user, scene files, pictures and CSV.
 
 mod access;
+pub(crate) mod binary_scene;
 pub(crate) mod csv;
+pub(crate) mod data;
 pub(crate) mod folders;
 pub(crate) mod picture;
 pub(crate) mod scene;

@@ -4,9 +4,11 @@
 //! - [`read`]: formats are recognized by their content; [`read::open`] lists the frames of a file
 //!   and reads one as [`read::Content`]: particles in our conventions, or lines of the modelling
 //!   language.
+//! - [`coloring`]: particles as a table of instances, coloured by a column.
 //! - [`sqb`]: the binary scene file, for tables of instances.
 //! - [`write`]: one module for each format; [`povray`] traces superquadrics natively.
 
+pub mod coloring;
 pub mod read;
 pub mod sqb;
 pub mod write;

@@ -1,5 +1,7 @@
 //! Readers: what other programs wrote, in our conventions.
 
+mod check;
+mod dump;
 mod error;
 mod format;
 mod options;
@@ -12,7 +14,7 @@ pub use error::ReadError;
 pub use format::Format;
 pub use options::{ColumnMap, ReadOptions};
 pub use particles::{Particles, SimulationBox};
-pub use source::{Frame, Source, open};
+pub use source::{Frame, Source, open, sniff};
 
 /// A stream that readers take: a file, or bytes in a `Cursor`.
 pub trait Input: Read + Seek {}

@@ -52,7 +52,7 @@ pub use session::still::scene_at;
 pub use session::timeline::Timeline;
 pub use suggest::nearest;
 pub use text::is_unseen;
-pub use writer::{write_scene, write_session, write_without_tables};
+pub use writer::{fingerprint_text, write_scene, write_session, write_without_tables};
 
 /// Compiles the examples of the crate's README.
 #[cfg(doctest)]

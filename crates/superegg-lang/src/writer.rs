@@ -43,6 +43,16 @@ pub fn write_without_tables(scene: &Scene, selected: Option<&str>) -> String {
     write_blocks(scene, selected, Tables::Omitted)
 }
 
+/// A text that is equal for equal scenes: [`write_scene`], with the rows of tables as one number
+/// each. For checksums of pictures.
+pub fn fingerprint_text(scene: &Scene, selected: Option<&str>) -> String {
+    let mut text = write_without_tables(scene, selected);
+    for (name, table) in scene.tables() {
+        line(&mut text, &format!("# table {name} {} {:016x}", table.len(), table.fingerprint()));
+    }
+    text
+}
+
 /// How tables of instances are written.
 #[derive(Clone, Copy)]
 enum Tables {

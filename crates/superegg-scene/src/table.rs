@@ -150,6 +150,28 @@ impl InstanceTable {
         row_name(self.ids.as_deref(), row)
     }
 
+    /// A hash of all columns, the same on every machine: FNV-1a over the bits of the numbers.
+    pub fn fingerprint(&self) -> u64 {
+        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+        let mut mix = |word: u64| hash = (hash ^ word).wrapping_mul(0x0100_0000_01b3).rotate_left(29);
+        for shape in &self.shapes {
+            let numbers =
+                [shape.radii.x, shape.radii.y, shape.radii.z, shape.exponents.e(), shape.exponents.n()];
+            numbers.iter().for_each(|number| mix(number.to_bits()));
+            mix(shape.material.into());
+        }
+        for material in &self.materials {
+            format!("{material:?}").bytes().for_each(|byte| mix(byte.into()));
+        }
+        for row in 0..self.len() {
+            mix(self.shape_of[row].into());
+            self.positions[row].to_array().iter().for_each(|number| mix(number.to_bits()));
+            self.rotations[row].to_array().iter().for_each(|number| mix(number.to_bits()));
+        }
+        self.ids.iter().flat_map(|ids| ids.iter()).for_each(|id| mix(*id as u64));
+        hash
+    }
+
     /// The memory of the columns, in bytes.
     pub fn bytes(&self) -> usize {
         self.shapes.capacity() * size_of::<TableShape>()

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::value_parser;
 use superegg_scene::Picture;
 
+use crate::args::data::DataArgs;
 use crate::args::values::{
     AovArg, EncodingArg, FilterArg, FrameRange, Size, ToneArg, bits, depth, exposure, finite, frame_rate,
     noise_threshold, non_negative, positive,
@@ -56,7 +57,8 @@ pub(crate) struct RenderArgs {
     /// Render an AOV (arbitrary output variable, render pass) instead of light
     #[arg(long, value_enum, value_name = "NAME", visible_alias = "view")]
     pub(crate) aov: Option<AovArg>,
-    /// Render this frame of the keyframes; default: the scene without keyframes
+    /// Render this frame of the keyframes, or of a data file with several; default: the scene
+    /// without keyframes, or the first frame that is not empty
     #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) frame: Option<f64>,
     /// Write counts, times and memory as JSON to this file
@@ -67,6 +69,8 @@ pub(crate) struct RenderArgs {
     pub(crate) quiet: bool,
     #[command(flatten)]
     pub(crate) long: LongArgs,
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
 }
 
 /// The conversion of a film to a picture.
@@ -283,10 +287,12 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
-    /// The scene file
+    /// The scene file, or data of another program
     pub(crate) scene: PathBuf,
     #[command(flatten)]
     pub(crate) root: RootArgs,
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
     /// Open no window; print the frame times of the preview and of the live ray traced view
     #[arg(long)]
     pub(crate) bench: bool,

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use indicatif::ProgressBar;
-use superegg_lang::{Session, write_scene};
+use superegg_lang::{Session, fingerprint_text};
 use superegg_render::{RenderOptions, RenderSettings, Shard, render};
 use superegg_scene::{Picture, Scene, Track};
 use superegg_trace::CompiledScene;
@@ -261,6 +261,6 @@ fn warn_of_frame(frame: u32, compiled: &CompiledScene, settings: &RenderSettings
 
 /// A hash of everything that determines the picture of a frame.
 fn signature(still: &Scene, root: Option<&str>, depth: u32) -> u64 {
-    let text = format!("{} {root:?} {depth}\n{}", env!("CARGO_PKG_VERSION"), write_scene(still, root));
+    let text = format!("{} {root:?} {depth}\n{}", env!("CARGO_PKG_VERSION"), fingerprint_text(still, root));
     frame_folder::hash(text.as_bytes())
 }

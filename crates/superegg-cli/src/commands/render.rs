@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use superegg_lang::write_scene;
+use superegg_lang::fingerprint_text;
 use superegg_render::{Film, Output, PartHeader, RenderOptions, RenderSettings, Shard, TraceStats};
 use superegg_scene::{Picture, Scene};
 use superegg_trace::CompiledScene;
@@ -17,7 +17,7 @@ use crate::commands::input::still_at;
 use crate::console;
 use crate::files;
 use crate::files::picture::PictureFormat;
-use crate::files::scene::{Loaded, load};
+use crate::files::scene::{Loaded, load_with};
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::long::checkpoint::{checkpoint_path, has_layers};
 use crate::long::resumable::ResumableRender;
@@ -78,7 +78,7 @@ impl<'a> Job<'a> {
 
     fn run(&self) -> Result<Outcome> {
         let mut clock = Clock::start();
-        let loaded = load(&self.args.scene)?;
+        let loaded = load_with(&self.args.scene, &self.args.data.options(self.data_frame()))?;
         let parse = clock.lap();
         loaded.print_diagnostics();
         let prepared = self.prepare(&loaded)?;
@@ -108,6 +108,11 @@ impl<'a> Job<'a> {
         std::mem::forget((prepared.compiled, prepared.scene));
         std::mem::forget(loaded);
         Ok(outcome)
+    }
+
+    /// The frame of a data file.
+    fn data_frame(&self) -> Option<usize> {
+        self.args.frame.filter(|frame| *frame >= 0.0 && frame.fract() == 0.0).map(|frame| frame as usize)
     }
 
     fn prepare<'l>(&self, loaded: &'l Loaded) -> Result<Prepared<'l>> {
@@ -149,7 +154,7 @@ impl<'a> Job<'a> {
         let mut clock = Clock::start();
         let Prepared { scene, root, depth, compiled, settings } = prepared;
         let header = || {
-            let text = write_scene(scene, loaded.session.selected());
+            let text = fingerprint_text(scene, loaded.session.selected());
             let shard = self.shard.unwrap_or(Shard::WHOLE);
             PartHeader::new(env!("CARGO_PKG_VERSION"), &text, root.as_deref(), *depth, settings, shard)
         };

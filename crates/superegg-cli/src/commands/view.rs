@@ -10,13 +10,13 @@ use superegg_viewer::{FrameTimes, FromViewer, Viewer, ViewerBench};
 
 use crate::args::ViewArgs;
 use crate::console;
-use crate::files::scene::load;
+use crate::files::scene::load_with;
 use crate::modeller::{Input, Modeller, console_reporter};
 use crate::outcome::Outcome;
 use crate::text::counted;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
-    let loaded = load(&args.scene)?;
+    let loaded = load_with(&args.scene, &args.data.options(None))?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let outcome = Outcome::of_input(loaded.has_errors());

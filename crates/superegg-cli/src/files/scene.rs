@@ -6,10 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Result, bail};
 use superegg_lang::{
     Diagnostic, Effect, Fault, FaultCode, Flow, Request, Session, Settings, Severity, nearest, run_script,
+    write_session,
 };
 
 use crate::console;
 use crate::files::access;
+use crate::files::binary_scene::{self, open_input};
+use crate::files::data::{self, DataOptions, FileKind, LoadedData};
 use crate::files::folders::Folders;
 
 /// The maximum nesting of sourced files.
@@ -25,13 +28,16 @@ pub(crate) struct Loaded {
     pub(crate) lines: String,
     /// The output of the lines.
     pub(crate) prints: Vec<String>,
+    /// How data of another program was read, one line each.
+    pub(crate) notes: Vec<String>,
     /// Whether the user interrupted the load.
     pub(crate) is_interrupted: bool,
 }
 
 impl Loaded {
-    /// Prints the diagnostics on standard error.
+    /// Prints the notes and diagnostics on standard error.
     pub(crate) fn print_diagnostics(&self) {
+        self.notes.iter().for_each(|note| console::warn(format_args!("superegg: {note}")));
         self.diagnostics.iter().for_each(console::warn);
     }
 
@@ -81,8 +87,53 @@ pub(crate) fn load(path: &Path) -> Result<Loaded> {
     load_into(path, Settings::default(), &AtomicBool::new(false))
 }
 
+/// Like [`load`]; reads a file of another program with these options.
+pub(crate) fn load_with(path: &Path, options: &DataOptions) -> Result<Loaded> {
+    match load_data(path, options)? {
+        Some(loaded) => Ok(loaded),
+        None => load(path),
+    }
+}
+
+/// A binary scene or a data file of another program as a scene; `None` for any other file.
+fn load_data(path: &Path, options: &DataOptions) -> Result<Option<Loaded>> {
+    if access::is_standard_stream(path) && !options.are_for_data() || !path.is_file() {
+        return Ok(None);
+    }
+    let mut input = open_input(path)?;
+    let (session, diagnostics, notes) = match data::kind_of(&mut *input, options)? {
+        FileKind::Text => return Ok(None),
+        FileKind::Binary => {
+            let (session, diagnostics) = binary_scene::load(path, &mut *input)?;
+            (session, diagnostics, Vec::new())
+        }
+        FileKind::Data => {
+            let LoadedData { session, notes } = data::load(path, &mut *input, options)?;
+            (session, Vec::new(), notes)
+        }
+    };
+    let lines = lines_of(path, &session);
+    Ok(Some(Loaded { session, diagnostics, lines, prints: Vec::new(), notes, is_interrupted: false }))
+}
+
+/// Tables of at most this many rows are journalled as lines; larger ones as the file to load again.
+const MOST_JOURNALLED: usize = 10_000;
+
+/// The lines that make a scene, for history and journal.
+fn lines_of(path: &Path, session: &Session) -> String {
+    let rows: usize = session.scene().tables().map(|(_, table)| table.len()).sum();
+    if rows <= MOST_JOURNALLED {
+        return write_session(session);
+    }
+    format!("load \"{}\"\n", identity(path).display())
+}
+
 /// Like [`load`], into a session with these settings. Stops when `interrupt` becomes true.
 pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool) -> Result<Loaded> {
+    if let Some(mut loaded) = load_data(path, &DataOptions::default())? {
+        loaded.session.settings = settings;
+        return Ok(loaded);
+    }
     let bytes = access::read(path)?;
     if bytes.contains(&0) {
         let line = 1 + bytes.iter().take_while(|&&byte| byte != 0).filter(|&&byte| byte == b'\n').count();
@@ -101,7 +152,7 @@ pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool)
     let mut diagnostics = Vec::new();
     loader.run(&mut session, path, &bytes, &mut diagnostics);
     let Loader { lines, prints, is_interrupted, .. } = loader;
-    Ok(Loaded { session, diagnostics, lines, prints, is_interrupted })
+    Ok(Loaded { session, diagnostics, lines, prints, notes: Vec::new(), is_interrupted })
 }
 
 /// The canonical path, equal for all names of a file.

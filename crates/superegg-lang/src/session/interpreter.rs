@@ -63,6 +63,12 @@ pub enum Effect {
 }
 
 impl Session {
+    /// A session with this scene. Selects `selected` if the scene has it.
+    pub fn with_scene(scene: Scene, selected: Option<&str>) -> Self {
+        let selected = selected.filter(|name| scene.get(name).is_some()).map(str::to_owned);
+        Self { scene, selected, settings: Settings::default() }
+    }
+
     /// The scene as it is now.
     pub fn scene(&self) -> &Scene {
         &self.scene

@@ -1,0 +1,268 @@
+//! Loads data of other programs as scenes.
+
+use std::io::{Read, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+use superegg_exchange::coloring::{Coloring, to_table};
+use superegg_exchange::read::{
+    Content, Import, Input, Particles, ReadOptions, SimulationBox, Source, open, sniff,
+};
+use superegg_exchange::sqb;
+use superegg_geom::glam::{DQuat, DVec3};
+use superegg_geom::{Exponents, unit_vector};
+use superegg_lang::{Session, format_number, load_text};
+use superegg_scene::{Material, Scene, TableBuilder};
+
+use crate::text::counted;
+
+/// The number of bytes that decide whether a file is data.
+const HEAD: u64 = 1 << 16;
+
+/// How data is read and shown.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DataOptions {
+    pub(crate) read: ReadOptions,
+    pub(crate) coloring: Coloring,
+    /// The frame; the first one that is not empty if `None`.
+    pub(crate) frame: Option<usize>,
+    /// The number of images of a periodic box along each edge; `[0; 3]` stands for one.
+    pub(crate) images: [u32; 3],
+    /// Whether the edges of the simulation box are shown.
+    pub(crate) shows_box: bool,
+}
+
+impl DataOptions {
+    /// Whether the options only make sense for data.
+    pub(crate) fn are_for_data(&self) -> bool {
+        let Self { read, coloring, images, shows_box, .. } = self;
+        read.from.is_some()
+            || read.columns.is_some()
+            || *coloring != Coloring::Own
+            || images.iter().any(|count| *count > 1)
+            || *shows_box
+    }
+}
+
+/// The kind of a file by its first bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FileKind {
+    /// Lines of the modelling language, or nothing that is known.
+    Text,
+    /// A binary scene.
+    Binary,
+    /// Data of another program.
+    Data,
+}
+
+/// Recognizes the kind of a file.
+pub(super) fn kind_of(input: &mut dyn Input, options: &DataOptions) -> Result<FileKind> {
+    let mut head = Vec::new();
+    input.seek(SeekFrom::Start(0))?;
+    input.take(HEAD).read_to_end(&mut head)?;
+    input.seek(SeekFrom::Start(0))?;
+    Ok(if head.starts_with(&sqb::SIGNATURE) {
+        FileKind::Binary
+    } else if options.are_for_data() || sniff(&head).is_some() {
+        FileKind::Data
+    } else {
+        FileKind::Text
+    })
+}
+
+/// A data file as a scene, with one line about how it was read and the warnings.
+pub(crate) struct LoadedData {
+    pub(crate) session: Session,
+    pub(crate) notes: Vec<String>,
+}
+
+/// Loads data files as one scene: a table of instances for each, in an object if there are several.
+///
+/// # Errors
+/// A file cannot be read, is in no known format, or is wrong.
+pub(crate) fn load_files(paths: &[PathBuf], options: &DataOptions) -> Result<LoadedData> {
+    let mut loaded = Vec::new();
+    for path in paths {
+        let mut input = super::binary_scene::open_input(path)?;
+        loaded.push(load(path, &mut *input, options)?);
+    }
+    if loaded.len() == 1 {
+        return loaded.pop().ok_or_else(|| anyhow!("no file"));
+    }
+    join(loaded)
+}
+
+/// Puts the tables of several files into one scene.
+fn join(loaded: Vec<LoadedData>) -> Result<LoadedData> {
+    let (mut scene, mut notes) = (Scene::default(), Vec::new());
+    scene.ensure_object("all")?;
+    for data in loaded {
+        let root = data.session.selected().map(str::to_owned);
+        for (name, table) in data.session.scene().tables() {
+            let free = (1..)
+                .map(|number| if number == 1 { name.to_owned() } else { format!("{name}_{number}") })
+                .find(|name| scene.get(name).is_none());
+            let free = free.unwrap_or_default();
+            scene.add_table(&free, table.clone())?;
+            scene.add_child("all", &free, &free)?;
+        }
+        if data.session.scene().tables().next().is_none() {
+            bail!("'{}' holds a scene; import it alone", root.unwrap_or_default());
+        }
+        notes.extend(data.notes);
+    }
+    Ok(LoadedData { session: Session::with_scene(scene, Some("all")), notes })
+}
+
+/// Loads one data file from a stream.
+pub(super) fn load(path: &Path, input: &mut dyn Input, options: &DataOptions) -> Result<LoadedData> {
+    let cannot_read = || format!("cannot read '{}'", path.display());
+    let mut source = open(input, &options.read).with_context(cannot_read)?;
+    let format = source.format();
+    let (frame, import) = read_frame(&mut source, options).with_context(cannot_read)?;
+    let Import { content, reading, warnings, .. } = import;
+    let frames = source.frames().len();
+    let of_frames = if frames > 1 { format!(", frame {frame} of 0..{}", frames - 1) } else { String::new() };
+    let name = path.display();
+    let (session, count) = match content {
+        Content::Particles(particles) => {
+            let count = counted(particles.len(), "shape");
+            (particle_scene(&scene_name(path), &particles, options).with_context(cannot_read)?, count)
+        }
+        Content::Script(text) => {
+            let (session, diagnostics) = load_text(&name.to_string(), &text);
+            if let Some(error) = diagnostics.first() {
+                bail!("cannot read '{name}': {error}");
+            }
+            (session, "a scene".to_owned())
+        }
+        _ => bail!("cannot read '{name}': it holds nothing that can be shown"),
+    };
+    let mut notes = vec![format!("{name}: {}{of_frames}: {count}; {reading}", format.description())];
+    notes.extend(warnings.into_iter().map(|warning| format!("{name}: warning: {warning}")));
+    Ok(LoadedData { session, notes })
+}
+
+/// The wanted frame, or the first one with particles.
+fn read_frame<R: Input>(source: &mut Source<R>, options: &DataOptions) -> Result<(usize, Import)> {
+    let frames = source.frames().len();
+    if let Some(frame) = options.frame {
+        if frame >= frames {
+            bail!(
+                "there is no frame {frame}; the file has {} (0 to {})",
+                counted(frames, "frame"),
+                frames - 1
+            );
+        }
+        return Ok((frame, source.read(frame, &options.read)?));
+    }
+    for frame in 0..frames {
+        let import = source.read(frame, &options.read)?;
+        let is_empty = matches!(&import.content, Content::Particles(particles) if particles.is_empty());
+        if !is_empty || frame + 1 == frames {
+            return Ok((frame, import));
+        }
+    }
+    bail!("the file has no frame")
+}
+
+/// The name of the object that holds a file's data: letters, digits and underscores of its stem.
+fn scene_name(path: &Path) -> String {
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("data");
+    let name: String = stem.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    if name.starts_with(|c: char| c.is_alphabetic()) { name } else { format!("data_{name}") }
+}
+
+/// A scene of particles: their table, or an object of its images and the edges of the box.
+fn particle_scene(name: &str, particles: &Particles, options: &DataOptions) -> Result<Session> {
+    let table = to_table(particles, &options.coloring)?.table;
+    let mut scene = Scene::default();
+    let images = options.images.map(|count| count.max(1));
+    if images == [1; 3] && !options.shows_box {
+        scene.add_table(name, table)?;
+        return framed(Session::with_scene(scene, Some(name)), particles, &[DVec3::ZERO]);
+    }
+    let Some(bounds) = particles.bounds else {
+        bail!("the file has no simulation box, which --images and --box need");
+    };
+    let held = format!("{name}_particles");
+    scene.add_table(&held, table)?;
+    scene.ensure_object(name)?;
+    let mut offsets = Vec::new();
+    let [x, y, z] = images;
+    for (i, j, k) in (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| (i, j, k)))) {
+        let alias = if [x, y, z] == [1; 3] { held.clone() } else { format!("{held}_{i}_{j}_{k}") };
+        scene.add_child(name, &alias, &held)?;
+        let [a, b, c] = bounds.edges;
+        let by = a * f64::from(i) + b * f64::from(j) + c * f64::from(k);
+        offsets.push(by);
+        if by != DVec3::ZERO {
+            scene.transform_child(name, superegg_geom::TransformStep::Translate(by))?;
+        }
+    }
+    if options.shows_box {
+        let edges = format!("{name}_box");
+        scene.add_table(&edges, box_edges(&bounds)?)?;
+        scene.add_child(name, &edges, &edges)?;
+    }
+    framed(Session::with_scene(scene, Some(name)), particles, &offsets)
+}
+
+/// The session with a camera and a light that show particles at these offsets.
+fn framed(mut session: Session, particles: &Particles, offsets: &[DVec3]) -> Result<Session> {
+    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for (position, radii) in particles.positions.iter().zip(&particles.radii) {
+        let reach = DVec3::splat(radii.max_element());
+        least = least.min(*position - reach);
+        most = most.max(*position + reach);
+    }
+    let corner =
+        |of: fn(DVec3, DVec3) -> DVec3, from: DVec3| offsets.iter().fold(from, |at, by| of(at, from + *by));
+    let (least, most) = (corner(DVec3::min, least), corner(DVec3::max, most));
+    if least.cmple(most).all() {
+        let radius = 0.5 * (most - least).length();
+        for line in framing_lines(0.5 * (least + most), radius).lines() {
+            session.run_line(line).map_err(|fault| anyhow!("{}", fault.message))?;
+        }
+    }
+    Ok(session)
+}
+
+/// The twelve edges of a box as thin cylinders.
+fn box_edges(bounds: &SimulationBox) -> Result<superegg_scene::InstanceTable> {
+    let SimulationBox { origin, edges, .. } = *bounds;
+    let diagonal = (edges[0] + edges[1] + edges[2]).length();
+    let radius = 1.5e-3 * diagonal;
+    let mut builder = TableBuilder::default();
+    let material = builder.material(Material { color: DVec3::splat(0.2), ..Material::default() });
+    // A cylinder with nearly flat ends.
+    let exponents = Exponents::new(1.0, 0.02)?;
+    for axis in 0..3 {
+        let (along, [first, second]) = (edges[axis], [edges[(axis + 1) % 3], edges[(axis + 2) % 3]]);
+        let Some(direction) = unit_vector(along) else { continue };
+        let half = 0.5 * along.length() + radius;
+        let shape = builder.shape(DVec3::new(radius, radius, half), exponents, material)?;
+        for corner in [DVec3::ZERO, first, second, first + second] {
+            let middle = origin + corner + 0.5 * along;
+            builder.push(shape, middle, DQuat::from_rotation_arc(DVec3::Z, direction), None);
+        }
+    }
+    Ok(builder.finish())
+}
+
+/// A camera and a light that show a scene of data with this box: seen from the front, a little from
+/// the right and above, z up. Lines of the modelling language.
+fn framing_lines(center: DVec3, radius: f64) -> String {
+    let radius = if radius > 0.0 && radius.is_finite() { radius } else { 1.0 };
+    let text = |v: DVec3| v.to_array().map(format_number).join(" ");
+    let direction = DVec3::new(0.55, -0.75, 0.42).normalize();
+    let distance = radius / (0.5_f64 * 40.0).to_radians().sin();
+    let position = center + direction * distance;
+    let light = center + DVec3::new(-0.6, -1.2, 1.6) * (4.0 * radius);
+    format!(
+        "camera {} {} 40\ncameraUp 0 0 1\nlight key {} 1.1 1.1 1.1 0\n",
+        text(position),
+        text(center),
+        text(light)
+    )
+}
