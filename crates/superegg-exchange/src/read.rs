@@ -1,52 +1,22 @@
 //! Readers: what other programs wrote, in our conventions.
 
+#[allow(dead_code, reason = "readers that use all of it come next")]
 mod check;
 mod dump;
 mod error;
 mod format;
+mod frame;
+mod import;
 mod options;
 mod particles;
 mod source;
-
-use std::io::{Read, Seek};
+#[allow(dead_code, reason = "readers that use it come next")]
+mod spacing;
 
 pub use error::ReadError;
 pub use format::Format;
+pub use frame::Frame;
+pub use import::{Content, Import, Input};
 pub use options::{ColumnMap, ReadOptions};
 pub use particles::{Particles, SimulationBox};
-pub use source::{Frame, Source, open, sniff};
-
-/// A stream that readers take: a file, or bytes in a `Cursor`.
-pub trait Input: Read + Seek {}
-
-impl<T: Read + Seek> Input for T {}
-
-/// What a frame of a file holds.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Content {
-    /// Superquadrics as columns.
-    Particles(Particles),
-    /// Lines of the modelling language: a scene with objects, lights or a camera.
-    Script(String),
-}
-
-/// One frame as read.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Import {
-    /// What the frame holds.
-    pub content: Content,
-    /// How the numbers were read, for example "sizes as semi-axes, exponents e = 2/blockiness2,
-    /// n = 2/blockiness1, rotation from quat1..4". One line.
-    pub reading: String,
-    /// What was skipped or cannot be trusted, one line each.
-    pub warnings: Vec<String>,
-}
-
-impl Import {
-    /// An import without warnings.
-    pub fn new(content: Content, reading: impl Into<String>) -> Self {
-        Self { content, reading: reading.into(), warnings: Vec::new() }
-    }
-}
+pub use source::{Source, open, sniff};

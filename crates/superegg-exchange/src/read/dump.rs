@@ -14,10 +14,10 @@ use superegg_geom::glam::DVec3;
 use super::check;
 use super::error::ReadError;
 use super::format::Format;
+use super::frame::Frame;
+use super::import::{Content, Import, Input};
 use super::options::ReadOptions;
 use super::particles::Particles;
-use super::source::Frame;
-use super::{Content, Import, Input};
 use columns::{Columns, Position, Rotation, Size};
 use header::Header;
 use lines::Lines;
@@ -26,20 +26,20 @@ use lines::Lines;
 const FRAME: &[u8] = b"ITEM: TIMESTEP";
 
 /// Which dump this is, by the columns of its first frame; `None` if it is no dump.
-pub(super) fn recognize(head: &[u8]) -> Option<Result<Format, ReadError>> {
+pub(super) fn recognize(head: &[u8]) -> Result<Option<Format>, ReadError> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     if !text.trim_ascii_start().starts_with(b"ITEM: ") {
-        return None;
+        return Ok(None);
     }
     let atoms = text
         .split(|&byte| byte == b'\n')
         .filter_map(|line| line.strip_prefix(b"ITEM: ATOMS"))
         .map(|names| String::from_utf8_lossy(names).into_owned())
         .next();
-    Some(match atoms {
-        Some(names) => columns::format_of(&names.split_whitespace().collect::<Vec<_>>()),
+    match atoms {
+        Some(names) => columns::format_of(&names.split_whitespace().collect::<Vec<_>>()).map(Some),
         None => Err(ReadError::File("the dump has no section ITEM: ATOMS".to_owned())),
-    })
+    }
 }
 
 /// The frames of a dump.

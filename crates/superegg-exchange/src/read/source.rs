@@ -2,28 +2,25 @@
 
 use std::io::{Read, SeekFrom};
 
+use super::dump;
 use super::error::ReadError;
 use super::format::Format;
+use super::frame::Frame;
+use super::import::{Import, Input};
 use super::options::ReadOptions;
-use super::{Import, Input, dump};
 
 /// The number of bytes that decide the format.
 const HEAD: u64 = 1 << 16;
 /// The largest file of a format that is read as a whole, in bytes.
 const MOST_BYTES: u64 = 8 << 30;
 
-/// A frame of a file: its step, and where it lies.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
-    /// The time step or time, if the file says it.
-    pub step: Option<f64>,
-    /// The first byte.
-    pub(super) start: u64,
-    /// The byte after the last one.
-    pub(super) end: u64,
-    /// The number of its first line, counted from 1; 1 for binary files.
-    pub(super) first_line: u64,
-}
+/// Finds whether the first bytes of a file are of a module's formats. [`ReadError::Ambiguous`] if
+/// they fit several that mean different things.
+type Recognizer = fn(&[u8]) -> Result<Option<Format>, ReadError>;
+
+/// The recognizers of the modules: those of strict signatures before those of plain numbers. A
+/// module adds its own here, one a line.
+const RECOGNIZERS: &[Recognizer] = &[dump::recognize];
 
 /// A file whose format and frames are known.
 #[derive(Debug)]
@@ -61,13 +58,7 @@ pub fn open<R: Input>(mut input: R, options: &ReadOptions) -> Result<Source<R>, 
         Some(format) => format,
         None => recognize(&head, options)?,
     };
-    let frames = match format {
-        Format::LiggghtsDump | Format::LammpsDump | Format::OvitoDump => dump::frames(&mut input)?,
-        _ => {
-            let end = input.seek(SeekFrom::End(0))?;
-            vec![Frame { step: None, start: 0, end, first_line: 1 }]
-        }
-    };
+    let frames = list_frames(&mut input, format)?;
     Ok(Source { input, format, frames })
 }
 
@@ -83,12 +74,69 @@ pub fn sniff(head: &[u8]) -> Option<Format> {
     }
 }
 
-/// The format of a file with these first bytes.
-fn recognize(head: &[u8], _options: &ReadOptions) -> Result<Format, ReadError> {
-    if let Some(format) = dump::recognize(head) {
-        return format;
+/// The format of a file with these first bytes. Named columns make a table of what else is none.
+fn recognize(head: &[u8], options: &ReadOptions) -> Result<Format, ReadError> {
+    for recognizer in RECOGNIZERS {
+        if let Some(format) = recognizer(head)? {
+            return Ok(format);
+        }
     }
-    Err(ReadError::Unrecognized)
+    options.columns.as_ref().map(|_| Format::Table).ok_or(ReadError::Unrecognized)
+}
+
+/// The frames of a file; one for formats that have no others.
+fn list_frames<R: Input>(input: &mut R, format: Format) -> Result<Vec<Frame>, ReadError> {
+    match format {
+        Format::LiggghtsDump | Format::LammpsDump | Format::OvitoDump => dump::frames(input),
+        _ => Ok(vec![Frame::whole(input.seek(SeekFrom::End(0))?)]),
+    }
+}
+
+/// Reads one frame of a file of this format.
+fn read_frame<R: Input>(
+    input: &mut R,
+    format: Format,
+    frame: &Frame,
+    options: &ReadOptions,
+) -> Result<Import, ReadError> {
+    // One arm for each format: `Format::X => x::read(&whole(input, frame)?, options)`.
+    match format {
+        Format::LiggghtsDump | Format::LammpsDump | Format::OvitoDump => {
+            dump::read(input, frame, format, options)
+        }
+        Format::LiggghtsData
+        | Format::LammpsData
+        | Format::LiggghtsVtk
+        | Format::MercuryVtu
+        | Format::Sudodem
+        | Format::Table
+        | Format::Ems
+        | Format::Superdec
+        | Format::SuperquadricParsing
+        | Format::SuperquadricLib
+        | Format::Sage
+        | Format::VtkTensors
+        | Format::TeemNrrd
+        | Format::CourseYaml
+        | Format::Povray
+        | Format::Ply
+        | Format::Xyz
+        | Format::NpyPoints => {
+            whole(input, frame)?;
+            Err(ReadError::File(format!("{} cannot be read yet", format.description())))
+        }
+    }
+}
+
+/// The bytes of a frame.
+fn whole<R: Input>(input: &mut R, frame: &Frame) -> Result<Vec<u8>, ReadError> {
+    if frame.end - frame.start > MOST_BYTES {
+        return Err(ReadError::File(format!("the file is larger than {MOST_BYTES} bytes")));
+    }
+    let mut bytes = Vec::new();
+    input.seek(SeekFrom::Start(frame.start))?;
+    input.by_ref().take(frame.end - frame.start).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 impl<R: Input> Source<R> {
@@ -111,26 +159,24 @@ impl<R: Input> Source<R> {
             let message = format!("there is no frame {frame}; the file has {}", self.frames.len());
             return Err(ReadError::File(message));
         };
-        match self.format {
-            Format::LiggghtsDump | Format::LammpsDump | Format::OvitoDump => {
-                dump::read(&mut self.input, frame, self.format, options)
-            }
-            _ => {
-                let _bytes = self.bytes()?;
-                Err(ReadError::Unrecognized)
-            }
-        }
+        read_frame(&mut self.input, self.format, frame, options)
     }
+}
 
-    /// The whole file.
-    fn bytes(&mut self) -> Result<Vec<u8>, ReadError> {
-        let length = self.input.seek(SeekFrom::End(0))?;
-        if length > MOST_BYTES {
-            return Err(ReadError::File(format!("the file is larger than {MOST_BYTES} bytes")));
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_is_no_data() {
+        for scene in [
+            "",
+            "primitive egg\nsize 1 1 1.3\n",
+            "# superegg scene\nobject a\n  child egg 0 0 0\n",
+            "sphere 1 2 3",
+            "color 1 0 0\nlight a 1 2 3\n",
+        ] {
+            assert_eq!(sniff(scene.as_bytes()), None, "{scene:?}");
         }
-        self.input.seek(SeekFrom::Start(0))?;
-        let mut bytes = Vec::with_capacity(length as usize);
-        self.input.by_ref().take(MOST_BYTES).read_to_end(&mut bytes)?;
-        Ok(bytes)
     }
 }

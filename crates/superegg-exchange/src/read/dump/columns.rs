@@ -164,7 +164,7 @@ impl Columns {
         for name in options.extra.iter().map(String::as_str).chain(all) {
             match wanted.one(name) {
                 Some(number) if extra.iter().all(|(held, _)| held != name) => {
-                    extra.push((name.to_owned(), number))
+                    extra.push((name.to_owned(), number));
                 }
                 Some(_) => {}
                 None => {
