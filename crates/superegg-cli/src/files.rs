@@ -7,6 +7,7 @@ pub(crate) mod data;
 pub(crate) mod folders;
 pub(crate) mod picture;
 pub(crate) mod scene;
+pub(crate) mod series;
 
 pub(crate) use access::{
     begins_with, check_creatable, check_not_pipe, check_output, check_plain_file, is_standard_stream, write,

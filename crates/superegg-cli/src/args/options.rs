@@ -14,7 +14,7 @@ use crate::long::shard::ShardArg;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RenderArgs {
-    /// The scene file
+    /// The scene file, or data of another program
     pub(crate) scene: PathBuf,
     /// Write the picture to this file: .png for screens, or .exr for linear light with depth,
     /// normals, albedo and instance ids; - for standard output; default: the scene's name with .png
@@ -138,8 +138,10 @@ pub(crate) struct MergeArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct AnimateArgs {
-    /// The scene file
+    /// The scene file, a data file with several frames, or one of a series numbered by step
     pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
     /// Orbit the camera once around its target in N frames, from its position in the scene
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(FrameRange::MOST)))]
     pub(crate) turntable: Option<u32>,

@@ -19,7 +19,8 @@ use crate::commands::input::still_at;
 use crate::console;
 use crate::files;
 use crate::files::picture::PictureFormat;
-use crate::files::scene::load;
+use crate::files::scene::load_with;
+use crate::files::series::Series;
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::long::shard::ShardArg;
 use crate::outcome::Outcome;
@@ -32,20 +33,24 @@ use frame_folder::FrameFolder;
 
 pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     let target = Target::from_args(args)?;
-    let loaded = load(&args.scene)?;
+    let options = args.data.options(None);
+    let series = Series::of(&args.scene, &options)?;
+    let loaded = load_with(&args.scene, &options)?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
+    let root = series.as_ref().map_or(root, |series| Some(series.root.clone()));
     let scene = loaded.session.scene();
-    let plan = Plan::from_args(args, scene)?;
+    let plan = Plan::from_args(args, scene, series.as_ref())?;
+    let stills = Stills { session: &loaded.session, series: series.as_ref() };
     // Find a frame that cannot be rendered before hours of work on the frames before it.
-    for frame in plan.frames() {
-        plan.still(&loaded.session, frame)?;
+    for frame in plan.frames().filter(|_| series.is_none()) {
+        plan.still(&stills, frame)?;
     }
     let mut folder = FrameFolder::open(&target.folder)?;
     let interrupt = Interrupt::listen()?;
 
     let start = Instant::now();
-    let renderer = FrameRenderer { args, plan: &plan, session: &loaded.session, root: root.as_deref() };
+    let renderer = FrameRenderer { args, plan: &plan, stills, root: root.as_deref() };
     let counts = renderer.render_frames(&mut folder, interrupt.flag())?;
     interrupt.work_ended();
     if interrupt.flag().load(Ordering::Relaxed) {
@@ -139,8 +144,17 @@ struct Plan {
 }
 
 impl Plan {
-    fn from_args(args: &AnimateArgs, scene: &Scene) -> Result<Self> {
-        let range = match (args.frames, args.turntable) {
+    fn from_args(args: &AnimateArgs, scene: &Scene, series: Option<&Series>) -> Result<Self> {
+        let of_series = series.map(|series| {
+            let last = (series.len() - 1).min(FrameRange::MOST as usize) as u32;
+            FrameRange { first: 0, last }
+        });
+        if let (Some(range), Some(all)) = (args.frames, of_series)
+            && range.last > all.last
+        {
+            bail!("there is no frame {}; the data has frames 0 to {}", range.last, all.last);
+        }
+        let range = match (args.frames.or(of_series), args.turntable) {
             (Some(range), _) => range,
             (None, Some(count)) => FrameRange { first: 0, last: count - 1 },
             (None, None) => keyed_range(scene).ok_or_else(|| {
@@ -150,7 +164,7 @@ impl Plan {
                 )
             })?,
         };
-        if args.turntable.is_none() && scene.tracks().len() == 0 {
+        if args.turntable.is_none() && scene.tracks().len() == 0 && series.is_none() {
             console::warn("superegg: warning: the scene has no keys, so all frames are alike");
         }
         let Picture { width, height, .. } = scene.picture;
@@ -173,8 +187,8 @@ impl Plan {
     }
 
     /// The scene at a frame, with the camera on its orbit.
-    fn still(&self, session: &Session, frame: u32) -> Result<Scene> {
-        let mut still = still_at(session, f64::from(frame))?;
+    fn still(&self, stills: &Stills<'_>, frame: u32) -> Result<Scene> {
+        let mut still = stills.at(frame)?;
         (still.picture.width, still.picture.height) = self.size;
         still.picture.samples = self.samples.unwrap_or(still.picture.samples);
         if let Some(count) = self.turntable {
@@ -182,6 +196,22 @@ impl Plan {
             still.camera = still.camera.orbited(360.0 * turns);
         }
         Ok(still)
+    }
+}
+
+/// The scenes of frames: keyframes of a session, or the frames of data.
+#[derive(Clone, Copy)]
+struct Stills<'a> {
+    session: &'a Session,
+    series: Option<&'a Series>,
+}
+
+impl Stills<'_> {
+    fn at(&self, frame: u32) -> Result<Scene> {
+        match self.series {
+            Some(series) => series.scene(frame as usize),
+            None => still_at(self.session, f64::from(frame)),
+        }
     }
 }
 
@@ -204,7 +234,7 @@ struct FrameCounts {
 struct FrameRenderer<'a> {
     args: &'a AnimateArgs,
     plan: &'a Plan,
-    session: &'a Session,
+    stills: Stills<'a>,
     root: Option<&'a str>,
 }
 
@@ -221,7 +251,7 @@ impl FrameRenderer<'_> {
             let start = pixels * index as u64;
             bar.set_position(start);
             bar.set_message(frame.to_string());
-            let still = self.plan.still(self.session, frame)?;
+            let still = self.plan.still(&self.stills, frame)?;
             let depth = self.args.depth.unwrap_or(still.depth);
             let signature = signature(&still, self.root, depth);
             if folder.has(frame, signature) {

@@ -4,15 +4,15 @@ use std::io::{Read, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use superegg_exchange::coloring::{Coloring, to_table};
+use superegg_exchange::coloring::{ColoredTable, Coloring, to_table};
 use superegg_exchange::read::{
     Content, Import, Input, Particles, ReadOptions, SimulationBox, Source, open, sniff,
 };
 use superegg_exchange::sqb;
 use superegg_geom::glam::{DQuat, DVec3};
-use superegg_geom::{Exponents, unit_vector};
+use superegg_geom::{Exponents, TransformStep, unit_vector};
 use superegg_lang::{Session, format_number, load_text};
-use superegg_scene::{Material, Scene, TableBuilder};
+use superegg_scene::{InstanceTable, Material, Scene, TableBuilder};
 
 use crate::text::counted;
 
@@ -74,6 +74,10 @@ pub(super) fn kind_of(input: &mut dyn Input, options: &DataOptions) -> Result<Fi
 pub(crate) struct LoadedData {
     pub(crate) session: Session,
     pub(crate) notes: Vec<String>,
+    /// What a camera has to show.
+    pub(crate) framing: Framing,
+    /// The values at the ends of the colour map.
+    pub(crate) range: Option<[f64; 2]>,
 }
 
 /// Loads data files as one scene: a table of instances for each, in an object if there are several.
@@ -95,6 +99,7 @@ pub(crate) fn load_files(paths: &[PathBuf], options: &DataOptions) -> Result<Loa
 /// Puts the tables of several files into one scene.
 fn join(loaded: Vec<LoadedData>) -> Result<LoadedData> {
     let (mut scene, mut notes) = (Scene::default(), Vec::new());
+    let mut framing = Framing::default();
     scene.ensure_object("all")?;
     for data in loaded {
         let root = data.session.selected().map(str::to_owned);
@@ -110,12 +115,24 @@ fn join(loaded: Vec<LoadedData>) -> Result<LoadedData> {
             bail!("'{}' holds a scene; import it alone", root.unwrap_or_default());
         }
         notes.extend(data.notes);
+        framing.join(&data.framing);
     }
-    Ok(LoadedData { session: Session::with_scene(scene, Some("all")), notes })
+    framing.apply(&mut scene)?;
+    Ok(LoadedData { session: Session::with_scene(scene, Some("all")), notes, framing, range: None })
 }
 
 /// Loads one data file from a stream.
 pub(super) fn load(path: &Path, input: &mut dyn Input, options: &DataOptions) -> Result<LoadedData> {
+    load_named(path, &scene_name(path), input, options)
+}
+
+/// Loads one data file from a stream into an object of this name.
+pub(super) fn load_named(
+    path: &Path,
+    object: &str,
+    input: &mut dyn Input,
+    options: &DataOptions,
+) -> Result<LoadedData> {
     let cannot_read = || format!("cannot read '{}'", path.display());
     let mut source = open(input, &options.read).with_context(cannot_read)?;
     let format = source.format();
@@ -124,10 +141,17 @@ pub(super) fn load(path: &Path, input: &mut dyn Input, options: &DataOptions) ->
     let frames = source.frames().len();
     let of_frames = if frames > 1 { format!(", frame {frame} of 0..{}", frames - 1) } else { String::new() };
     let name = path.display();
+    let (mut framing, mut range) = (Framing::default(), None);
     let (session, count) = match content {
         Content::Particles(particles) => {
             let count = counted(particles.len(), "shape");
-            (particle_scene(&scene_name(path), &particles, options).with_context(cannot_read)?, count)
+            framing = Framing::of(&particles, options);
+            let ColoredTable { table, range: found } =
+                to_table(&particles, &options.coloring).with_context(cannot_read)?;
+            range = found;
+            let bounds = particles.bounds;
+            drop(particles);
+            (particle_scene(object, table, bounds, &framing, options).with_context(cannot_read)?, count)
         }
         Content::Script(text) => {
             let (session, diagnostics) = load_text(&name.to_string(), &text);
@@ -140,7 +164,10 @@ pub(super) fn load(path: &Path, input: &mut dyn Input, options: &DataOptions) ->
     };
     let mut notes = vec![format!("{name}: {}{of_frames}: {count}; {reading}", format.description())];
     notes.extend(warnings.into_iter().map(|warning| format!("{name}: warning: {warning}")));
-    Ok(LoadedData { session, notes })
+    if let Some([low, high]) = range {
+        notes.push(format!("{name}: colours from {} to {}", format_number(low), format_number(high)));
+    }
+    Ok(LoadedData { session, notes, framing, range })
 }
 
 /// The wanted frame, or the first one with particles.
@@ -167,37 +194,38 @@ fn read_frame<R: Input>(source: &mut Source<R>, options: &DataOptions) -> Result
 }
 
 /// The name of the object that holds a file's data: letters, digits and underscores of its stem.
-fn scene_name(path: &Path) -> String {
+pub(super) fn scene_name(path: &Path) -> String {
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("data");
     let name: String = stem.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
     if name.starts_with(|c: char| c.is_alphabetic()) { name } else { format!("data_{name}") }
 }
 
-/// A scene of particles: their table, or an object of its images and the edges of the box.
-fn particle_scene(name: &str, particles: &Particles, options: &DataOptions) -> Result<Session> {
-    let table = to_table(particles, &options.coloring)?.table;
+/// A scene of a table of particles: the table, or an object of its images and the edges of the box.
+fn particle_scene(
+    name: &str,
+    table: InstanceTable,
+    bounds: Option<SimulationBox>,
+    framing: &Framing,
+    options: &DataOptions,
+) -> Result<Session> {
     let mut scene = Scene::default();
-    let images = options.images.map(|count| count.max(1));
-    if images == [1; 3] && !options.shows_box {
+    framing.apply(&mut scene)?;
+    if options.images.iter().all(|count| *count <= 1) && !options.shows_box {
         scene.add_table(name, table)?;
-        return framed(Session::with_scene(scene, Some(name)), particles, &[DVec3::ZERO]);
+        return Ok(Session::with_scene(scene, Some(name)));
     }
-    let Some(bounds) = particles.bounds else {
+    let Some(bounds) = bounds else {
         bail!("the file has no simulation box, which --images and --box need");
     };
     let held = format!("{name}_particles");
     scene.add_table(&held, table)?;
     scene.ensure_object(name)?;
-    let mut offsets = Vec::new();
-    let [x, y, z] = images;
-    for (i, j, k) in (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| (i, j, k)))) {
-        let alias = if [x, y, z] == [1; 3] { held.clone() } else { format!("{held}_{i}_{j}_{k}") };
+    let offsets = image_offsets(&bounds, options);
+    for (number, by) in offsets.iter().enumerate() {
+        let alias = if number == 0 { held.clone() } else { format!("{held}_{number}") };
         scene.add_child(name, &alias, &held)?;
-        let [a, b, c] = bounds.edges;
-        let by = a * f64::from(i) + b * f64::from(j) + c * f64::from(k);
-        offsets.push(by);
-        if by != DVec3::ZERO {
-            scene.transform_child(name, superegg_geom::TransformStep::Translate(by))?;
+        if *by != DVec3::ZERO {
+            scene.transform_child(name, TransformStep::Translate(*by))?;
         }
     }
     if options.shows_box {
@@ -205,31 +233,87 @@ fn particle_scene(name: &str, particles: &Particles, options: &DataOptions) -> R
         scene.add_table(&edges, box_edges(&bounds)?)?;
         scene.add_child(name, &edges, &edges)?;
     }
-    framed(Session::with_scene(scene, Some(name)), particles, &offsets)
+    Ok(Session::with_scene(scene, Some(name)))
 }
 
-/// The session with a camera and a light that show particles at these offsets.
-fn framed(mut session: Session, particles: &Particles, offsets: &[DVec3]) -> Result<Session> {
-    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for (position, radii) in particles.positions.iter().zip(&particles.radii) {
-        let reach = DVec3::splat(radii.max_element());
-        least = least.min(*position - reach);
-        most = most.max(*position + reach);
-    }
-    let corner =
-        |of: fn(DVec3, DVec3) -> DVec3, from: DVec3| offsets.iter().fold(from, |at, by| of(at, from + *by));
-    let (least, most) = (corner(DVec3::min, least), corner(DVec3::max, most));
-    if least.cmple(most).all() {
-        let radius = 0.5 * (most - least).length();
-        for line in framing_lines(0.5 * (least + most), radius).lines() {
-            session.run_line(line).map_err(|fault| anyhow!("{}", fault.message))?;
+/// The offsets of the images of a box, the first one zero.
+fn image_offsets(bounds: &SimulationBox, options: &DataOptions) -> Vec<DVec3> {
+    let [x, y, z] = options.images.map(|count| count.max(1));
+    let [a, b, c] = bounds.edges;
+    let mut offsets = Vec::new();
+    for k in 0..z {
+        for j in 0..y {
+            let row = (0..x).map(|i| a * f64::from(i) + b * f64::from(j) + c * f64::from(k));
+            offsets.extend(row);
         }
     }
-    Ok(session)
+    offsets
 }
 
+/// What a camera has to show: a box around particles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Framing {
+    least: DVec3,
+    most: DVec3,
+}
+
+impl Default for Framing {
+    fn default() -> Self {
+        Self { least: DVec3::INFINITY, most: DVec3::NEG_INFINITY }
+    }
+}
+
+impl Framing {
+    fn of(particles: &Particles, options: &DataOptions) -> Self {
+        let mut framing = Self::default();
+        for (position, radii) in particles.positions.iter().zip(&particles.radii) {
+            let reach = DVec3::splat(radii.max_element());
+            framing.least = framing.least.min(*position - reach);
+            framing.most = framing.most.max(*position + reach);
+        }
+        if let Some(bounds) = &particles.bounds {
+            let one = framing;
+            for by in image_offsets(bounds, options) {
+                framing.join(&Self { least: one.least + by, most: one.most + by });
+            }
+        }
+        framing
+    }
+
+    pub(super) fn join(&mut self, other: &Self) {
+        self.least = self.least.min(other.least);
+        self.most = self.most.max(other.most);
+    }
+
+    /// Gives a scene a camera and a light that show the box: seen from the front, a little from the
+    /// right and above, z up. An empty box changes nothing.
+    fn apply(&self, scene: &mut Scene) -> Result<()> {
+        if !self.least.cmple(self.most).all() {
+            return Ok(());
+        }
+        let center = 0.5 * (self.least + self.most);
+        let radius = 0.5 * (self.most - self.least).length();
+        let mut session = Session::with_scene(std::mem::take(scene), None);
+        for line in framing_lines(center, radius).lines() {
+            session.run_line(line).map_err(|fault| anyhow!("{}", fault.message))?;
+        }
+        *scene = session.scene().clone();
+        Ok(())
+    }
+
+    /// A scene with only the camera and the light.
+    pub(super) fn scene(&self) -> Result<Scene> {
+        let mut scene = Scene::default();
+        self.apply(&mut scene)?;
+        Ok(scene)
+    }
+}
+
+/// The name of the light of data.
+pub(super) const KEY_LIGHT: &str = "key";
+
 /// The twelve edges of a box as thin cylinders.
-fn box_edges(bounds: &SimulationBox) -> Result<superegg_scene::InstanceTable> {
+fn box_edges(bounds: &SimulationBox) -> Result<InstanceTable> {
     let SimulationBox { origin, edges, .. } = *bounds;
     let diagonal = (edges[0] + edges[1] + edges[2]).length();
     let radius = 1.5e-3 * diagonal;
@@ -250,8 +334,7 @@ fn box_edges(bounds: &SimulationBox) -> Result<superegg_scene::InstanceTable> {
     Ok(builder.finish())
 }
 
-/// A camera and a light that show a scene of data with this box: seen from the front, a little from
-/// the right and above, z up. Lines of the modelling language.
+/// The camera and the light as lines of the modelling language.
 fn framing_lines(center: DVec3, radius: f64) -> String {
     let radius = if radius > 0.0 && radius.is_finite() { radius } else { 1.0 };
     let text = |v: DVec3| v.to_array().map(format_number).join(" ");
@@ -260,7 +343,7 @@ fn framing_lines(center: DVec3, radius: f64) -> String {
     let position = center + direction * distance;
     let light = center + DVec3::new(-0.6, -1.2, 1.6) * (4.0 * radius);
     format!(
-        "camera {} {} 40\ncameraUp 0 0 1\nlight key {} 1.1 1.1 1.1 0\n",
+        "camera {} {} 40\ncameraUp 0 0 1\nlight {KEY_LIGHT} {} 1.1 1.1 1.1 0\n",
         text(position),
         text(center),
         text(light)

@@ -108,7 +108,7 @@ fn load_data(path: &Path, options: &DataOptions) -> Result<Option<Loaded>> {
             (session, diagnostics, Vec::new())
         }
         FileKind::Data => {
-            let LoadedData { session, notes } = data::load(path, &mut *input, options)?;
+            let LoadedData { session, notes, .. } = data::load(path, &mut *input, options)?;
             (session, Vec::new(), notes)
         }
     };

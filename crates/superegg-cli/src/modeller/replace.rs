@@ -1,8 +1,10 @@
 //! Replaces the scene of a session by a loaded file or by an unsaved session.
 
-use superegg_lang::{Timeline, load_text};
+use std::path::Path;
 
-use crate::files::scene::Loaded;
+use superegg_lang::{Command, Request, Session, Timeline, load_text, parse_line};
+
+use crate::files::scene::{Loaded, load};
 use crate::modeller::journal::{Record, UnsavedSession, read_records};
 use crate::modeller::reporter::Message;
 use crate::modeller::state::{Modeller, Pending};
@@ -82,13 +84,25 @@ fn replay(text: &str) -> Timeline {
                 let _ = timeline.run_line(line);
             }
             Record::Scene { label, lines } => {
-                let (session, _) = load_text(label, lines);
-                timeline.replace(session, label, lines);
+                timeline.replace(session_of(label, lines), label, lines);
             }
             Record::Saved => timeline.mark_saved(),
         }
     }
     timeline
+}
+
+/// The session that lines of a journal make. Large data is journalled as the file to load again; if
+/// that is gone, so is the data.
+fn session_of(label: &str, lines: &str) -> Session {
+    let parsed = parse_line(lines.lines().next().unwrap_or_default()).ok().flatten();
+    let file = match parsed.map(|parsed| parsed.command) {
+        Some(Command::Request(Request::Source { file: Some(file), .. })) if lines.lines().count() == 1 => {
+            file
+        }
+        _ => return load_text(label, lines).0,
+    };
+    load(Path::new(&file)).map_or_else(|_| Session::default(), |loaded| loaded.session)
 }
 
 /// A journal without the incomplete line at its end.

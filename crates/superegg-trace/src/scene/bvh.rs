@@ -94,7 +94,8 @@ impl Tree {
             }
             return Self { nodes: if items.is_empty() { vec![] } else { vec![node] }, order: items.to_vec() };
         }
-        let library_boxes: Vec<_> = items.iter().map(|&item| library_box(&boxes[item as usize])).collect();
+        let library_boxes: Vec<_> =
+            items.iter().map(|&item| library_box(&untied(&boxes[item as usize], item))).collect();
         // One item in each leaf: a shape test costs more than a box test.
         let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
         let binary = build_bvh2(&library_boxes, params, &mut Duration::default());
@@ -111,15 +112,12 @@ impl Tree {
     /// A node replaces its child of the largest surface area by that child's children, as long as the child holds more
     /// than a node's worth of leaves. The slots that remain go to the smallest children.
     fn widen(&mut self, binary: &Bvh2, boxes: &[TreeBox], items: &[u32]) {
-        let sizes = leaf_counts(binary);
-        let size = |index: u32| sizes[index as usize] as usize;
+        let subtrees = subtrees(binary, boxes, items);
+        let size = |index: u32| subtrees[index as usize].leaves as usize;
         self.nodes.push(Node::EMPTY);
         let mut pending = vec![(0u32, 0usize)];
         let is_leaf = |index: u32| binary.nodes[index as usize].prim_count > 0;
-        let bounds = |index: u32| {
-            let aabb = &binary.nodes[index as usize].aabb;
-            TreeBox { min: aabb.min.to_array(), max: aabb.max.to_array() }
-        };
+        let bounds = |index: u32| subtrees[index as usize].bounds;
         let area = |index: u32| bounds(index).half_area();
         while let Some((index, wide_index)) = pending.pop() {
             let first = binary.nodes[index as usize].first_index;
@@ -205,22 +203,59 @@ pub(crate) fn refit(nodes: &[Node], leaf_count: usize, changed: &[(u32, TreeBox)
     Some(Refitted { nodes, bounds, growth: 1.0 + area_more / area_before, is_within_space })
 }
 
-/// The number of leaves below each node.
-fn leaf_counts(binary: &Bvh2) -> Vec<u32> {
-    let mut counts = vec![0; binary.nodes.len()];
+/// What lies below a node of the binary tree.
+#[derive(Clone, Copy)]
+struct Subtree {
+    /// The number of leaves.
+    leaves: u32,
+    /// The box around them.
+    bounds: TreeBox,
+}
+
+/// What lies below each node. The library's own boxes are those that it got, which are moved.
+fn subtrees(binary: &Bvh2, boxes: &[TreeBox], items: &[u32]) -> Vec<Subtree> {
+    let mut subtrees = vec![Subtree { leaves: 0, bounds: TreeBox::EMPTY }; binary.nodes.len()];
     let mut pending = vec![(0usize, false)];
     while let Some((index, children_done)) = pending.pop() {
         let node = &binary.nodes[index];
         let first = node.first_index as usize;
         if node.prim_count > 0 {
-            counts[index] = 1;
+            let item = items[binary.primitive_indices[first] as usize];
+            subtrees[index] = Subtree { leaves: 1, bounds: boxes[item as usize] };
         } else if children_done {
-            counts[index] = counts[first] + counts[first + 1];
+            let (left, right) = (subtrees[first], subtrees[first + 1]);
+            subtrees[index] =
+                Subtree { leaves: left.leaves + right.leaves, bounds: left.bounds.union(&right.bounds) };
         } else {
             pending.extend([(index, true), (first, false), (first + 1, false)]);
         }
     }
-    counts
+    subtrees
+}
+
+/// How far a box is moved for the library, as a part of its size.
+const MOVE: f32 = 1e-3;
+/// The least move: some units in the last place of coordinates near 1.
+const LEAST_MOVE: f32 = 1e-6;
+
+/// A box moved by a hash of its item, so that no two unions have the same surface area.
+///
+/// The library (PLOC) merges boxes that are each other's nearest. In a row of equal distances, or
+/// among boxes in one place, all distances are ties, so one pair is merged in each of its rounds and
+/// building takes quadratic time. Moved boxes decide the shape of the tree only; its boxes are those of
+/// the items.
+fn untied(bounds: &TreeBox, item: u32) -> TreeBox {
+    let mut hash = item.wrapping_mul(0x9e37_79b9) ^ 0x85eb_ca6b;
+    let by: [f32; 3] = std::array::from_fn(|axis| {
+        hash = (hash ^ (hash >> 15)).wrapping_mul(0x2c1b_3c6d);
+        hash ^= hash >> 12;
+        let unit = (hash >> 8) as f32 / (1 << 23) as f32 - 1.0;
+        unit * (MOVE * (bounds.max[axis] - bounds.min[axis])).max(LEAST_MOVE)
+    });
+    TreeBox {
+        min: std::array::from_fn(|axis| bounds.min[axis] + by[axis]),
+        max: std::array::from_fn(|axis| bounds.max[axis] + by[axis]),
+    }
 }
 
 /// Splits items at the median of the widest axis of their centers until each part is small enough.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use superegg_lang::{Fault, FaultCode, write_session};
 
 use crate::files;
+use crate::files::binary_scene;
 use crate::files::scene::load_into;
 use crate::modeller::faults::{not_loadable, unreadable, unwritable};
 use crate::modeller::journal::Record;
@@ -24,6 +25,7 @@ impl Modeller {
         files::check_plain_file(&path).map_err(|error| not_loadable(&error, file))?;
         let loaded = load_into(&path, self.session().settings, &self.interrupt)
             .map_err(|error| not_loadable(&error, file))?;
+        loaded.notes.iter().for_each(|note| self.print(note));
         for diagnostic in loaded.diagnostics.iter().take(MOST_REPORTED) {
             self.report_diagnostic(diagnostic);
         }
@@ -80,8 +82,14 @@ impl Modeller {
                 })?;
             }
         }
-        let text = if as_history { self.timeline.typed_lines() } else { write_session(self.session()) };
-        files::write(&path, text.as_bytes()).map_err(|error| unwritable(&error))?;
+        if binary_scene::has_extension(&path) && !as_history {
+            let session = self.session();
+            binary_scene::write(&path, session.scene(), session.selected())
+        } else {
+            let text = if as_history { self.timeline.typed_lines() } else { write_session(self.session()) };
+            files::write(&path, text.as_bytes())
+        }
+        .map_err(|error| unwritable(&error))?;
         if is_stream || !path.is_file() {
             return Ok(());
         }
