@@ -7,6 +7,7 @@ mod error;
 mod format;
 mod frame;
 mod import;
+mod number;
 mod options;
 mod particles;
 mod source;

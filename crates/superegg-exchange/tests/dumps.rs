@@ -113,7 +113,9 @@ fn lammps_writes_diameters_and_ovito_semi_axes() {
     assert_eq!((format, found.radii[0]), (Format::OvitoDump, DVec3::new(1.0, 2.0, 3.0)));
     assert_eq!(found.exponents, [[0.25, 1.0], [1.0, 0.5]]);
     assert!(
-        found.rotations[0].abs_diff_eq(DQuat::from_xyzw(0.1, 0.2, 0.3, 0.927_361_843_2).normalize(), 1e-9)
+        found.rotations[0]
+            .normalize()
+            .abs_diff_eq(DQuat::from_xyzw(0.1, 0.2, 0.3, 0.927_361_843_2).normalize(), 1e-9)
     );
     assert_eq!(found.bounds.unwrap().edges[1], DVec3::new(0.0, 10.0, 0.0));
 }

@@ -337,7 +337,7 @@ fn write_table(text: &mut String, scene: &Scene, name: &str, table: &InstanceTab
     let is_free = |prefix: &String| scene.entities().all(|(held, _)| !held.starts_with(prefix.as_str()));
     let prefix =
         (0..).map(|number| format!("{name}{}s", "_".repeat(number))).find(is_free).unwrap_or_default();
-    for (number, shape) in table.shapes().iter().enumerate() {
+    for (number, shape) in table.shapes().enumerate() {
         let Ok(held) = Superquadric::new(shape.radii, shape.exponents) else { continue };
         let material = table.materials()[shape.material as usize];
         let primitive = Primitive { shape: held, material, ..Primitive::default() };

@@ -10,6 +10,7 @@ mod camera;
 mod environment;
 mod light;
 mod nesting;
+mod numbers;
 mod object;
 mod ordered_map;
 mod picture;

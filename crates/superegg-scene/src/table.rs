@@ -1,6 +1,7 @@
 //! Tables of instances: many superquadrics as columns.
 
 use std::collections::HashMap;
+use std::hash::Hasher;
 use std::sync::Arc;
 
 use foldhash::fast::RandomState;
@@ -8,6 +9,7 @@ use superegg_geom::glam::{DQuat, DVec3};
 use superegg_geom::{Exponents, ShapeError, Superquadric, Transform};
 use thiserror::Error;
 
+use crate::numbers::Numbers;
 use crate::primitive::Material;
 
 /// A shape of a table with its material.
@@ -42,12 +44,24 @@ pub struct TableShape {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InstanceTable {
-    shapes: Vec<TableShape>,
+    /// The semi-axes of each shape.
+    radii: Numbers<3>,
+    /// The index in `kinds` of each shape.
+    kind_of: Vec<u32>,
+    kinds: Vec<Kind>,
     materials: Vec<Material>,
     shape_of: Vec<u32>,
-    positions: Vec<DVec3>,
-    rotations: Vec<DQuat>,
+    positions: Numbers<3>,
+    /// As x, y, z, w, of unit length to a few digits.
+    rotations: Numbers<4>,
     ids: Option<Arc<[i64]>>,
+}
+
+/// What many shapes of different sizes share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Kind {
+    exponents: Exponents,
+    material: u32,
 }
 
 impl InstanceTable {
@@ -68,31 +82,47 @@ impl InstanceTable {
         if let Some(row) = shape_of.iter().position(|shape| *shape as usize >= shapes.len()) {
             return Err(TableError::Row { row, what: "shape" });
         }
-        if shapes.iter().any(|shape| shape.material as usize >= materials.len() || !is_size(shape.radii)) {
-            return Err(TableError::Shape);
-        }
         if let Some(row) = positions.iter().position(|position| !position.is_finite()) {
             return Err(TableError::Row { row, what: "position" });
         }
         if let Some(row) = rotations.iter().position(|rotation| !rotation.is_normalized()) {
             return Err(TableError::Row { row, what: "rotation" });
         }
-        Ok(Self { shapes, materials, shape_of, positions, rotations, ids: ids.map(Into::into) })
+        let mut builder = TableBuilder::default();
+        for TableShape { radii, exponents, material } in shapes {
+            if material as usize >= materials.len() || !is_size(radii) {
+                return Err(TableError::Shape);
+            }
+            builder.append_shape(radii, exponents, material);
+        }
+        let mut table = builder.table;
+        table.materials = materials;
+        table.shape_of = shape_of;
+        positions.iter().for_each(|position| table.positions.push(position.to_array()));
+        rotations.iter().for_each(|rotation| table.rotations.push(rotation.to_array()));
+        table.ids = ids.map(Into::into);
+        Ok(table)
     }
 
     /// The number of rows.
     pub fn len(&self) -> usize {
-        self.positions.len()
+        self.shape_of.len()
     }
 
     /// Whether the table has no row.
     pub fn is_empty(&self) -> bool {
-        self.positions.is_empty()
+        self.len() == 0
     }
 
     /// The shapes. Rows may share one.
-    pub fn shapes(&self) -> &[TableShape] {
-        &self.shapes
+    pub fn shapes(&self) -> impl ExactSizeIterator<Item = TableShape> + '_ {
+        (0..self.kind_of.len()).map(|shape| self.shape_at(shape))
+    }
+
+    /// The shape of this index.
+    fn shape_at(&self, shape: usize) -> TableShape {
+        let Kind { exponents, material } = self.kinds[self.kind_of[shape] as usize];
+        TableShape { radii: DVec3::from_array(self.radii.get(shape)), exponents, material }
     }
 
     /// The materials. Shapes may share one.
@@ -109,8 +139,8 @@ impl InstanceTable {
     }
 
     /// The shape of a row.
-    pub fn shape(&self, row: usize) -> &TableShape {
-        &self.shapes[self.shape_of[row] as usize]
+    pub fn shape(&self, row: usize) -> TableShape {
+        self.shape_at(self.shape_of[row] as usize)
     }
 
     /// The material of a row.
@@ -120,24 +150,29 @@ impl InstanceTable {
 
     /// The superquadric of a row, centred at the origin.
     pub fn superquadric(&self, row: usize) -> Superquadric {
-        let TableShape { radii, exponents, .. } = *self.shape(row);
+        let TableShape { radii, exponents, .. } = self.shape(row);
         // The builder has checked the semi-axes.
         Superquadric::new(radii, exponents).unwrap_or_else(|_| Superquadric::unit(exponents))
     }
 
     /// The centre of a row.
     pub fn position(&self, row: usize) -> DVec3 {
-        self.positions[row]
+        DVec3::from_array(self.positions.get(row))
     }
 
     /// The rotation of a row from the space of its shape, a unit quaternion.
     pub fn rotation(&self, row: usize) -> DQuat {
-        self.rotations[row]
+        DQuat::from_array(self.rotations.get(row)).normalize()
+    }
+
+    /// The rotation of a row as it was pushed: of unit length to a few digits.
+    pub fn raw_rotation(&self, row: usize) -> DQuat {
+        DQuat::from_array(self.rotations.get(row))
     }
 
     /// The map from the space of a row's shape to the space of the table.
     pub fn transform(&self, row: usize) -> Transform {
-        Transform::rigid(self.rotations[row], self.positions[row])
+        Transform::rigid(self.rotation(row), self.position(row))
     }
 
     /// The ids of the rows; `None` if the data has none.
@@ -150,11 +185,28 @@ impl InstanceTable {
         row_name(self.ids.as_deref(), row)
     }
 
+    /// Feeds all columns to a hasher. Equal tables give equal hashes.
+    pub fn hash_columns(&self, hasher: &mut impl Hasher) {
+        self.radii.hash(hasher);
+        hasher.write(bytemuck::cast_slice(&self.kind_of));
+        for Kind { exponents, material } in &self.kinds {
+            [exponents.e(), exponents.n(), f64::from(*material)]
+                .iter()
+                .for_each(|x| hasher.write_u64(x.to_bits()));
+        }
+        hasher.write(bytemuck::cast_slice(&self.shape_of));
+        self.positions.hash(hasher);
+        self.rotations.hash(hasher);
+        if let Some(ids) = &self.ids {
+            hasher.write(bytemuck::cast_slice(ids));
+        }
+    }
+
     /// A hash of all columns, the same on every machine: FNV-1a over the bits of the numbers.
     pub fn fingerprint(&self) -> u64 {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         let mut mix = |word: u64| hash = (hash ^ word).wrapping_mul(0x0100_0000_01b3).rotate_left(29);
-        for shape in &self.shapes {
+        for shape in self.shapes() {
             let numbers =
                 [shape.radii.x, shape.radii.y, shape.radii.z, shape.exponents.e(), shape.exponents.n()];
             numbers.iter().for_each(|number| mix(number.to_bits()));
@@ -165,8 +217,8 @@ impl InstanceTable {
         }
         for row in 0..self.len() {
             mix(self.shape_of[row].into());
-            self.positions[row].to_array().iter().for_each(|number| mix(number.to_bits()));
-            self.rotations[row].to_array().iter().for_each(|number| mix(number.to_bits()));
+            self.positions.get(row).iter().for_each(|number| mix(number.to_bits()));
+            self.rotations.get(row).iter().for_each(|number| mix(number.to_bits()));
         }
         self.ids.iter().flat_map(|ids| ids.iter()).for_each(|id| mix(*id as u64));
         hash
@@ -174,11 +226,13 @@ impl InstanceTable {
 
     /// The memory of the columns, in bytes.
     pub fn bytes(&self) -> usize {
-        self.shapes.capacity() * size_of::<TableShape>()
+        self.radii.bytes()
+            + self.kind_of.capacity() * size_of::<u32>()
+            + self.kinds.capacity() * size_of::<Kind>()
             + self.materials.capacity() * size_of::<Material>()
             + self.shape_of.capacity() * size_of::<u32>()
-            + self.positions.capacity() * size_of::<DVec3>()
-            + self.rotations.capacity() * size_of::<DQuat>()
+            + self.positions.bytes()
+            + self.rotations.bytes()
             + self.ids.as_ref().map_or(0, |ids| ids.len() * size_of::<i64>())
     }
 }
@@ -242,6 +296,7 @@ const MOST_SHARED: usize = 1 << 14;
 pub struct TableBuilder {
     table: InstanceTable,
     shape_of_bits: HashMap<[u64; 6], u32, RandomState>,
+    kind_of_bits: HashMap<[u64; 3], u32, RandomState>,
     ids: Vec<i64>,
 }
 
@@ -249,8 +304,8 @@ impl TableBuilder {
     /// Makes room for this many rows.
     pub fn reserve(&mut self, rows: usize) {
         self.table.shape_of.reserve_exact(rows);
-        self.table.positions.reserve_exact(rows);
-        self.table.rotations.reserve_exact(rows);
+        self.table.positions.reserve(rows);
+        self.table.rotations.reserve(rows);
     }
 
     /// Adds a material and returns its index. Call it once for each distinct material.
@@ -264,8 +319,8 @@ impl TableBuilder {
     /// # Errors
     /// [`ShapeError::Radius`] if a semi-axis is not finite and above 0.
     pub fn shape(&mut self, radii: DVec3, exponents: Exponents, material: u32) -> Result<u32, ShapeError> {
-        let new = self.table.shapes.len() as u32;
-        if self.table.shapes.len() < MOST_SHARED {
+        let new = self.table.kind_of.len() as u32;
+        if self.table.kind_of.len() < MOST_SHARED {
             let [a, b, c] = radii.to_array().map(f64::to_bits);
             let bits = [a, b, c, exponents.e().to_bits(), exponents.n().to_bits(), material.into()];
             match self.shape_of_bits.get(&bits) {
@@ -276,16 +331,28 @@ impl TableBuilder {
         if !is_size(radii) {
             return Err(ShapeError::Radius);
         }
-        self.table.shapes.push(TableShape { radii, exponents, material });
+        self.append_shape(radii, exponents, material);
         Ok(new)
     }
 
-    /// Appends a row: an instance of a shape with this position and rotation, which is normalized.
+    fn append_shape(&mut self, radii: DVec3, exponents: Exponents, material: u32) {
+        let bits = [exponents.e().to_bits(), exponents.n().to_bits(), material.into()];
+        let kinds = &mut self.table.kinds;
+        let kind = *self.kind_of_bits.entry(bits).or_insert_with(|| {
+            kinds.push(Kind { exponents, material });
+            kinds.len() as u32 - 1
+        });
+        self.table.kind_of.push(kind);
+        self.table.radii.push(radii.to_array());
+    }
+
+    /// Appends a row: an instance of a shape with this position and rotation, a quaternion of unit
+    /// length to a few digits.
     /// Either all rows have an id or none.
     pub fn push(&mut self, shape: u32, position: DVec3, rotation: DQuat, id: Option<i64>) {
         self.table.shape_of.push(shape);
-        self.table.positions.push(position);
-        self.table.rotations.push(rotation);
+        self.table.positions.push(position.to_array());
+        self.table.rotations.push(rotation.to_array());
         self.ids.extend(id);
     }
 
@@ -294,7 +361,8 @@ impl TableBuilder {
         let Self { mut table, ids, .. } = self;
         let are_numbers = ids.iter().zip(1..).all(|(&id, number)| id == number);
         table.ids = (ids.len() == table.len() && !are_numbers).then(|| ids.into());
-        table.shapes.shrink_to_fit();
+        table.radii.shrink();
+        table.kind_of.shrink_to_fit();
         table.materials.shrink_to_fit();
         table
     }

@@ -291,10 +291,8 @@ impl Framing {
         if !self.least.cmple(self.most).all() {
             return Ok(());
         }
-        let center = 0.5 * (self.least + self.most);
-        let radius = 0.5 * (self.most - self.least).length();
         let mut session = Session::with_scene(std::mem::take(scene), None);
-        for line in framing_lines(center, radius).lines() {
+        for line in framing_lines(self.least, self.most).lines() {
             session.run_line(line).map_err(|fault| anyhow!("{}", fault.message))?;
         }
         *scene = session.scene().clone();
@@ -334,16 +332,33 @@ fn box_edges(bounds: &SimulationBox) -> Result<InstanceTable> {
     Ok(builder.finish())
 }
 
-/// The camera and the light as lines of the modelling language.
-fn framing_lines(center: DVec3, radius: f64) -> String {
-    let radius = if radius > 0.0 && radius.is_finite() { radius } else { 1.0 };
+/// The vertical field of view of the camera, in degrees.
+const FIELD_OF_VIEW: f64 = 40.0;
+/// The width of the default picture as a multiple of its height.
+const ASPECT: f64 = 4.0 / 3.0;
+
+/// The camera and the light as lines of the modelling language. All corners of the box are in the
+/// picture, with a margin.
+fn framing_lines(least: DVec3, most: DVec3) -> String {
+    let center = 0.5 * (least + most);
+    let half = 0.5 * (most - least);
+    let radius = half.length();
     let text = |v: DVec3| v.to_array().map(format_number).join(" ");
-    let direction = DVec3::new(0.55, -0.75, 0.42).normalize();
-    let distance = radius / (0.5_f64 * 40.0).to_radians().sin();
-    let position = center + direction * distance;
-    let light = center + DVec3::new(-0.6, -1.2, 1.6) * (4.0 * radius);
+    let backwards = DVec3::new(0.55, -0.75, 0.42).normalize();
+    let right = DVec3::Z.cross(backwards).normalize();
+    let up = backwards.cross(right);
+    let slope = (0.5 * FIELD_OF_VIEW).to_radians().tan();
+    let distance = (0..8).fold(0.0_f64, |distance, corner| {
+        let sign = |bit: u32| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        let at = half * DVec3::new(sign(0), sign(1), sign(2));
+        let aside = (at.dot(up).abs() / slope).max(at.dot(right).abs() / (slope * ASPECT));
+        distance.max(at.dot(backwards) + 1.04 * aside)
+    });
+    let position = center + backwards * distance;
+    // Over the left shoulder, so that the three faces that are in sight get different light.
+    let light = center + (0.45 * backwards + 0.75 * up - 0.35 * right) * (6.0 * radius);
     format!(
-        "camera {} {} 40\ncameraUp 0 0 1\nlight {KEY_LIGHT} {} 1.1 1.1 1.1 0\n",
+        "camera {} {} {FIELD_OF_VIEW}\ncameraUp 0 0 1\nlight {KEY_LIGHT} {} 1.1 1.1 1.1 0\n",
         text(position),
         text(center),
         text(light)

@@ -9,6 +9,8 @@ use super::particles::Particles;
 
 /// A quaternion whose length differs from 1 by more than this is reported.
 const FAR_OFF: f64 = 1e-3;
+/// A quaternion whose length differs from 1 by less than this stays as it is.
+const NEAR: f64 = 2e-5;
 /// A rotation matrix whose columns differ from an orthonormal basis by more than this is rejected.
 const NOT_A_ROTATION: f64 = 0.05;
 
@@ -61,7 +63,8 @@ pub(super) fn exponents_of_blockiness(along: f64, across: f64) -> Result<[f64; 2
     exponents(2.0 / across, 2.0 / along)
 }
 
-/// A unit quaternion from four numbers, and whether they were far from one.
+/// A quaternion of unit length to the file's digits from four numbers, and whether they were far from
+/// one. Numbers that are near enough stay as they are, so that tables store them in few bytes.
 ///
 /// # Errors
 /// A message about numbers that have no direction.
@@ -75,7 +78,11 @@ pub(super) fn rotation(w: f64, x: f64, y: f64, z: f64) -> Result<(DQuat, bool), 
     let scale = if (1e-100..1e100).contains(&largest) { 1.0 } else { largest };
     let scaled = DQuat::from_xyzw(x / scale, y / scale, z / scale, w / scale);
     let length = scaled.length();
-    Ok((scaled / length, (length * scale - 1.0).abs() > FAR_OFF))
+    let off = (length * scale - 1.0).abs();
+    if off < NEAR {
+        return Ok((DQuat::from_xyzw(x, y, z, w), false));
+    }
+    Ok((scaled / length, off > FAR_OFF))
 }
 
 /// The rotation of a matrix whose columns are the images of the body's axes. A mirror is undone by

@@ -27,7 +27,7 @@ pub struct Particles {
     pub radii: Vec<DVec3>,
     /// The exponents (e, n).
     pub exponents: Vec<[f64; 2]>,
-    /// The rotations from body to world: unit quaternions.
+    /// The rotations from body to world: quaternions of unit length to the digits of the file.
     pub rotations: Vec<DQuat>,
     /// The linear colours; empty if the file has none.
     pub colors: Vec<[f32; 3]>,

@@ -37,10 +37,10 @@ pub fn write(output: &mut dyn Write, text: &str, tables: &[(&str, &InstanceTable
         section.put(&(table.materials().len() as u32))?;
         section.put(&u32::from(table.ids().is_some()))?;
         table.materials().iter().try_for_each(|material| section.put(material))?;
-        table.shapes().iter().try_for_each(|shape| section.put(shape))?;
+        table.shapes().try_for_each(|shape| section.put(&shape))?;
         (0..table.len()).try_for_each(|row| section.put(&table.shape_index(row)))?;
         (0..table.len()).try_for_each(|row| section.put(&table.position(row)))?;
-        (0..table.len()).try_for_each(|row| section.put(&table.rotation(row)))?;
+        (0..table.len()).try_for_each(|row| section.put(&table.raw_rotation(row)))?;
         table.ids().into_iter().flat_map(|ids| ids.iter()).try_for_each(|id| section.put(id))?;
         section.end()?;
     }

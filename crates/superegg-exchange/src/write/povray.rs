@@ -222,7 +222,7 @@ impl<'a> Writer<'a> {
         if count > MOST_INSTANCES {
             return Err(PovError::TooMany { depth: remaining });
         }
-        for (number, shape) in table.shapes().iter().enumerate() {
+        for (number, shape) in table.shapes().enumerate() {
             let row = Primitive {
                 shape: Superquadric::new(shape.radii, shape.exponents)
                     .unwrap_or_else(|_| Superquadric::unit(shape.exponents)),

@@ -1,12 +1,14 @@
 //! Compiling a scene: opens objects to their depth, shares equal groups, and reuses those of the scene before.
 
 use std::collections::{HashMap, HashSet};
+use std::hash::{BuildHasher, Hasher};
 use std::sync::Arc;
 
 use num_bigint::BigUint;
 use rayon::prelude::*;
+use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Transform, inverse_of};
-use superegg_scene::{Child, Entity, MAX_DEPTH, Scene};
+use superegg_scene::{Child, Entity, InstanceTable, MAX_DEPTH, Scene};
 
 use super::assemble::{InflationSum, assemble};
 use super::parts::{
@@ -187,8 +189,15 @@ impl<'a> Compiler<'a> {
         // The lookup needs an owned key. Groups are few.
         let key = (Box::from(self.container_names[container as usize]), remaining);
         let before = self.before.and_then(|before| before.opened.get(&key));
-        let patchable = before.and_then(|group| Patchable::new(group, &parts));
-        let Survey { signature, leaf_box, changed } = self.survey(&parts, &names, patchable.as_ref());
+        let table = match parts.container {
+            Some(Container::Table(table)) => Some(table),
+            Some(Container::Object(_)) | None => None,
+        };
+        let patchable = before.filter(|_| table.is_none()).and_then(|group| Patchable::new(group, &parts));
+        let Survey { signature, leaf_box, changed } = match table {
+            Some(table) => survey_table(&parts, table),
+            None => self.survey(&parts, &names, patchable.as_ref()),
+        };
         let reused = before.filter(|group| group.signature == signature).cloned();
         let group = if reused.is_some() {
             self.reused += 1;
@@ -315,16 +324,30 @@ impl<'a> Compiler<'a> {
             hash.words(bits_of(&item.parent_from_child));
             item.chain.iter().for_each(|(names, index)| hash.text(&names.get(*index)));
         }
-        match names {
-            Names::Listed { text, .. } => hash.text(text),
-            Names::Rows(ids) => {
-                ids.iter().flat_map(|ids| ids.iter()).for_each(|id| hash.words([*id as u64]));
-            }
+        if let Names::Listed { text, .. } = names {
+            hash.text(text);
         }
         hash.words([parts.primitive_count]);
         survey.signature = hash.finish();
         survey
     }
+}
+
+/// The signature of a table, from its columns as they are, and a box around it.
+fn survey_table(parts: &Parts<'_>, table: &InstanceTable) -> Survey {
+    let mut hasher = foldhash::fast::FixedState::default().build_hasher();
+    table.hash_columns(&mut hasher);
+    let first = parts.leaves.first().map_or(0, |(_, primitive)| *primitive);
+    let mut hash = Mixer::new(hasher.finish());
+    hash.words([u64::from(first), parts.primitive_count]);
+    let row_box =
+        |row: usize| Aabb::around(table.position(row), DVec3::splat(table.shape(row).radii.length()));
+    let leaf_box = (0..table.len())
+        .into_par_iter()
+        .with_min_len(LARGE)
+        .map(row_box)
+        .reduce(|| Aabb::EMPTY, |a, b| a.union(&b));
+    Survey { signature: hash.finish(), leaf_box, changed: Vec::new() }
 }
 
 /// Adds a group as a child. The level of a group with a single child is folded into its parent.
@@ -390,7 +413,7 @@ impl Described {
             tables.push((primitives.len() as u32, name.into()));
             let of_table: Vec<u32> =
                 table.materials().iter().map(|material| materials.index_of(material)).collect();
-            primitives.extend(table.shapes().iter().map(|shape| CompiledPrimitive {
+            primitives.extend(table.shapes().map(|shape| CompiledPrimitive {
                 radii: shape.radii,
                 exponents: shape.exponents,
                 material: of_table[shape.material as usize],

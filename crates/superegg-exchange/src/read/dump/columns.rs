@@ -2,6 +2,7 @@
 
 use super::super::error::ReadError;
 use super::super::format::Format;
+use super::super::number;
 use super::super::options::ReadOptions;
 
 /// The columns of a position.
@@ -192,23 +193,36 @@ impl Columns {
 
     /// Reads the wanted numbers of a row.
     pub(super) fn parse(&self, row: &[u8], numbers: &mut [f64]) -> Result<(), String> {
-        let mut words = row.split(|byte| matches!(byte, b' ' | b'\t')).filter(|word| !word.is_empty());
+        let mut rest = row;
         for (column, wanted) in self.wanted.iter().enumerate() {
-            let Some(word) = words.next() else {
+            rest = skip_blanks(rest);
+            if rest.is_empty() {
                 let (found, count) = (column, self.wanted.len());
                 return Err(format!("the row has {found} columns instead of {count}"));
+            }
+            let Some(index) = *wanted else {
+                rest = &rest[number::word_length(rest)..];
+                continue;
             };
-            let Some(number) = *wanted else { continue };
-            let parsed = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-            numbers[number] = parsed.ok_or_else(|| {
-                format!("column {}: '{}' is not a number", column + 1, String::from_utf8_lossy(word))
-            })?;
+            let parsed = number::parse_word(rest);
+            let Some((value, length)) = parsed else {
+                let word = String::from_utf8_lossy(&rest[..number::word_length(rest)]);
+                return Err(format!("column {}: '{word}' is not a number", column + 1));
+            };
+            numbers[index] = value;
+            rest = &rest[length..];
         }
-        match words.next() {
-            None => Ok(()),
-            Some(_) => Err(format!("the row has more than {} columns", self.wanted.len())),
+        match skip_blanks(rest) {
+            [] => Ok(()),
+            _ => Err(format!("the row has more than {} columns", self.wanted.len())),
         }
     }
+}
+
+#[inline]
+fn skip_blanks(bytes: &[u8]) -> &[u8] {
+    let blanks = bytes.iter().position(|byte| !number::is_blank(*byte)).unwrap_or(bytes.len());
+    &bytes[blanks..]
 }
 
 fn position(wanted: &mut Wanted<'_>) -> Result<Position, ReadError> {
