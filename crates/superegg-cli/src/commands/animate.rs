@@ -36,7 +36,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     let options = args.data.options(None);
     let series = Series::of(&args.scene, &options)?;
     let loaded = load_with(&args.scene, &options)?;
-    loaded.print_diagnostics();
+    loaded.print_warnings(args.quiet);
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let root = series.as_ref().map_or(root, |series| Some(series.root.clone()));
     let scene = loaded.session.scene();

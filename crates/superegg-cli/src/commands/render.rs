@@ -80,7 +80,7 @@ impl<'a> Job<'a> {
         let mut clock = Clock::start();
         let loaded = load_with(&self.args.scene, &self.args.data.options(self.data_frame()))?;
         let parse = clock.lap();
-        loaded.print_diagnostics();
+        loaded.print_warnings(self.args.quiet);
         let prepared = self.prepare(&loaded)?;
         let compile = clock.lap();
         self.warn(&prepared);

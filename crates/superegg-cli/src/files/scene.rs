@@ -37,7 +37,18 @@ pub(crate) struct Loaded {
 impl Loaded {
     /// Prints the notes and diagnostics on standard error.
     pub(crate) fn print_diagnostics(&self) {
-        self.notes.iter().for_each(|note| console::warn(format_args!("superegg: {note}")));
+        self.print_warnings(false);
+    }
+
+    /// Prints how data was read; if `is_quiet`, only its warnings.
+    fn print_notes(&self, is_quiet: bool) {
+        let notes = self.notes.iter().filter(|note| !is_quiet || note.contains(": warning: "));
+        notes.for_each(|note| console::warn(format_args!("superegg: {note}")));
+    }
+
+    /// As [`Loaded::print_diagnostics`], without notes that are no warnings if `is_quiet`.
+    pub(crate) fn print_warnings(&self, is_quiet: bool) {
+        self.print_notes(is_quiet);
         self.diagnostics.iter().for_each(console::warn);
     }
 
