@@ -11,8 +11,8 @@ use superegg_lang::nearest;
 
 pub(crate) use data::ImportArgs;
 pub(crate) use options::{
-    AnimateArgs, BenchArgs, CheckArgs, ExportArgs, InfoArgs, IntersectArgs, IotestArgs, MergeArgs,
-    RenderArgs, RootArgs, RunArgs, ViewArgs,
+    AnimateArgs, BenchArgs, CheckArgs, ExportArgs, InfoArgs, IntersectArgs, IotestArgs, MeasureArgs,
+    MergeArgs, RenderArgs, RootArgs, RunArgs, SampleArgs, ViewArgs,
 };
 pub(crate) use values::FrameRange;
 
@@ -46,6 +46,10 @@ pub(crate) enum Command {
     Iotest(IotestArgs),
     /// Import data of other programs: particles, fits, tensors, point clouds
     Import(ImportArgs),
+    /// Sample points of the surfaces, evenly by area, with normals
+    Sample(SampleArgs),
+    /// Measure volume, area, centre, inertia and bounding box of each primitive and of the union
+    Measure(MeasureArgs),
     /// List the contents of a scene, or the details of primitives and objects
     Info(InfoArgs),
     /// Check a scene for errors and warnings

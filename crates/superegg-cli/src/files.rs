@@ -1,6 +1,7 @@
-//! Files: access with checks, the folders of the user, scene files, pictures and CSV.
+//! Files: access with checks, the folders of the user, scene files, pictures, CSV and the answers to its rows.
 
 mod access;
+pub(crate) mod answers;
 pub(crate) mod binary_scene;
 pub(crate) mod csv;
 pub(crate) mod data;

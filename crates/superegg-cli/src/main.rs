@@ -50,6 +50,8 @@ fn main() -> ExitCode {
         Command::Intersect(args) => commands::intersect::run(&args),
         Command::Iotest(args) => commands::iotest::run(&args),
         Command::Import(args) => commands::import::run(&args),
+        Command::Sample(args) => commands::sample::run(&args),
+        Command::Measure(args) => commands::measure::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Check(args) => commands::check::run(&args),
         Command::Bench(args) => commands::bench::run(&args),

@@ -13,7 +13,7 @@ pub mod read;
 pub mod sqb;
 pub mod write;
 
-pub use write::povray;
+pub use write::{points, povray};
 
 /// Compiles the examples of the crate's README.
 #[cfg(doctest)]

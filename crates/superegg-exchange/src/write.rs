@@ -1,3 +1,4 @@
 //! Writers of other programs' formats, one module each.
 
+pub mod points;
 pub mod povray;

@@ -15,9 +15,12 @@ pub use batch::{BatchError, BatchHit, HitBatch, RayBatch};
 pub use glam;
 pub use math::aabb::{Aabb, RayReciprocal};
 pub use math::numeric::{scale_to_unit, unit_vector};
+pub use math::random::SplitMix;
 pub use math::ray::{Ray, RayStart};
 pub use math::transform::{Transform, TransformError, TransformStep, error_through, inverse_of};
-pub use measure::{ClosestPoint, SearchLimits, SurfaceArea, SurfacePoint, SurfaceSampler};
+pub use measure::{
+    ClosestPoint, ImageSampler, InteriorSampler, SearchLimits, SurfaceArea, SurfacePoint, SurfaceSampler,
+};
 pub use norm::NormForm;
 pub use shape::{Exponents, ShapeError, ShapeHit};
 #[cfg(feature = "baseline")]

@@ -2,5 +2,6 @@
 
 pub(crate) mod aabb;
 pub(crate) mod numeric;
+pub(crate) mod random;
 pub(crate) mod ray;
 pub(crate) mod transform;

@@ -7,9 +7,13 @@ mod arc;
 mod area;
 mod bounds;
 mod closest;
+mod image;
+mod inside;
 mod moments;
 mod sample;
 
 pub use area::SurfaceArea;
 pub use closest::{ClosestPoint, SearchLimits};
+pub use image::ImageSampler;
+pub use inside::InteriorSampler;
 pub use sample::{SurfacePoint, SurfaceSampler};

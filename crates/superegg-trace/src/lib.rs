@@ -8,7 +8,10 @@
 //!   as one at a time,
 //! - [`CompiledScene::intersect_many`] and [`CompiledScene::occluded_many`]: the same for rays with widths and starts,
 //! - [`CompiledScene::interaction`]: position, normal and material at a hit,
-//! - [`CompiledScene::query_point`] and [`CompiledScene::query_box`]: what is at a point or in a box.
+//! - [`CompiledScene::query_point`] and [`CompiledScene::query_box`]: what is at a point or in a box,
+//! - [`CompiledScene::nearest_primitive`], [`CompiledScene::primitives_holding`] and [`CompiledScene::signed_distance`]: what is
+//!   nearest to a point, what holds it, and how far the surface is,
+//! - [`SceneSurfaces`] and [`SceneMeasures`]: even samples of the surfaces, and volume, area and inertia.
 //!
 //! All answers are exact to the rounding of f64, deterministic, and the same for one ray and for many. A compiled scene is
 //! immutable and may be shared by threads.
@@ -21,14 +24,18 @@ struct Readme;
 
 mod batch;
 mod compile;
+mod instances;
+mod mass_properties;
 #[cfg(feature = "bench")]
 #[doc(hidden)]
 pub mod measure;
+mod nearest;
 #[doc(hidden)]
 pub mod packet;
 mod point;
 mod ray;
 pub mod reference;
+mod sample;
 mod scene;
 mod single;
 mod stream;
@@ -38,9 +45,13 @@ mod test_camera;
 mod walk;
 
 pub use batch::{BatchOptions, SceneHitBatch};
-pub use point::PointAnswer;
+pub use instances::PlacedPrimitive;
+pub use mass_properties::{Estimate, MassProperties, SceneMeasures, UnionProperties};
+pub use nearest::{NearestPrimitive, SceneDistance};
+pub use point::{PointAnswer, PointLimits, PrimitiveAtPoint};
 pub use ray::footprint::{Footprint, LEAST_FOOTPRINT};
 pub use ray::query::{Hit, Side, SurfaceStart, TraceRay};
+pub use sample::{ScenePoint, SceneSurfaces};
 pub use scene::compiled::{BoxInflation, CompiledScene, Count};
 pub use scene::group::Target;
 pub use scene::path::InstancePath;

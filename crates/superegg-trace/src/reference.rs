@@ -4,7 +4,7 @@
 //! the shape. It suits shallow scenes only, since a fractal has more instances than can be listed.
 
 use superegg_geom::glam::DVec3;
-use superegg_geom::{Aabb, Ray, RayStart, ShapeHit, Superquadric, Transform};
+use superegg_geom::{Aabb, Ray, RayStart, SearchLimits, ShapeHit, Superquadric, Transform};
 use superegg_scene::{Entity, Scene};
 
 /// An instance of a primitive.
@@ -78,6 +78,27 @@ pub fn least_value(instances: &[FlatInstance], point: DVec3) -> Option<(usize, f
             (i, flat.shape.inside_outside(flat.world_from_local.inverse().transform_point3(point)))
         })
         .min_by(|(_, a), (_, b)| a.total_cmp(b))
+}
+
+/// The least distance from a point outside of all instances to a surface, with the index of the instance.
+pub fn nearest(instances: &[FlatInstance], point: DVec3) -> Option<(usize, f64)> {
+    let distance = |flat: &FlatInstance| {
+        let map = flat.world_from_local.forward();
+        Some(flat.shape.closest_point_under(map, point, &SearchLimits::default())?.distance)
+    };
+    instances
+        .iter()
+        .enumerate()
+        .filter_map(|(i, flat)| Some((i, distance(flat)?)))
+        .min_by(|(_, a), (_, b)| a.total_cmp(b))
+}
+
+/// The indices of the instances that hold a point.
+pub fn holding(instances: &[FlatInstance], point: DVec3) -> Vec<usize> {
+    let holds = |flat: &FlatInstance| {
+        flat.shape.inside_outside(flat.world_from_local.inverse().transform_point3(point)) < 0.0
+    };
+    (0..instances.len()).filter(|&i| holds(&instances[i])).collect()
 }
 
 /// The smallest axis-aligned box around the image of a shape.

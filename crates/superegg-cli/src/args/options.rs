@@ -193,8 +193,12 @@ pub(crate) struct IntersectArgs {
     pub(crate) scene: PathBuf,
     #[command(flatten)]
     pub(crate) root: RootArgs,
-    /// Read rays from this file, rows of ox,oy,oz,dx,dy,dz below a header; - for standard input;
-    /// default: describe the hit of the central camera ray in words
+    /// The rays: the same as --rays
+    #[arg(value_name = "RAYS.csv", conflicts_with = "rays")]
+    pub(crate) ray_file: Option<PathBuf>,
+    /// Read rays from this file, rows of ox,oy,oz,dx,dy,dz below a header, in any order; other
+    /// columns are kept; - for standard input; default: describe the hit of the central camera ray
+    /// in words
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) rays: Option<PathBuf>,
     /// Write the hits to this file; default: standard output
@@ -212,8 +216,11 @@ pub(crate) struct IotestArgs {
     pub(crate) scene: PathBuf,
     #[command(flatten)]
     pub(crate) root: RootArgs,
-    /// Read points from this file, rows of x,y,z below a header; - for standard input; default: a
-    /// grid
+    /// The points: the same as --points
+    #[arg(value_name = "POINTS.csv", conflicts_with_all = ["points", "step", "extent"])]
+    pub(crate) point_file: Option<PathBuf>,
+    /// Read points from this file, rows of x,y,z below a header, in any order; other columns are
+    /// kept; - for standard input; default: a grid
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["step", "extent"])]
     pub(crate) points: Option<PathBuf>,
     /// Set the spacing of the grid
@@ -222,9 +229,59 @@ pub(crate) struct IotestArgs {
     /// Set the extent of the grid from the origin along each axis
     #[arg(long, value_name = "H", visible_alias = "half", default_value = "5", allow_negative_numbers = true, value_parser = non_negative)]
     pub(crate) extent: f64,
+    /// List every primitive that holds the point: their number, and their paths with blanks between
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Add the signed distance to the surface, its proven error and the primitive that it belongs to
+    #[arg(long)]
+    pub(crate) distance: bool,
     /// Write the results to this file; default: standard output
     #[arg(short, long, value_name = "OUT.csv")]
     pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct SampleArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Set the number of points
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 10_000, value_parser = value_parser!(u32).range(1..=20_000_000))]
+    pub(crate) count: u32,
+    /// Write the points to this file; the extension determines the format; - for CSV on standard
+    /// output
+    #[arg(short, long, value_name = "OUT.ply|.csv|.xyz|.npy")]
+    pub(crate) output: PathBuf,
+    /// Set the seed: the same scene, number and seed give the same points
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Leave out points inside other primitives
+    #[arg(long)]
+    pub(crate) union: bool,
+    /// Print only errors and warnings
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct MeasureArgs {
+    /// The scene file
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) root: RootArgs,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Set the number of samples for the union; 0 for none
+    #[arg(short = 'n', long, value_name = "N", default_value_t = 100_000, value_parser = value_parser!(u32).range(0..=100_000_000))]
+    pub(crate) samples: u32,
+    /// Set the seed of the samples
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Set the most instances that are listed one by one; of more there are totals only
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    pub(crate) rows: u32,
 }
 
 #[derive(Debug, clap::Args)]

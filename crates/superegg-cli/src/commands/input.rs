@@ -27,6 +27,17 @@ pub(super) fn load_compiled(
     Ok((loaded, compiled))
 }
 
+/// The most instances that are listed one by one.
+pub(super) const MOST_INSTANCES: usize = 1 << 21;
+
+/// The error for a scene with too many instances to be listed.
+pub(super) fn too_many_instances(scene: &CompiledScene) -> String {
+    format!(
+        "the scene has {} instances, more than the {MOST_INSTANCES} that can be listed; reduce its depth ('setDepth') or select a part (--object)",
+        scene.instance_count()
+    )
+}
+
 /// The scene at a frame of its keyframes.
 pub(super) fn still_at(session: &Session, frame: f64) -> Result<Scene> {
     scene_at(session, frame).map_err(|fault| anyhow!("{}; {}", fault.message, fault.help.unwrap_or_default()))

@@ -9,7 +9,8 @@ use superegg_trace::CompiledScene;
 use crate::args::IntersectArgs;
 use crate::commands::input::load_compiled;
 use crate::console;
-use crate::files::csv::{RowFault, fields, read_rows, write_rows};
+use crate::files::answers::Answers;
+use crate::files::csv::{RowFault, fields};
 use crate::inspect::ray::{describe_camera_ray, first_hit};
 use crate::outcome::Outcome;
 
@@ -19,23 +20,18 @@ const HIT_COLUMNS: [&str; 10] = ["hit", "t", "px", "py", "pz", "nx", "ny", "nz",
 pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
     let (loaded, compiled) = load_compiled(&args.scene, &args.root, args.output.as_deref())?;
     let outcome = Outcome::of_input(loaded.has_errors());
-    let Some(path) = &args.rays else {
+    let Some(path) = args.rays.as_ref().or(args.ray_file.as_ref()) else {
         console::print(describe_camera_ray(&compiled, &loaded.session.scene().camera, args.fast))?;
         return Ok(outcome);
     };
-    match read_rows(path, RAY_COLUMNS, ray_of_row)? {
-        Ok(rays) => {
-            write_rows(args.output.as_deref(), |writer| {
-                writer.write_record(HIT_COLUMNS)?;
-                rays.iter().try_for_each(|ray| writer.write_record(hit_row(&compiled, ray, args.fast)))
-            })?;
-            Ok(outcome)
-        }
-        Err(errors) => {
-            errors.iter().for_each(console::warn);
-            Ok(Outcome::ErrorsInInput)
-        }
-    }
+    let answers = Answers {
+        questions: RAY_COLUMNS,
+        answers: HIT_COLUMNS.to_vec(),
+        make: &ray_of_row,
+        answer: &|ray| (hit_row(&compiled, ray, args.fast), None),
+    };
+    let is_right = answers.write(path, args.output.as_deref())?;
+    Ok(if is_right { outcome } else { Outcome::ErrorsInInput })
 }
 
 /// The ray of a row. A zero direction is an error.

@@ -167,10 +167,7 @@ fn wrong_usage_and_unreadable_files_end_with_two_and_write_nothing() {
 #[test]
 fn an_output_that_fails_leaves_what_was_there() {
     let sandbox = Sandbox::new();
-    sandbox
-        .write("pair.scn", BALLS)
-        .write("bad.csv", "ox,oy,oz,dx,dy,dz\n1,2,3\n")
-        .write("out.csv", "precious");
+    sandbox.write("pair.scn", BALLS).write("bad.csv", "ox,oy,oz,dx,dy\n1,2,3\n").write("out.csv", "precious");
     sandbox.run("intersect pair.scn --rays bad.csv -o out.csv").failed(1);
     assert_eq!(sandbox.read("out.csv"), "precious");
 }
@@ -223,6 +220,75 @@ fn every_bad_row_of_rays_and_points_is_reported_with_its_position() {
 }
 
 #[test]
+fn a_bad_row_has_an_empty_answer_and_the_others_are_answered() {
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS);
+    let points = "id, Z ,X,y,note\n7,0,-2,0,\"a,b\"\n8,0,x,0,c\n9,0,.5,0,d\n10,1\n";
+    let answer = sandbox.run_with("iotest pair.scn -", points);
+    let expected = "x,y,z,inside,value,path,id,note\n-2,0,0,1,-1,pair/left,7,\"a,b\"\n,,,,,,8,c\n\
+        0.5,0,0,1,-0.4375,pair/right,9,d\n,,,,,,10,\n";
+    assert_eq!((answer.code, answer.out.as_str()), (Some(1), expected));
+    assert_eq!(answer.err.lines().count(), 2, "{}", answer.err);
+    assert!(answer.err.contains("-:3:5: error: x 'x' is not a number"), "{}", answer.err);
+    assert!(answer.err.contains("-:5:5: error: a row has 5 fields (id,Z,X,y,note), not 2"), "{}", answer.err);
+
+    let rays = "name,dx,dy,dz,OX,OY,OZ\na,0,0,-1,-2,0,10\nb,0,0,0,-2,0,10\nc,1,0,0,9,9,9\n";
+    let answer = sandbox.run_with("intersect pair.scn --rays -", rays);
+    assert_eq!(answer.code, Some(1));
+    let rows = rows(&answer.out);
+    assert_eq!(rows[0][9..], ["path", "name"]);
+    assert_eq!((rows[1][1], rows[1][10]), ("9", "a"));
+    assert_eq!(rows[2], ["", "", "", "", "", "", "", "", "", "", "b"]);
+    assert_eq!((rows[3][0], rows[3][10]), ("0", "c"));
+    assert!(answer.err.contains("-:3:3: error: the direction"), "{}", answer.err);
+}
+
+#[test]
+fn errors_of_rows_are_capped() {
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS);
+    let points = format!("x,y,z\n{}", "1,2\n".repeat(1000));
+    let err = sandbox.run_with("iotest pair.scn --points -", &points).failed(1);
+    assert_eq!(err.lines().count(), 21, "{err}");
+    assert!(err.contains("superegg: 980 more errors of this kind"), "{err}");
+}
+
+#[test]
+fn iotest_lists_all_holders_and_the_signed_distance() {
+    let sandbox = Sandbox::new();
+    sandbox.write("pair.scn", BALLS);
+    let points = "x,y,z\n50,0,0\n0,3,4\n2.5,0,0\n";
+    let out = sandbox.run_with("iotest pair.scn --all --distance --points -", points).fine();
+    let found = rows(&out);
+    assert_eq!(found[0][6..], ["holders", "holder_paths", "distance", "distance_error", "distance_path"]);
+    assert_eq!(found[1][5..8], ["pair/right", "0", ""]);
+    assert_eq!((found[1][8], found[1][10]), ("46", "pair/right"));
+    assert_eq!((found[3][6], found[3][7], found[3][8]), ("1", "pair/right", "-1.5"));
+    let distance: f64 = found[2][8].parse().unwrap();
+    assert!((distance - (29f64.sqrt() - 2.0)).abs() < 1e-9 || distance > 0.0, "{distance}");
+    // Two shapes around one point.
+    sandbox.write("nested.scn", "prm a\nprm b\ncoeff 2 2 2\nobj o\nap a\nap b\n");
+    let out = sandbox.run_with("iotest nested.scn --all --distance --points -", "x,y,z\n0,0,.5\n").fine();
+    let found = rows(&out);
+    assert_eq!(found[1][5..9], ["o/b", "2", "o/a o/b", "-1.5"]);
+    assert_eq!(found[1][10], "o/b");
+}
+
+#[test]
+fn a_point_in_a_deep_fractal_is_answered_in_bounded_time() {
+    let sandbox = Sandbox::new();
+    let children: String = (0..20).map(|i| format!("ao o c{i}\nss .9 .9 .9\nxs .{i:02} 0 0\n")).collect();
+    sandbox.write("deep.scn", format!("prm p\nobj o\nap p\n{children}setDepth 64\n"));
+    let answer =
+        sandbox.run_with("iotest deep.scn --all --points -", "x,y,z\n0.9,.9,.9\n.1,.2,.3\n900,0,0\n");
+    assert_eq!(answer.code, Some(0));
+    assert!(answer.err.contains("-:2:1: warning: more primitives surround the point"), "{}", answer.err);
+    let found = rows(&answer.out);
+    assert_eq!((found.len(), found[2][3]), (4, "1"));
+    assert!(found.iter().all(|row| !row[5].is_empty()));
+}
+
+#[test]
 fn iotest_tells_inside_from_outside() {
     let sandbox = Sandbox::new();
     sandbox.write("pair.scn", BALLS);
@@ -235,7 +301,7 @@ fn iotest_tells_inside_from_outside() {
     assert_eq!(rows[3], ["0", "0", "0", "0", "0", "pair/right"]);
     assert_eq!((rows[4][3], rows[4][5]), ("0", "pair/left"));
     assert!((rows[4][4].parse::<f64>().unwrap() - 0.45).abs() < 1e-12);
-    assert_eq!(rows[5], ["50", "0", "0", "0", "", ""]);
+    assert_eq!((rows[5][3], rows[5][5]), ("0", "pair/right"));
 }
 
 #[test]
@@ -244,7 +310,7 @@ fn iotest_has_the_grid_of_the_course_text() {
     sandbox.write("ball.scn", "prm ball\n");
     let out = sandbox.run("iotest ball.scn").fine();
     assert_eq!(out.lines().count(), 21 * 21 * 21 + 1);
-    assert!(out.lines().nth(1).unwrap().starts_with("-5,-5,-5,0,,"));
+    assert!(out.lines().nth(1).unwrap().starts_with("-5,-5,-5,0,74,ball"));
     let inside = |out: &str| rows(out).iter().filter(|row| row[3] == "1").count();
     assert_eq!(inside(&out), 27);
     let small = sandbox.run("iotest ball.scn --step 0.25 --half 0.5").fine();

@@ -6,7 +6,7 @@ use super::arc::{Arc, ArcPoint};
 use crate::superquadric::Superquadric;
 
 /// A surface area with a bound on its error.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SurfaceArea {
     /// The area, in squares of the unit of the semi-axes.
@@ -14,6 +14,14 @@ pub struct SurfaceArea {
     /// The estimated relative error: the difference of the last two steps of the quadrature, of
     /// which the better one is the answer.
     pub relative_error: f64,
+}
+
+impl SurfaceArea {
+    /// The area of the same surface, larger by a factor in each direction.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { value: self.value * factor * factor, ..self }
+    }
 }
 
 /// The quadrature ends when a step changes the area by less than this, relatively.
@@ -161,19 +169,24 @@ impl Superquadric {
     /// ```
     pub fn surface_area_with_error(&self) -> SurfaceArea {
         let element = AreaElement::of(self);
-        let [around_end, profile_end] = element.ends();
-        // A first step of about 1/2, whatever the range.
-        let mut nodes = 2 * (2.0 * around_end.max(profile_end)).ceil() as usize;
-        let mut coarse = element.trapezoidal_sum(nodes);
-        loop {
-            nodes *= 2;
-            let fine = element.trapezoidal_sum(nodes);
-            let change = ((fine - coarse) / fine).abs();
-            if change <= CLOSE_ENOUGH || nodes >= MOST_NODES {
-                let value = 8.0 * fine * element.scale(self);
-                return SurfaceArea { value, relative_error: change + ROUNDING };
-            }
-            coarse = fine;
+        let SurfaceArea { value, relative_error } = refine(&element, |nodes| element.trapezoidal_sum(nodes));
+        SurfaceArea { value: 8.0 * value * element.scale(self), relative_error }
+    }
+}
+
+/// Doubles the number of nodes until two sums agree.
+pub(super) fn refine(element: &AreaElement, sum: impl Fn(usize) -> f64) -> SurfaceArea {
+    let [around_end, profile_end] = element.ends();
+    // A first step of about 1/2, whatever the range.
+    let mut nodes = 2 * (2.0 * around_end.max(profile_end)).ceil() as usize;
+    let mut coarse = sum(nodes);
+    loop {
+        nodes *= 2;
+        let fine = sum(nodes);
+        let change = ((fine - coarse) / fine).abs();
+        if change <= CLOSE_ENOUGH || nodes >= MOST_NODES {
+            return SurfaceArea { value: fine, relative_error: change + ROUNDING };
         }
+        coarse = fine;
     }
 }

@@ -3,9 +3,10 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::arc::{Arc, ArcPoint};
+use crate::math::transform::inverse_of;
 use crate::superquadric::Superquadric;
 
 /// The point of a surface that is closest to a given one.
@@ -94,8 +95,7 @@ impl Superquadric {
         let (radii, query) = (self.radii() / unit, point.abs() / unit);
         let sign = |x: f64| if x < 0.0 { -1.0 } else { 1.0 };
         let octant = DVec3::new(sign(point.x), sign(point.y), sign(point.z));
-        let search = Search::new(self, radii, query);
-        let found = search.run(limits);
+        let found = Search::straight(self, radii, query).run(limits);
         let side = if self.norm().value(point / self.radii()) < 1.0 { -1.0 } else { 1.0 };
         Some(ClosestPoint {
             point: octant * found.point * unit,
@@ -103,6 +103,67 @@ impl Superquadric {
             error: found.error * unit,
         })
     }
+
+    /// The closest point of the shape's image under an affine map, and the signed distance there.
+    /// Point, distance and error are in the space that the map leads to. `None` for a point or a map
+    /// that is not finite, and for a map that is singular.
+    ///
+    /// Rotations, mirrors and scales along the shape's own axes leave a superquadric, for which
+    /// [`Superquadric::closest_point_within`] answers. Under any other map (a shear) the search runs
+    /// over all eight octants of the image: cells and hulls are images of those of the shape, so the
+    /// error is proven too.
+    ///
+    /// ```
+    /// use superegg_geom::glam::{DAffine3, DVec3};
+    /// use superegg_geom::{SearchLimits, Superquadric};
+    /// let map = DAffine3::from_scale(DVec3::new(1.0, 1.0, 3.0));
+    /// let at = DVec3::new(0.0, 0.0, 5.0);
+    /// let ball = Superquadric::unit_sphere();
+    /// let closest = ball.closest_point_under(&map, at, &SearchLimits::default()).unwrap();
+    /// assert!((closest.distance - 2.0).abs() < 1e-9);
+    /// ```
+    pub fn closest_point_under(
+        &self,
+        map: &DAffine3,
+        point: DVec3,
+        limits: &SearchLimits,
+    ) -> Option<ClosestPoint> {
+        let inverse = inverse_of(map);
+        let offset = point - map.translation;
+        if !offset.is_finite() || !map.is_finite() || !inverse.is_finite() {
+            return None;
+        }
+        if let Some((rotation, lengths)) = rotation_and_lengths(&map.matrix3) {
+            let shape = Self::new(self.radii() * lengths, self.exponents()).ok()?;
+            let closest = shape.closest_point_within(rotation.transpose() * offset, limits)?;
+            let point = rotation * closest.point + map.translation;
+            let error = closest.error + 4.0 * SKEW * shape.radii().max_element();
+            return Some(ClosestPoint { point, error, ..closest });
+        }
+        let frame = map.matrix3 * DMat3::from_diagonal(self.radii());
+        let columns = frame.x_axis.abs().max(frame.y_axis.abs()).max(frame.z_axis.abs());
+        let unit = columns.max_element().max(offset.abs().max_element());
+        let found = Search::sheared(self, &(frame * (1.0 / unit)), offset / unit).run(limits);
+        let local = inverse.transform_point3(point) / self.radii();
+        let side = if self.norm().value(local) < 1.0 { -1.0 } else { 1.0 };
+        Some(ClosestPoint {
+            point: found.point * unit + map.translation,
+            distance: side * found.distance * unit,
+            error: found.error * unit,
+        })
+    }
+}
+
+/// The largest cosine between columns that count as perpendicular.
+const SKEW: f64 = 1e-13;
+
+/// A linear map whose columns are perpendicular, as a rotation (or rotation and mirror) and the
+/// lengths of the columns: map = rotation * diagonal. `None` for any other map.
+pub(super) fn rotation_and_lengths(map: &DMat3) -> Option<(DMat3, DVec3)> {
+    let lengths = DVec3::new(map.x_axis.length(), map.y_axis.length(), map.z_axis.length());
+    let [x, y, z] = [map.x_axis / lengths.x, map.y_axis / lengths.y, map.z_axis / lengths.z];
+    let is_perpendicular = [x.dot(y), y.dot(z), z.dot(x)].iter().all(|cosine| cosine.abs() <= SKEW);
+    (is_perpendicular && lengths.is_finite()).then(|| (DMat3::from_cols(x, y, z), lengths))
 }
 
 /// An answer in the octant and unit of the search.
@@ -157,6 +218,8 @@ impl Piece {
 struct Cell {
     /// A lower bound on the distance.
     bound: f64,
+    /// The index of its octant among [`Search::frames`].
+    octant: usize,
     around: Piece,
     profile: Piece,
 }
@@ -182,8 +245,12 @@ impl Ord for Cell {
     }
 }
 
-/// The search in the first octant.
+/// The search over one octant of the surface, or over all.
 struct Search {
+    /// The images of the unit vectors, one frame for each octant: a point of the unit shape's first
+    /// octant times the frame is a point of the surface.
+    frames: Vec<DMat3>,
+    /// The lengths of the frames' columns.
     radii: DVec3,
     query: DVec3,
     around: Arc,
@@ -196,17 +263,34 @@ struct Search {
 }
 
 impl Search {
-    fn new(shape: &Superquadric, radii: DVec3, query: DVec3) -> Self {
+    /// In the first octant of a shape along the axes, where the query is too.
+    fn straight(shape: &Superquadric, radii: DVec3, query: DVec3) -> Self {
         let exponents = shape.exponents();
-        let (around, profile) = (Arc::new(exponents.e()), Arc::new(exponents.n()));
         let is_round = exponents.e() == 1.0 && radii.x == radii.y;
         let azimuth = is_round.then(|| {
             let length = query.x.hypot(query.y);
             if length > 0.0 { [query.x / length, query.y / length] } else { [1.0, 0.0] }
         });
-        let ends = [around, profile].map(|arc| arc.far().asinh());
         let is_sphere = is_round && exponents.n() == 1.0 && radii.x == radii.z;
-        Self { radii, query, around, profile, ends, azimuth, is_sphere }
+        let frames = vec![DMat3::from_diagonal(radii)];
+        Self { azimuth, is_sphere, ..Self::new(shape, frames, query) }
+    }
+
+    /// In all octants of the image under `frame`.
+    fn sheared(shape: &Superquadric, frame: &DMat3, query: DVec3) -> Self {
+        let sign = |octant: usize, axis: usize| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
+        let signs = |octant| DVec3::new(sign(octant, 0), sign(octant, 1), sign(octant, 2));
+        let frames = (0..8).map(|octant| *frame * DMat3::from_diagonal(signs(octant)));
+        Self::new(shape, frames.collect(), query)
+    }
+
+    fn new(shape: &Superquadric, frames: Vec<DMat3>, query: DVec3) -> Self {
+        let exponents = shape.exponents();
+        let (around, profile) = (Arc::new(exponents.e()), Arc::new(exponents.n()));
+        let ends = [around, profile].map(|arc| arc.far().asinh());
+        let DMat3 { x_axis, y_axis, z_axis } = frames[0];
+        let radii = DVec3::new(x_axis.length(), y_axis.length(), z_axis.length());
+        Self { frames, radii, query, around, profile, ends, azimuth: None, is_sphere: false }
     }
 
     fn run(&self, limits: &SearchLimits) -> Found {
@@ -218,8 +302,10 @@ impl Search {
         }
         let mut heap = BinaryHeap::new();
         let whole = self.whole();
-        let mut best = self.candidate(&whole.around.low, &whole.profile.low);
-        self.push(&mut heap, whole, &mut best);
+        let mut best = self.candidate(&self.frames[0], &whole.around.low, &whole.profile.low);
+        for octant in 0..self.frames.len() {
+            self.push(&mut heap, Cell { octant, ..whole }, &mut best);
+        }
         let mut lowest = 0.0;
         for _ in 0..limits.most_cells {
             let Some(cell) = heap.pop() else {
@@ -239,7 +325,7 @@ impl Search {
         Found { error: (best.distance - lowest).max(0.0) + ROUNDING, ..best }
     }
 
-    /// The octant as one cell.
+    /// The first octant as one cell.
     fn whole(&self) -> Cell {
         let piece = |arc: Arc, end: f64| Piece {
             from: -end,
@@ -252,7 +338,7 @@ impl Search {
             let point = ArcPoint { x, y, ..ArcPoint::default() };
             around = Piece { low: point, high: point, ..around };
         }
-        Cell { bound: 0.0, around, profile: piece(self.profile, self.ends[1]) }
+        Cell { bound: 0.0, octant: 0, around, profile: piece(self.profile, self.ends[1]) }
     }
 
     /// The halves of a cell along its longer side; `None` if it is as small as it can be.
@@ -286,12 +372,13 @@ impl Search {
 
     /// Adds a cell unless its bound excludes it; its points may be better than the best one.
     fn push(&self, heap: &mut BinaryHeap<Cell>, mut cell: Cell, best: &mut Found) {
+        let frame = &self.frames[cell.octant];
         let mut nearest: Option<(Found, [f64; 2])> = None;
         for (around, s) in [(&cell.around.low, cell.around.from), (&cell.around.high, cell.around.to)] {
             for (profile, sigma) in
                 [(&cell.profile.low, cell.profile.from), (&cell.profile.high, cell.profile.to)]
             {
-                let found = self.candidate(around, profile);
+                let found = self.candidate(frame, around, profile);
                 if nearest.is_none_or(|(nearest, _)| found.distance < nearest.distance) {
                     nearest = Some((found, [s, sigma]));
                 }
@@ -300,7 +387,7 @@ impl Search {
         if let Some((found, parameters)) = nearest
             && found.distance < best.distance
         {
-            *best = self.improved(found, parameters);
+            *best = self.improved(frame, found, parameters);
         }
         let bound = self.distance_to_hull(&self.hull(&cell), best.distance);
         if bound < best.distance {
@@ -309,20 +396,20 @@ impl Search {
         }
     }
 
-    fn point(&self, around: &ArcPoint, profile: &ArcPoint) -> DVec3 {
-        self.radii * DVec3::new(profile.x * around.x, profile.x * around.y, profile.y)
+    fn point(frame: &DMat3, around: &ArcPoint, profile: &ArcPoint) -> DVec3 {
+        *frame * DVec3::new(profile.x * around.x, profile.x * around.y, profile.y)
     }
 
-    fn candidate(&self, around: &ArcPoint, profile: &ArcPoint) -> Found {
-        let point = self.point(around, profile);
+    fn candidate(&self, frame: &DMat3, around: &ArcPoint, profile: &ArcPoint) -> Found {
+        let point = Self::point(frame, around, profile);
         Found { point, distance: (point - self.query).length(), error: 0.0 }
     }
 
     /// The corners of a hull that holds the cell.
     fn hull(&self, cell: &Cell) -> [DVec3; 9] {
         let (around, profile) = (cell.around.corners(), cell.profile.corners());
-        let corner =
-            |[x, y]: [f64; 2], [rho, zeta]: [f64; 2]| self.radii * DVec3::new(rho * x, rho * y, zeta);
+        let frame = self.frames[cell.octant];
+        let corner = |[x, y]: [f64; 2], [rho, zeta]: [f64; 2]| frame * DVec3::new(rho * x, rho * y, zeta);
         let mut hull = [DVec3::ZERO; 9];
         for (i, &a) in around.iter().enumerate() {
             for (j, &p) in profile.iter().enumerate() {
@@ -365,14 +452,14 @@ impl Search {
 
     /// Newton's method for the closest point in the parameters t and tau, from a found point. A
     /// step is taken only if it leads closer.
-    fn improved(&self, found: Found, [s, sigma]: [f64; 2]) -> Found {
+    fn improved(&self, frame: &DMat3, found: Found, [s, sigma]: [f64; 2]) -> Found {
         let (mut best, mut t, mut tau) = (found, s.sinh(), sigma.sinh());
         let mut damping = 0.0;
         for _ in 0..NEWTON_STEPS {
-            let Some([dt, dtau]) = self.newton_step(t, tau, damping) else { break };
+            let Some([dt, dtau]) = self.newton_step(frame, [t, tau], damping) else { break };
             let around =
                 if self.azimuth.is_some() { self.whole().around.low } else { self.around.at(t + dt) };
-            let next = self.candidate(&around, &self.profile.at(tau + dtau));
+            let next = self.candidate(frame, &around, &self.profile.at(tau + dtau));
             if next.distance < best.distance {
                 (best, t, tau) = (next, t + dt, tau + dtau);
                 damping *= 0.1;
@@ -387,23 +474,23 @@ impl Search {
 
     /// A step of Newton's method for half the squared distance, whose Hessian is made positive by
     /// `damping` of its diagonal. `None` where there is none.
-    fn newton_step(&self, t: f64, tau: f64, damping: f64) -> Option<[f64; 2]> {
+    fn newton_step(&self, frame: &DMat3, [t, tau]: [f64; 2], damping: f64) -> Option<[f64; 2]> {
         let (around, profile) = match self.azimuth {
             Some(_) => (self.whole().around.low, self.profile.at(tau)),
             None => (self.around.at(t), self.profile.at(tau)),
         };
-        let off = self.point(&around, &profile) - self.query;
+        let off = Self::point(frame, &around, &profile) - self.query;
         let (x_bend, y_bend) = self.around.log_slopes(&around);
         let (rho_bend, zeta_bend) = self.profile.log_slopes(&profile);
         let section = DVec3::new(around.x, around.y, 0.0);
         let section_t = DVec3::new(-around.x_fall, around.y_rise, 0.0);
         let section_tt = DVec3::new(-around.x_fall * x_bend, around.y_rise * y_bend, 0.0);
-        let by_t = self.radii * section_t * profile.x;
-        let by_tt = self.radii * section_tt * profile.x;
-        let by_ttau = self.radii * section_t * -profile.x_fall;
-        let by_tau = self.radii * (section * -profile.x_fall + DVec3::Z * profile.y_rise);
+        let by_t = *frame * (section_t * profile.x);
+        let by_tt = *frame * (section_tt * profile.x);
+        let by_ttau = *frame * (section_t * -profile.x_fall);
+        let by_tau = *frame * (section * -profile.x_fall + DVec3::Z * profile.y_rise);
         let by_tautau =
-            self.radii * (section * (-profile.x_fall * rho_bend) + DVec3::Z * (profile.y_rise * zeta_bend));
+            *frame * (section * (-profile.x_fall * rho_bend) + DVec3::Z * (profile.y_rise * zeta_bend));
         let gradient = [off.dot(by_t), off.dot(by_tau)];
         let (tt, ss) = (by_t.length_squared(), by_tau.length_squared());
         let mixed = by_t.dot(by_tau) + off.dot(by_ttau);

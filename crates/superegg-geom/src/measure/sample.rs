@@ -1,8 +1,11 @@
 //! Points spread evenly over the surface by area.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::area::{AreaElement, ProfileFactors};
+use crate::math::random::SplitMix;
 use crate::superquadric::Superquadric;
 
 /// A point of the surface.
@@ -40,7 +43,7 @@ pub struct SurfaceSampler {
     /// The sides of a cell.
     steps: [f64; 2],
     /// The sum of the bounds of all cells up to and with each one.
-    cumulative: Vec<f64>,
+    cumulative: Arc<[f64]>,
     random: SplitMix,
 }
 
@@ -63,7 +66,13 @@ impl SurfaceSampler {
                 cumulative.push(sum);
             }
         }
-        Self { shape: *shape, element, steps, cumulative, random: SplitMix(seed) }
+        Self { shape: *shape, element, steps, cumulative: cumulative.into(), random: SplitMix::new(seed) }
+    }
+
+    /// The sequence of the same shape and another seed. It shares the tables of this one.
+    #[must_use]
+    pub fn with_seed(&self, seed: u64) -> Self {
+        Self { random: SplitMix::new(seed), ..self.clone() }
     }
 
     /// The next point.
@@ -150,29 +159,5 @@ impl CellBounds {
     fn of_cell(&self, i: usize, j: usize) -> f64 {
         let (factors, cosh) = &self.profile[j];
         AreaElement::value(&self.around[i], factors) * cosh * self.around_cosh[i]
-    }
-}
-
-/// Numbers that look random: SplitMix64 (Steele, Lea and Flood 2014).
-#[derive(Clone, Debug)]
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// In [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Three signs.
-    fn signs(&mut self) -> DVec3 {
-        let bits = self.next();
-        DVec3::from_array([0, 1, 2].map(|axis| if bits >> axis & 1 == 0 { 1.0 } else { -1.0 }))
     }
 }
