@@ -8,6 +8,7 @@ mod crashes;
 mod film;
 mod gallery;
 mod long;
+mod measures;
 mod modeller;
 #[cfg(unix)]
 mod prompt;
