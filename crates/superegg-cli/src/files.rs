@@ -6,6 +6,7 @@ pub(crate) mod binary_scene;
 pub(crate) mod csv;
 pub(crate) mod data;
 pub(crate) mod folders;
+mod no_scene;
 pub(crate) mod picture;
 pub(crate) mod scene;
 pub(crate) mod series;

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use thiserror::Error;
 
-/// The two shape parameters of a superquadric, both finite and above 0. 1 and 1 make an ellipsoid,
-/// values near 0 a box, 2 and 2 an octahedron, larger ones a star. The shape is convex for
+/// The two shape parameters of a superquadric, both finite and 0 or above. 1 and 1 make an
+/// ellipsoid, 0 and 0 a box (the limit, exactly), 1 and 0 a cylinder along z, 2 and 2 an octahedron, larger ones a star. The shape is convex for
 /// e, n <= 2.
 ///
 /// ```
@@ -33,17 +33,23 @@ impl Exponents {
     /// The exponents `e` and `n`.
     ///
     /// # Errors
-    /// [`ShapeError::Exponent`] if one of them is not finite and above 0.
+    /// [`ShapeError::Exponent`] if one of them is negative or not finite.
     pub fn new(e: f64, n: f64) -> Result<Self, ShapeError> {
-        if is_positive(e) && is_positive(n) { Ok(Self { e, n }) } else { Err(ShapeError::Exponent) }
+        let is_exponent = |x: f64| x.is_finite() && x >= 0.0;
+        if is_exponent(e) && is_exponent(n) {
+            // Adding 0 turns -0 into 0, whose reciprocal is positive.
+            Ok(Self { e: e + 0.0, n: n + 0.0 })
+        } else {
+            Err(ShapeError::Exponent)
+        }
     }
 
-    /// East-west (longitude): the shape of the cross-section with the xy plane. > 0.
+    /// East-west (longitude): the shape of the cross-section with the xy plane. >= 0.
     pub fn e(self) -> f64 {
         self.e
     }
 
-    /// North-south (latitude): the shape of the profile towards z. > 0.
+    /// North-south (latitude): the shape of the profile towards z. >= 0.
     pub fn n(self) -> f64 {
         self.n
     }
@@ -77,10 +83,12 @@ pub(crate) fn is_positive(x: f64) -> bool {
 #[non_exhaustive]
 pub enum ShapeError {
     /// A semi-axis is not a positive finite number.
-    #[error("every semi-axis must be a finite number above 0")]
+    #[error(
+        "every semi-axis must be a finite number above 0; a small one, such as 0.001, makes a thin shape"
+    )]
     Radius,
-    /// An exponent is not a positive finite number.
-    #[error("both exponents must be finite numbers above 0")]
+    /// An exponent is negative or not finite.
+    #[error("both exponents must be finite numbers, 0 or above")]
     Exponent,
 }
 

@@ -134,7 +134,8 @@ impl Superquadric {
     /// (c(v, n) c(u, e),  c(v, n) s(u, e),  s(v, n)) * radii,   c(t, w) = sign(cos t) |cos t|^w,  s likewise with sin
     /// ```
     pub fn point_at(&self, u_rad: f64, v_rad: f64) -> DVec3 {
-        let power = |x: f64, w: f64| x.abs().powf(w).copysign(x);
+        // 0 to any power is 0: for an exponent of 0 the limit of small ones.
+        let power = |x: f64, w: f64| if x == 0.0 { 0.0 } else { x.abs().powf(w).copysign(x) };
         let (e, n) = (self.exponents.e(), self.exponents.n());
         let around = power(v_rad.cos(), n);
         DVec3::new(around * power(u_rad.cos(), e), around * power(u_rad.sin(), e), power(v_rad.sin(), n))

@@ -7,14 +7,16 @@ use superegg_geom::{BatchError, Exponents, HitBatch, Ray, RayBatch, RayStart, Sh
 #[test]
 fn exponents_that_no_shape_has_are_refused() {
     for invalid in [0.0, -0.0, -1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        assert_eq!(Exponents::new(invalid, 1.0), Err(ShapeError::Exponent), "{invalid}");
-        assert_eq!(Exponents::new(1.0, invalid), Err(ShapeError::Exponent), "{invalid}");
+        // An exponent of 0 is the limit: a box or a cylinder.
+        let expected = if invalid == 0.0 { None } else { Some(ShapeError::Exponent) };
+        assert_eq!(Exponents::new(invalid, 1.0).err(), expected, "{invalid}");
+        assert_eq!(Exponents::new(1.0, invalid).err(), expected, "{invalid}");
         let radii = DVec3::new(1.0, invalid, 1.0);
         assert_eq!(Superquadric::new(radii, Exponents::ROUND), Err(ShapeError::Radius), "{invalid}");
     }
     // Far beyond 8 a shape is its axes, without an inside for a ray to enter.
     assert!(Exponents::new(f64::MAX, f64::MAX).is_ok());
-    for valid in [5e-324, 1e-300, 8.0] {
+    for valid in [0.0, 5e-324, 1e-300, 8.0] {
         let shape = Superquadric::unit(Exponents::new(valid, valid).unwrap());
         let ray = Ray::new(DVec3::new(0.0, 0.0, 3.0), DVec3::NEG_Z);
         assert_eq!(shape.intersect(&ray, RayStart::Free).map(|hit| hit.t), Some(2.0), "{valid}");

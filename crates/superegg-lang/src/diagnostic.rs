@@ -110,6 +110,9 @@ fault_codes! {
     /// A file sources too many others.
     SourceLimit = "source-limit",
 
+    /// The file has more faults than are described.
+    Many = "many",
+
     // Warnings about a file.
     /// An object has no children.
     EmptyObject = "empty-object",
@@ -117,6 +120,8 @@ fault_codes! {
     Unused = "unused",
     /// The mirrored and transmitted weights add up to more than 1.
     Weights = "shares",
+    /// A quaternion's length is far from 1.
+    Quaternion = "quaternion",
     /// The scene is invalid at some frame.
     Keys = "keys",
     /// The camera looks along its up direction.
@@ -220,6 +225,61 @@ pub struct Diagnostic {
     pub message: String,
     /// How to correct it.
     pub help: Option<String>,
+    /// The number of faults that this one stands for: 1, or more in the summary at the end of a file
+    /// with many.
+    pub count: usize,
+}
+
+/// The most faults of one file that are described one by one.
+const MOST_DESCRIBED: usize = 100;
+
+/// The faults of one file: the first ones, and the number of the others.
+#[derive(Debug)]
+pub(crate) struct FaultList<'a> {
+    file: &'a str,
+    described: usize,
+    more_errors: usize,
+    more_warnings: usize,
+}
+
+impl<'a> FaultList<'a> {
+    pub(crate) fn new(file: &'a str) -> Self {
+        Self { file, described: 0, more_errors: 0, more_warnings: 0 }
+    }
+
+    /// Adds a fault to `to`, or counts it if the file has many. `describe` is called only for a
+    /// fault that is added.
+    pub(crate) fn add(
+        &mut self,
+        to: &mut Vec<Diagnostic>,
+        severity: Severity,
+        describe: impl FnOnce() -> Diagnostic,
+    ) {
+        if self.described < MOST_DESCRIBED {
+            self.described += 1;
+            to.push(describe());
+            return;
+        }
+        match severity {
+            Severity::Error => self.more_errors += 1,
+            Severity::Warning => self.more_warnings += 1,
+        }
+    }
+
+    /// Adds the numbers of the faults that were not described.
+    pub(crate) fn finish(self, to: &mut Vec<Diagnostic>) {
+        let kinds = [
+            (Severity::Error, self.more_errors, "error"),
+            (Severity::Warning, self.more_warnings, "warning"),
+        ];
+        for (severity, count, kind) in kinds.into_iter().filter(|(_, count, _)| *count > 0) {
+            let plural = if count == 1 { "" } else { "s" };
+            let message = format!("{count} more {kind}{plural} in this file");
+            let help = format!("the first {MOST_DESCRIBED} are described; correct them first");
+            let summary = Diagnostic::of_file(self.file, FaultCode::Many, message, help);
+            to.push(Diagnostic { severity, count, ..summary });
+        }
+    }
 }
 
 /// Longer lines are not shown.
@@ -244,6 +304,7 @@ impl Diagnostic {
             excerpt: if is_showable { text.trim_end().replace('\t', " ") } else { String::new() },
             message: fault.message,
             help: fault.help,
+            count: 1,
         }
     }
 
@@ -259,6 +320,7 @@ impl Diagnostic {
             excerpt: String::new(),
             message: message.into(),
             help: Some(help.into()),
+            count: 1,
         }
     }
 }

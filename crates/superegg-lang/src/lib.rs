@@ -23,8 +23,10 @@
 //! ```
 
 mod assist;
+mod color;
 mod diagnostic;
 mod grammar;
+mod include;
 mod parse;
 mod session;
 mod suggest;
@@ -35,11 +37,12 @@ pub use assist::complete::{Completion, complete};
 pub use assist::highlight::{Paint, highlight};
 pub use assist::hint::{Hint, hint};
 pub use assist::lint::lint;
+pub use color::parse_color;
 pub use diagnostic::{Diagnostic, Fault, FaultCode, Severity};
 pub use grammar::command::{
     Command, Needs, ObjectCommand, PrimitiveCommand, Recovery, Request, SceneCommand, SessionCommand,
 };
-pub use grammar::spec::{Arg, ArgKind, CommandSpec, Group, NameKind, Range, parse_size};
+pub use grammar::spec::{Arg, ArgKind, CommandSpec, Group, NameKind, Range, Shorthand, parse_size};
 pub use grammar::table::{COMMANDS, find_command};
 pub use parse::number::{NumberError, format_number, parse_number};
 pub use parse::parser::{Parsed, parse_line};

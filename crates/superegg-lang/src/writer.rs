@@ -7,9 +7,10 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::{Superquadric, TransformStep};
 use superegg_scene::{
     Camera, Entity, Floor, InstanceTable, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Sky,
+    Track,
 };
 
-use crate::parse::number::{format_number, vector};
+use crate::parse::number::{format_number, matrix_words, quaternion_words, vector};
 use crate::session::interpreter::Session;
 use crate::session::keys::line_of;
 use crate::session::settings;
@@ -62,6 +63,9 @@ enum Tables {
 
 fn write_blocks(scene: &Scene, selected: Option<&str>, tables: Tables) -> String {
     let mut text = String::from("# superegg scene\n");
+    if bits(scene.up()) != bits(Scene::default().up()) {
+        line(&mut text, &format!("up {}", vector(scene.up())));
+    }
     write_settings(&mut text, scene);
     let mut blocks = Blocks { scene, text, tables, begun: HashSet::new(), named: HashSet::new(), last: None };
     for (name, _) in scene.entities() {
@@ -70,11 +74,11 @@ fn write_blocks(scene: &Scene, selected: Option<&str>, tables: Tables) -> String
     let Blocks { mut text, mut last, .. } = blocks;
     if let Some(floor) = &scene.floor {
         text.push('\n');
-        write_floor(&mut text, floor);
+        write_floor(&mut text, floor, scene.up());
     }
     if scene.tracks().len() > 0 {
         text.push('\n');
-        last = write_keys(&mut text, scene, last);
+        last = write_keys(&mut text, scene, last, |_| true);
     }
     match selected.and_then(|name| Some((name, scene.get(name)?))) {
         Some((name, _)) if last == Some(name) => {}
@@ -82,6 +86,25 @@ fn write_blocks(scene: &Scene, selected: Option<&str>, tables: Tables) -> String
         None if last.is_none() => {}
         None => line(&mut text, "\ndeselect"),
     }
+    text
+}
+
+/// The lines that add the entities and keys of a scene to another one, for which `is_new` holds.
+/// The other entities exist there.
+pub(crate) fn write_new(
+    scene: &Scene,
+    is_new: impl Fn(&str) -> bool,
+    is_new_track: impl Fn(&Track) -> bool,
+) -> String {
+    let existing = || scene.entities().map(|(name, _)| name).filter(|name| !is_new(name));
+    let (begun, named) = (existing().collect(), existing().collect());
+    let mut blocks =
+        Blocks { scene, text: String::new(), tables: Tables::AsChildren, begun, named, last: None };
+    for (name, _) in scene.entities() {
+        blocks.write(name);
+    }
+    let Blocks { mut text, last, .. } = blocks;
+    write_keys(&mut text, scene, last, is_new_track);
     text
 }
 
@@ -143,7 +166,7 @@ impl<'a> Blocks<'a> {
 }
 
 /// The command that selects an entity, and creates it if it is new.
-fn select(name: &str, entity: &Entity) -> String {
+pub(crate) fn select(name: &str, entity: &Entity) -> String {
     match entity {
         Entity::Primitive(_) => format!("primitive {name}"),
         Entity::Object(_) | Entity::Table(_) => format!("object {name}"),
@@ -160,14 +183,14 @@ fn bits(v: DVec3) -> [u64; 3] {
     v.to_array().map(f64::to_bits)
 }
 
-fn write_settings(text: &mut String, scene: &Scene) {
+pub(crate) fn write_settings(text: &mut String, scene: &Scene) {
     let default = Scene::default();
     let Camera { position, target, up, fov_deg, .. } = scene.camera;
     let numbers = |camera: &Camera| (bits(camera.position), bits(camera.target), camera.fov_deg.to_bits());
-    if numbers(&scene.camera) != numbers(&default.camera) {
+    if scene.sets_camera || numbers(&scene.camera) != numbers(&default.camera) {
         line(text, &format!("camera {} {} {}", vector(position), vector(target), format_number(fov_deg)));
     }
-    if bits(up) != bits(default.camera.up) {
+    if bits(up) != bits(scene.up()) {
         line(text, &format!("cameraUp {}", vector(up)));
     }
     if let Some(height) = scene.camera.ortho_height {
@@ -181,10 +204,10 @@ fn write_settings(text: &mut String, scene: &Scene) {
     }
     if let Some(Sky { horizon, zenith, up }) = scene.sky {
         let mut words = format!("sky {}", vector(horizon));
-        if bits(zenith) != bits(horizon) || bits(up) != bits(DVec3::Y) {
+        if bits(zenith) != bits(horizon) || bits(up) != bits(scene.up()) {
             words += &format!(" {}", vector(zenith));
         }
-        if bits(up) != bits(DVec3::Y) {
+        if bits(up) != bits(scene.up()) {
             words += &format!(" {}", vector(up));
         }
         line(text, &words);
@@ -220,10 +243,10 @@ fn write_light(text: &mut String, name: &str, light: &Light) {
     }
 }
 
-fn write_floor(text: &mut String, floor: &Floor) {
+pub(crate) fn write_floor(text: &mut String, floor: &Floor, default_up: DVec3) {
     let Floor { height, up, surface } = floor;
     let height = format_number(*height);
-    let has_default_up = bits(*up) == bits(DVec3::Y);
+    let has_default_up = bits(*up) == bits(default_up);
     match surface {
         Some(surface) if has_default_up => line(text, &format!("floor {height} {surface}")),
         Some(surface) => line(text, &format!("floor {height} {surface} {}", vector(*up))),
@@ -236,9 +259,14 @@ fn write_floor(text: &mut String, floor: &Floor) {
     }
 }
 
-/// Writes the keys of each track, with the selection and cursor that they need, and restores the
+/// Writes the keys of each of these tracks, with the selection and cursor that they need, and restores the
 /// cursors. Returns the selection afterwards.
-fn write_keys<'a>(text: &mut String, scene: &'a Scene, mut selected: Option<&'a str>) -> Option<&'a str> {
+fn write_keys<'a>(
+    text: &mut String,
+    scene: &'a Scene,
+    mut selected: Option<&'a str>,
+    is_written: impl Fn(&Track) -> bool,
+) -> Option<&'a str> {
     // The cursors that differ from the scene's at this point: (object, alias).
     let mut moved: Vec<(&str, &str)> = Vec::new();
     let cursor_of = |object: &str| scene.object(object).ok()?.cursor().map(|(alias, _)| alias);
@@ -249,7 +277,7 @@ fn write_keys<'a>(text: &mut String, scene: &'a Scene, mut selected: Option<&'a 
         }
         selected
     };
-    for track in scene.tracks() {
+    for track in scene.tracks().filter(|track| is_written(track)) {
         let subject = track.subject();
         if let Some(name) = subject.selected.as_deref() {
             choose(text, name);
@@ -393,6 +421,10 @@ fn write_steps<'a>(text: &mut String, steps: impl Iterator<Item = &'a TransformS
                 writeln!(text, "rotate{suffix} {} {}", vector(*axis), format_number(*angle_deg))
             }
             TransformStep::Scale(factors) => writeln!(text, "scale{suffix} {}", vector(*factors)),
+            TransformStep::Orient(quaternion) => {
+                writeln!(text, "orient{suffix} {}", quaternion_words(*quaternion))
+            }
+            TransformStep::Affine(map) => writeln!(text, "matrix{suffix} {}", matrix_words(map)),
         };
     }
 }

@@ -22,9 +22,8 @@ fn number(range: Range) -> BoxedStrategy<f64> {
         prop_oneof![-10.0..10.0f64, Just(0.0), Just(-0.0), (-30.0..30.0f64).prop_map(|log| 10f64.powf(log))];
     match range {
         Range::Any => any.boxed(),
-        Range::Positive | Range::NonNegative => {
-            any.prop_map(|x| if x == 0.0 { 1.0 } else { x.abs() }).boxed()
-        }
+        Range::Positive => any.prop_map(|x| if x == 0.0 { 1.0 } else { x.abs() }).boxed(),
+        Range::NonNegative => any.prop_map(f64::abs).boxed(),
         Range::NonZero => any.prop_map(|x| if x == 0.0 { -1.0 } else { x }).boxed(),
         Range::Within(least, most) => prop_oneof![least..most, Just(least), Just(most)].boxed(),
         Range::Between(least, most) => (least + 1e-9..most).boxed(),

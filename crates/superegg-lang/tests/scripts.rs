@@ -19,8 +19,8 @@ prm ball
   coef 1 2        #! unknown-command
   coeff 1 2       #! argument-count
   coeff 1 2 3
-  exp 0 1         #! out-of-range
-  color red 0 0   #! not-a-number
+  exp -1 1        #! out-of-range
+  color rot 0 0   #! not-a-number
 obj o
   ap bal          #! unknown-name
   ap ball

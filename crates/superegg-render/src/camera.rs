@@ -1,6 +1,7 @@
 //! From pixels to camera rays: sample positions, filters and projections.
 
 pub(crate) mod filter;
+pub(crate) mod framing;
 pub(crate) mod placement;
 pub(crate) mod sample;
 pub(crate) mod sobol;

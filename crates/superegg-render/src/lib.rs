@@ -13,6 +13,7 @@ mod settings;
 mod shade;
 mod stats;
 
+pub use camera::framing::{Framing, facing};
 pub use camera::view::View;
 pub use film::buffer::Film;
 pub use film::develop::{Development, ImageError};

@@ -44,7 +44,7 @@ impl TrackSubject {
     }
 
     /// Whether the subject names or changes this primitive or object.
-    pub(crate) fn is_about(&self, name: &str) -> bool {
+    pub fn is_about(&self, name: &str) -> bool {
         self.selected.as_deref() == Some(name)
             || self.words.iter().any(|word| matches!(word, TrackWord::Entity(entity) if **entity == *name))
     }

@@ -123,6 +123,10 @@ pub struct Scene {
     lights: OrderedMap<Light>,
     /// The camera.
     pub camera: Camera,
+    /// Whether the scene has set its camera, even to the default one.
+    pub sets_camera: bool,
+    /// The up direction of sky and floor unless they have their own; not zero.
+    up: DVec3,
     /// The linear colour of rays that hit nothing, if there is no sky.
     pub background: DVec3,
     /// The sky, which replaces the background.
@@ -145,6 +149,8 @@ impl PartialEq for Scene {
         self.entities.has_same_entries(&other.entities)
             && self.lights == other.lights
             && self.camera == other.camera
+            && self.sets_camera == other.sets_camera
+            && self.up == other.up
             && self.background == other.background
             && self.sky == other.sky
             && self.floor == other.floor
@@ -161,6 +167,8 @@ impl Default for Scene {
             entities: OrderedMap::default(),
             lights: OrderedMap::default(),
             camera: Camera::default(),
+            sets_camera: false,
+            up: DVec3::Y,
             background: DVec3::ZERO,
             sky: None,
             floor: None,
@@ -460,6 +468,24 @@ impl Scene {
     /// Unknown object, or a step that makes the transform not invertible.
     pub fn transform_whole(&mut self, object: &str, step: TransformStep) -> Result<(), SceneError> {
         Ok(self.object_mut(object)?.push_overall_step(step)?)
+    }
+
+    /// The direction that is up: the default of camera, sky and floor.
+    pub fn up(&self) -> DVec3 {
+        self.up
+    }
+
+    /// Sets the up direction of camera, sky and floor, and the default of a later sky or floor.
+    /// `up` must not be zero.
+    pub fn set_up(&mut self, up: DVec3) {
+        self.up = up;
+        self.camera.up = up;
+        if let Some(sky) = &mut self.sky {
+            sky.up = up;
+        }
+        if let Some(floor) = &mut self.floor {
+            floor.up = up;
+        }
     }
 
     /// Adds or replaces a light.

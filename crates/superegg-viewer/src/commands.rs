@@ -123,6 +123,16 @@ pub(crate) fn transform_step(step: &TransformStep, of_whole: bool) -> String {
             format!("rotate{all} {} {}", vector(*axis), number(*angle_deg))
         }
         TransformStep::Scale(factors) => format!("scale{all} {}", vector(*factors)),
+        TransformStep::Orient(q) => {
+            format!("orient{all} {}", [q.w, q.x, q.y, q.z].map(number).join(" "))
+        }
+        TransformStep::Affine(map) => {
+            let rows = map.matrix3.transpose();
+            let row = |row: DVec3, offset: f64| format!("{} {}", vector(row), number(offset));
+            let by = map.translation;
+            let rows = [row(rows.x_axis, by.x), row(rows.y_axis, by.y), row(rows.z_axis, by.z)];
+            format!("matrix{all} {}", rows.join(" "))
+        }
     }
 }
 
@@ -156,6 +166,7 @@ pub(crate) fn encoding(encoding: Encoding) -> String {
 
 #[cfg(test)]
 mod tests {
+    use superegg_geom::glam::{DAffine3, DMat3, DQuat};
     use superegg_geom::{Exponents, Superquadric};
     use superegg_lang::Session;
     use superegg_scene::Patches;
@@ -179,6 +190,11 @@ mod tests {
             TransformStep::Translate(DVec3::new(0.1, 0.0, -2.0)),
             TransformStep::Rotate { axis: DVec3::Y, angle_deg: -30.0 },
             TransformStep::Scale(DVec3::splat(1.5)),
+            TransformStep::Orient(DQuat::from_xyzw(0.5, -0.5, 0.25, 0.75)),
+            TransformStep::Affine(Box::new(DAffine3 {
+                matrix3: DMat3::from_cols(DVec3::Y, DVec3::new(0.5, 0.25, 0.0), DVec3::Z * 2.0),
+                translation: DVec3::new(1.0, -2.0, 3.5),
+            })),
         ];
         let mut expected = session.scene().clone();
         let spot = Light {
@@ -196,12 +212,13 @@ mod tests {
             expected.set_light(name, light);
         }
         expected.camera = camera;
+        expected.sets_camera = true;
         let mut lines = vec![super::camera(&camera)];
         for (name, light) in [("light1", light), ("spot1", spot), ("sun1", sun)] {
             lines.extend(super::light(name, &light));
         }
         for of_whole in [false, true] {
-            for step in steps {
+            for step in steps.clone() {
                 lines.push(transform_step(&step, of_whole));
                 let done = if of_whole {
                     expected.transform_whole("o", step)

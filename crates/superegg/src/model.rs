@@ -231,6 +231,7 @@ impl Model {
     pub fn look_at(&mut self, position: impl Into<DVec3>, target: impl Into<DVec3>) {
         let (position, target) = (position.into(), target.into());
         self.scene.camera = Camera { position, target, ..self.scene.camera };
+        self.scene.sets_camera = true;
     }
 
     /// The names of the primitives and objects.

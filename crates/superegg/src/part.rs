@@ -1,6 +1,6 @@
 //! A part of a model: a shape or an object, its surface and its transform.
 
-use superegg_geom::glam::DVec3;
+use superegg_geom::glam::{DAffine3, DQuat, DVec3};
 use superegg_geom::{Superquadric, TransformStep};
 use superegg_scene::Material;
 
@@ -102,6 +102,16 @@ impl Part {
     /// Turns the part right-handed about an axis through the origin, by an angle in degrees.
     pub fn rotate(self, axis: impl Into<DVec3>, angle_deg: f64) -> Self {
         self.step(TransformStep::Rotate { axis: axis.into(), angle_deg })
+    }
+
+    /// Rotates the part by a quaternion, which need not be of unit length; zero is an error.
+    pub fn orient(self, quaternion: DQuat) -> Self {
+        self.step(TransformStep::Orient(quaternion))
+    }
+
+    /// Transforms the part by an affine map, which must be invertible.
+    pub fn matrix(self, map: DAffine3) -> Self {
+        self.step(TransformStep::Affine(Box::new(map)))
     }
 
     /// Scales the part along x, y and z. Negative factors mirror it.

@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, bail};
 use indicatif::ProgressBar;
 use superegg_lang::{Session, fingerprint_text};
-use superegg_render::{RenderOptions, RenderSettings, Shard, render};
+use superegg_render::{Framing, RenderOptions, RenderSettings, Shard, render};
 use superegg_scene::{Picture, Scene, Track};
 use superegg_trace::CompiledScene;
 
@@ -21,6 +21,7 @@ use crate::files;
 use crate::files::picture::PictureFormat;
 use crate::files::scene::load_with;
 use crate::files::series::Series;
+use crate::inspect::framing::framed_root;
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::long::shard::ShardArg;
 use crate::outcome::Outcome;
@@ -40,8 +41,9 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let root = series.as_ref().map_or(root, |series| Some(series.root.clone()));
     let scene = loaded.session.scene();
-    let plan = Plan::from_args(args, scene, series.as_ref())?;
+    let mut plan = Plan::from_args(args, scene, series.as_ref())?;
     let stills = Stills { session: &loaded.session, series: series.as_ref() };
+    plan.frame_unseen(&stills, root.as_deref(), args.depth)?;
     // Find a frame that cannot be rendered before hours of work on the frames before it.
     for frame in plan.frames().filter(|_| series.is_none()) {
         plan.still(&stills, frame)?;
@@ -141,6 +143,9 @@ struct Plan {
     samples: Option<u32>,
     /// The shard of the frames to render; `None` for all.
     shard: Option<Shard>,
+    /// The camera and the light, if the scene sets no camera and is not in sight in the first
+    /// frame.
+    framed: Option<Scene>,
 }
 
 impl Plan {
@@ -170,7 +175,17 @@ impl Plan {
         let Picture { width, height, .. } = scene.picture;
         let size = args.size.map_or((width, height), |size| (size.width, size.height));
         let shard = args.shard.map(ShardArg::resolve).transpose().context("cannot determine the shard")?;
-        Ok(Self { range, turntable: args.turntable, size, samples: args.samples, shard })
+        Ok(Self { range, turntable: args.turntable, size, samples: args.samples, shard, framed: None })
+    }
+
+    /// Frames the first frame, and all others alike, if it is not in sight and the scene sets no
+    /// camera.
+    fn frame_unseen(&mut self, stills: &Stills<'_>, root: Option<&str>, depth: Option<u32>) -> Result<()> {
+        if !Framing::is_set(stills.session.scene()) {
+            let still = self.still(stills, self.range.first)?;
+            self.framed = framed_root(&still, root, depth.unwrap_or(still.depth), self.size);
+        }
+        Ok(())
     }
 
     /// All frames of the animation.
@@ -189,6 +204,14 @@ impl Plan {
     /// The scene at a frame, with the camera on its orbit.
     fn still(&self, stills: &Stills<'_>, frame: u32) -> Result<Scene> {
         let mut still = stills.at(frame)?;
+        if let Some(framed) = &self.framed {
+            still.camera = framed.camera;
+            for (name, light) in framed.named_lights() {
+                if still.light(name).is_err() {
+                    still.set_light(name, *light);
+                }
+            }
+        }
         (still.picture.width, still.picture.height) = self.size;
         still.picture.samples = self.samples.unwrap_or(still.picture.samples);
         if let Some(count) = self.turntable {

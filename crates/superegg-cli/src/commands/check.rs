@@ -16,7 +16,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome> {
     loaded.print_diagnostics();
 
     let errors = loaded.error_count();
-    let warnings = loaded.diagnostics.len() - errors;
+    let all: usize = loaded.diagnostics.iter().map(|diagnostic| diagnostic.count).sum();
+    let warnings = all - errors;
     let scene = loaded.session.scene();
     let compiled = CompiledScene::compile(scene, loaded.session.selected(), scene.depth);
     console::print(format_args!(

@@ -6,6 +6,7 @@ use superegg_exchange::povray::to_povray;
 use crate::args::ExportArgs;
 use crate::files;
 use crate::files::scene::load;
+use crate::inspect::framing::framed_root;
 use crate::outcome::Outcome;
 
 pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
@@ -19,7 +20,10 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let root = root.ok_or_else(|| anyhow!("there is nothing to export"))?;
     let scene = loaded.session.scene();
-    let text = to_povray(scene, &root, args.depth.unwrap_or(scene.depth))?;
+    let depth = args.depth.unwrap_or(scene.depth);
+    let size = (scene.picture.width, scene.picture.height);
+    let framed = framed_root(scene, Some(&root), depth, size);
+    let text = to_povray(framed.as_ref().unwrap_or(scene), &root, depth)?;
     files::write(&args.output, text.as_bytes())?;
     Ok(Outcome::of_input(loaded.has_errors()))
 }

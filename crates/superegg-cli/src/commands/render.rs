@@ -18,6 +18,7 @@ use crate::console;
 use crate::files;
 use crate::files::picture::PictureFormat;
 use crate::files::scene::{Loaded, load_with};
+use crate::inspect::framing::{framed, framing_note};
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::long::checkpoint::{checkpoint_path, has_layers};
 use crate::long::resumable::ResumableRender;
@@ -124,6 +125,15 @@ impl<'a> Job<'a> {
         };
         let depth = args.depth.unwrap_or(scene.depth);
         let compiled = CompiledScene::compile(&scene, root.as_deref(), depth);
+        let size =
+            args.size.map_or((scene.picture.width, scene.picture.height), |size| (size.width, size.height));
+        let scene = match framed(&scene, &compiled, size) {
+            Some(framed) => {
+                console::warn(format_args!("superegg: {}", framing_note(&framed)));
+                Cow::Owned(framed)
+            }
+            None => scene,
+        };
         // A shard can become any kind of picture. A resumed render keeps the layers of its partial
         // file.
         let resumes_layers = args.long.resume && has_layers(&checkpoint_path(&self.output));

@@ -11,14 +11,20 @@ use superegg_viewer::{FrameTimes, FromViewer, Viewer, ViewerBench};
 use crate::args::ViewArgs;
 use crate::console;
 use crate::files::scene::load_with;
+use crate::inspect::framing::framed_root;
 use crate::modeller::{Input, Modeller, console_reporter};
 use crate::outcome::Outcome;
 use crate::text::counted;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
-    let loaded = load_with(&args.scene, &args.data.options(None))?;
+    let mut loaded = load_with(&args.scene, &args.data.options(None))?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
+    let scene = loaded.session.scene();
+    let size = (args.size.width, args.size.height);
+    if let Some(framed) = framed_root(scene, root.as_deref(), scene.depth, size) {
+        loaded.session = loaded.session.with_view_of(&framed);
+    }
     let outcome = Outcome::of_input(loaded.has_errors());
     if args.bench {
         bench(args, loaded.session.scene(), root.as_deref())?;

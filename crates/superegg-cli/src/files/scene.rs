@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Result, bail};
 use superegg_lang::{
-    Diagnostic, Effect, Fault, FaultCode, Flow, Request, Session, Settings, Severity, nearest, run_script,
-    write_session,
+    Diagnostic, Effect, Fault, FaultCode, Flow, Request, Session, Settings, Severity, find_command, nearest,
+    run_script, write_session,
 };
 
 use crate::console;
@@ -14,6 +14,7 @@ use crate::files::access;
 use crate::files::binary_scene::{self, open_input};
 use crate::files::data::{self, DataOptions, FileKind, LoadedData};
 use crate::files::folders::Folders;
+use crate::files::no_scene::kind_of_no_scene;
 
 /// The maximum nesting of sourced files.
 const MOST_NESTED: usize = 16;
@@ -53,7 +54,8 @@ impl Loaded {
     }
 
     pub(crate) fn error_count(&self) -> usize {
-        self.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
+        let errors = self.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error);
+        errors.map(|diagnostic| diagnostic.count).sum()
     }
 
     pub(crate) fn has_errors(&self) -> bool {
@@ -146,6 +148,9 @@ pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool)
         return Ok(loaded);
     }
     let bytes = access::read(path)?;
+    if let Some(kind) = kind_of_no_scene(&bytes) {
+        bail!("'{}' is not a scene but {kind}", path.display());
+    }
     if bytes.contains(&0) {
         let line = 1 + bytes.iter().take_while(|&&byte| byte != 0).filter(|&&byte| byte == b'\n').count();
         bail!("'{}' is not a scene: line {line} has a zero byte, which no text has", path.display());
@@ -214,10 +219,13 @@ impl Loader<'_> {
     ) -> Result<Flow, Fault> {
         match effect {
             Effect::Done => Ok(Flow::Continue),
-            Effect::Changed(_) => {
+            Effect::Changed(note) => {
                 self.lines.push_str(line);
                 self.lines.push('\n');
-                Ok(Flow::Continue)
+                match note.filter(|_| sets_quaternion(line)) {
+                    Some(note) => Err(Fault::new(FaultCode::Quaternion, note).warning()),
+                    None => Ok(Flow::Continue),
+                }
             }
             Effect::Print(text) => {
                 self.prints.push(text);
@@ -227,6 +235,7 @@ impl Loader<'_> {
             Effect::Request(Request::Source { file, .. }) => {
                 self.source(session, file.as_deref(), folder, diagnostics)
             }
+            Effect::Request(Request::Include(file)) => self.include(session, &file, folder, diagnostics),
             Effect::Request(_) => {
                 let command = line.split_whitespace().next().unwrap_or_default();
                 let message = format!("{command} is not carried out when a scene is only read");
@@ -247,32 +256,91 @@ impl Loader<'_> {
     ) -> Result<Flow, Fault> {
         let folders = Folders::of_user();
         let typed = file.map_or_else(|| folders.quicksave_to_load(), |file| folders.expand(file));
+        let path = self.find_nested(&typed, folder)?;
+        let bytes = read_nested(&path)?;
+        session.clear();
+        self.lines.clear();
+        self.open.push(identity(&path));
+        let flow = self.run(session, &path, &bytes, diagnostics);
+        self.open.pop();
+        Ok(flow)
+    }
+
+    /// Adds the contents of another file to the session. Searches as [`Self::source`].
+    fn include(
+        &mut self,
+        session: &mut Session,
+        file: &str,
+        folder: &Path,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Result<Flow, Fault> {
+        let path = self.find_nested(&Folders::of_user().expand(file), folder)?;
+        let added = match load_data(&path, &DataOptions::default()).map_err(|error| unreadable(&error))? {
+            Some(loaded) => loaded.session,
+            None => {
+                let bytes = read_nested(&path)?;
+                let mut added = Session::default();
+                let lines = std::mem::take(&mut self.lines);
+                self.open.push(identity(&path));
+                self.run(&mut added, &path, &bytes, diagnostics);
+                self.open.pop();
+                self.lines = lines;
+                added
+            }
+        };
+        if self.is_interrupted {
+            return Ok(Flow::Stop);
+        }
+        let lines = session.lines_to_include(&added)?;
+        for line in lines.lines() {
+            session.run_line(line)?;
+        }
+        self.lines.push_str(&lines);
+        Ok(Flow::Continue)
+    }
+
+    /// Finds a file that another one names: in the working folder, else in `folder`.
+    fn find_nested(&mut self, typed: &Path, folder: &Path) -> Result<PathBuf, Fault> {
         // The prefix makes '-' a file, not standard input.
-        let candidates = [Path::new(".").join(&typed), folder.join(&typed)];
+        let candidates = [Path::new(".").join(typed), folder.join(typed)];
         let path = candidates.iter().find(|path| path.exists()).unwrap_or(&candidates[0]);
         self.sourced += 1;
         if self.open.contains(&identity(path)) {
             let message = format!("'{}' would be read within itself", typed.display());
             let fault = Fault::new(FaultCode::SourceCycle, message);
-            return Err(fault.help("a file cannot source itself, directly or through others"));
+            return Err(fault.help("a file cannot load or include itself, directly or through others"));
         }
         if self.open.len() >= MOST_NESTED || self.sourced > MOST_SOURCED {
             let fault =
                 Fault::new(FaultCode::SourceLimit, format!("'{}' is one file too many", typed.display()));
             let help = format!(
-                "files source each other {MOST_NESTED} deep at most, and {MOST_SOURCED} files in all"
+                "files load and include each other {MOST_NESTED} deep at most, and {MOST_SOURCED} files in all"
             );
             return Err(fault.help(help));
         }
-        let bytes = access::read(path).map_err(|error| {
-            Fault::new(FaultCode::Unreadable, format!("{error:#}"))
-                .help("the file is searched in the working folder, then beside this file")
-        })?;
-        session.clear();
-        self.lines.clear();
-        self.open.push(identity(path));
-        let flow = self.run(session, path, &bytes, diagnostics);
-        self.open.pop();
-        Ok(flow)
+        Ok(path.clone())
     }
+}
+
+/// Reads a scene file that another one names.
+fn read_nested(path: &Path) -> Result<Vec<u8>, Fault> {
+    let bytes = access::read(path).map_err(|error| unreadable(&error))?;
+    match kind_of_no_scene(&bytes) {
+        Some(kind) => {
+            let message = format!("'{}' is not a scene but {kind}", path.display());
+            Err(Fault::new(FaultCode::NotText, message).help("load and include read scene files"))
+        }
+        None => Ok(bytes),
+    }
+}
+
+fn unreadable(error: &anyhow::Error) -> Fault {
+    Fault::new(FaultCode::Unreadable, format!("{error:#}"))
+        .help("the file is searched in the working folder, then beside this file")
+}
+
+/// Whether a line rotates by a quaternion.
+fn sets_quaternion(line: &str) -> bool {
+    let first = line.split_whitespace().next().unwrap_or_default();
+    find_command(first).is_some_and(|spec| ["orient", "orientAll"].contains(&spec.name))
 }

@@ -1,11 +1,12 @@
 //! The autosave journal: every change of the scene, written as it happens, so that a crash loses
 //! nothing.
 //!
-//! A journal is text: a first line that identifies the format, then records. There are three kinds:
+//! A journal is text: a first line that identifies the format, then records. There are four kinds:
 //!
 //! - `> ` and a command as it was typed;
 //! - `= `, a number of bytes and a label, then that many bytes of commands that define a whole
 //!   scene;
+//! - `+ `, likewise, with commands that were carried out as one change;
 //! - `.`: everything before it is saved.
 //!
 //! A record without its final line break was cut by a crash and is ignored. A journal without a
@@ -29,6 +30,8 @@ pub(crate) enum Record<'a> {
     Line(&'a str),
     /// A scene that replaced the previous one, as the lines that define it.
     Scene { label: &'a str, lines: &'a str },
+    /// Lines that were carried out as one change.
+    Lines { label: &'a str, lines: &'a str },
     /// Every change before it is saved.
     Saved,
 }
@@ -40,6 +43,9 @@ impl Record<'_> {
             Self::Line(line) => writeln!(to, "> {}", line.trim()),
             Self::Scene { label, lines } => {
                 writeln!(to, "= {} {}\n{lines}", lines.len(), label.replace('\n', " "))
+            }
+            Self::Lines { label, lines } => {
+                writeln!(to, "+ {} {}\n{lines}", lines.len(), label.replace('\n', " "))
             }
             Self::Saved => writeln!(to, "."),
         };
@@ -56,7 +62,9 @@ pub(crate) fn read_records(text: &str) -> Option<Vec<Record<'_>>> {
             records.push(Record::Line(line));
         } else if line == "." {
             records.push(Record::Saved);
-        } else if let Some((bytes, label)) = line.strip_prefix("= ").and_then(|line| line.split_once(' ')) {
+        } else if let Some((bytes, label)) =
+            line.strip_prefix(['=', '+']).and_then(|line| line.strip_prefix(' ')?.split_once(' '))
+        {
             let whole =
                 bytes.parse().ok().and_then(|bytes: usize| Some((rest.get(..bytes)?, rest.get(bytes..)?)));
             let Some((lines, after)) =
@@ -64,7 +72,11 @@ pub(crate) fn read_records(text: &str) -> Option<Vec<Record<'_>>> {
             else {
                 break;
             };
-            records.push(Record::Scene { label, lines });
+            records.push(if line.starts_with('=') {
+                Record::Scene { label, lines }
+            } else {
+                Record::Lines { label, lines }
+            });
             rest = after;
         } else {
             break;
@@ -244,7 +256,7 @@ impl UnsavedSession {
     fn last_change(&self) -> Option<&str> {
         match read_records(&self.text)?.into_iter().rfind(|record| *record != Record::Saved)? {
             Record::Line(line) => Some(line),
-            Record::Scene { label, .. } => Some(label),
+            Record::Scene { label, .. } | Record::Lines { label, .. } => Some(label),
             Record::Saved => None,
         }
     }
@@ -295,6 +307,7 @@ mod tests {
             Record::Scene { label: "load a b.scn", lines: "prm a\n> prm b\n.\n" },
             Record::Saved,
             Record::Scene { label: "x", lines: "" },
+            Record::Lines { label: "include b.scn", lines: "prm c\n" },
             Record::Line("undo"),
         ];
         let mut bytes = FIRST_LINE.as_bytes().to_vec();

@@ -12,6 +12,7 @@ use superegg_trace::CompiledScene;
 
 use crate::files;
 use crate::files::picture::PictureFormat;
+use crate::inspect::framing::{framed, framing_note};
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::modeller::reporter::{Message, Reporter};
 use crate::system::processor::available_threads;
@@ -131,7 +132,11 @@ fn run_job(job: &RenderJob, cancel: &AtomicBool, reporter: &Reporter) -> Message
     let start = Instant::now();
     let compiled = CompiledScene::compile(&job.scene, Some(&job.root), job.scene.depth);
     let (width, height) = job.size;
-    let settings = RenderSettings::of(&job.scene)
+    let framed = framed(&job.scene, &compiled, job.size);
+    if let Some(scene) = &framed {
+        let _ = reporter(Message::Done(format!("{}: {}", job.name, framing_note(scene))));
+    }
+    let settings = RenderSettings::of(framed.as_ref().unwrap_or(&job.scene))
         .with_picture(Picture { width, height, ..job.scene.picture })
         .with_layers(PictureFormat::of(&job.path).is_ok_and(|format| format == PictureFormat::Exr));
     for warning in picture_warnings(&compiled, &settings) {

@@ -18,6 +18,7 @@ pub(super) fn run_request(modeller: &mut Modeller, request: &Request, line: &str
         Request::Stop | Request::Undo(_) | Request::Redo(_) => Ok(()),
         Request::StopRender => modeller.cancel_renders(),
         Request::Source { file, is_forced } => modeller.load(file.as_deref(), *is_forced, line),
+        Request::Include(file) => modeller.include(file, line),
         Request::Save { file, is_forced, as_history } => {
             modeller.save(file.as_deref(), *is_forced, *as_history)
         }
@@ -34,6 +35,7 @@ pub(super) fn run_request(modeller: &mut Modeller, request: &Request, line: &str
         Request::PrintFolder => modeller.print_folder(),
         Request::ChangeFolder(folder) => modeller.change_folder(folder.as_deref()),
         Request::ListFolder(folder) => modeller.list_folder(folder.as_deref()),
+        Request::Frame(name) => modeller.frame(name.as_deref(), line),
         Request::Render { file, size } => modeller.render(file.as_deref(), *size),
         Request::Preview(frame) => modeller.preview(*frame).map_err(|fault| at_argument(fault, line, 1)),
         Request::View => {

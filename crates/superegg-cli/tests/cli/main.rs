@@ -7,6 +7,7 @@ mod animate;
 mod crashes;
 mod film;
 mod gallery;
+mod language;
 mod long;
 mod measures;
 mod modeller;

@@ -197,11 +197,7 @@ impl<'a> Writer<'a> {
     fn primitive(&mut self, identifier: &str, primitive: &Primitive) {
         let exponents = primitive.shape.exponents();
         let (e, n) = (exponents.e(), exponents.n());
-        let shape = if (e, n) == (1.0, 1.0) {
-            "sphere { 0, 1".to_owned()
-        } else {
-            format!("superellipsoid {{ <{e}, {n}>")
-        };
+        let shape = solid(e, n);
         let radii = vector(primitive.shape.radii());
         let reach = |direction: DVec3| {
             let linear = DMat3::from_cols(direction, DVec3::ZERO, DVec3::ZERO).transpose();
@@ -395,6 +391,22 @@ fn lobe_weights(material: &Material) -> (f64, f64) {
     let through = material.refracted.unwrap_or(0.0);
     let total = (mirror + through).max(1.0);
     (mirror / total, through / total)
+}
+
+/// The unit shape, without its closing brace.
+fn solid(e: f64, n: f64) -> String {
+    /// POV-Ray has no exponent of 0.
+    const LEAST: f64 = 1e-4;
+    if (e, n) == (1.0, 1.0) {
+        "sphere { 0, 1".to_owned()
+    } else if (e, n) == (0.0, 0.0) {
+        "box { <-1, -1, -1>, <1, 1, 1>".to_owned()
+    } else if (e, n) == (1.0, 0.0) {
+        "cylinder { <0, 0, -1>, <0, 0, 1>, 1".to_owned()
+    } else {
+        let positive = |x: f64| if x == 0.0 { LEAST } else { x };
+        format!("superellipsoid {{ <{}, {}>", positive(e), positive(n))
+    }
 }
 
 fn texture(material: &Material, pigment: &str) -> String {

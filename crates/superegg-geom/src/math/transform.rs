@@ -1,12 +1,12 @@
 //! Affine maps with their inverses, built from a list of steps.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 use thiserror::Error;
 
 use crate::math::numeric::{difference_of_products, scale_to_unit, unit_vector};
 
 /// One step of a transform, as the modelling language writes it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum TransformStep {
     /// Moves by this vector.
     Translate(DVec3),
@@ -19,6 +19,12 @@ pub enum TransformStep {
     },
     /// Scales along x, y and z; negative mirrors; zero is an error.
     Scale(DVec3),
+    /// Rotates by a quaternion, body to world. It need not be of unit length: its direction counts;
+    /// zero is an error.
+    Orient(DQuat),
+    /// Applies an affine map, which must be invertible. On the heap, because it is rare and four
+    /// times as large as the other steps.
+    Affine(Box<DAffine3>),
 }
 
 /// The reason why a list of steps is not a usable transform.
@@ -31,6 +37,12 @@ pub enum TransformError {
     /// A rotation axis without a direction.
     #[error("the rotation axis 0 0 0 has no direction")]
     ZeroAxis,
+    /// A quaternion without a direction.
+    #[error("the quaternion 0 0 0 0 is no rotation")]
+    ZeroQuaternion,
+    /// A matrix that flattens space, or is too near to one for its inverse to be known in f64.
+    #[error("the matrix has no inverse: its columns lie in one plane, to the precision of its numbers")]
+    Singular,
     /// The composed matrix or its inverse is not finite.
     #[error(
         "the transform leaves the range of numbers: together its steps are too large or too small to be undone"
@@ -42,21 +54,54 @@ impl TransformStep {
     /// Forward map and inverse, each exact to rounding; the inverse is written down, not computed
     /// from the forward map.
     fn maps(&self) -> Result<(DAffine3, DAffine3), TransformError> {
-        match *self {
-            Self::Translate(by) => Ok((DAffine3::from_translation(by), DAffine3::from_translation(-by))),
-            Self::Rotate { axis, angle_deg } => {
+        match self {
+            &Self::Translate(by) => Ok((DAffine3::from_translation(by), DAffine3::from_translation(-by))),
+            &Self::Rotate { axis, angle_deg } => {
                 let axis = unit_vector(axis).ok_or(TransformError::ZeroAxis)?;
                 let turn = rotation(axis, angle_deg);
                 Ok((DAffine3::from_mat3(turn), DAffine3::from_mat3(turn.transpose())))
             }
-            Self::Scale(factors) => {
+            &Self::Scale(factors) => {
                 if factors.cmpeq(DVec3::ZERO).any() {
                     return Err(TransformError::ZeroScale);
                 }
                 Ok((DAffine3::from_scale(factors), DAffine3::from_scale(factors.recip())))
             }
+            &Self::Orient(quaternion) => {
+                let unit = unit_quaternion(quaternion).ok_or(TransformError::ZeroQuaternion)?;
+                let turn = DMat3::from_quat(unit);
+                Ok((DAffine3::from_mat3(turn), DAffine3::from_mat3(turn.transpose())))
+            }
+            Self::Affine(map) => {
+                let leveled = Leveled::of(&map.matrix3);
+                let determinant = leveled.determinant;
+                if !determinant.is_finite() || determinant.abs() <= SMALLEST_DETERMINANT {
+                    return Err(TransformError::Singular);
+                }
+                Ok((**map, leveled.inverse_of(map)))
+            }
         }
     }
+}
+
+/// The determinant of a levelled matrix, whose entries are below 1, from which on its inverse is
+/// known to some digits.
+const SMALLEST_DETERMINANT: f64 = 64.0 * f64::EPSILON;
+
+/// The unit quaternion of the same direction; `None` if it is zero or not finite. Of any length: it
+/// is scaled to about 1 before it is squared.
+fn unit_quaternion(quaternion: DQuat) -> Option<DQuat> {
+    let v = DVec4::from(quaternion);
+    let largest = v.abs().max_element();
+    if largest == 0.0 || !v.is_finite() {
+        return None;
+    }
+    // In two steps: the reciprocal of a subnormal number is infinite.
+    let scaled = v / largest;
+    let length = scaled.length();
+    // A unit quaternion stays as it is, to the last bit.
+    let is_unit = largest <= 1.0 && (v.length_squared() - 1.0).abs() <= f64::EPSILON;
+    Some(DQuat::from_vec4(if is_unit { v } else { scaled / length }))
 }
 
 /// The rotation by `angle_deg` about a unit axis (Rodrigues), exact at multiples of 90 degrees.
@@ -178,31 +223,49 @@ pub fn error_through(map: &DAffine3, point: DVec3, error: f64) -> f64 {
 /// between scales of any size; rows and columns are brought to the same size before anything is
 /// subtracted. Not finite for a singular map.
 pub fn inverse_of(map: &DAffine3) -> DAffine3 {
-    let scale = |v: DVec3| scale_to_unit(v).map_or(f64::NAN, |(_, scale)| scale);
-    let rows = map.matrix3.transpose();
-    let row_scale = DVec3::new(scale(rows.x_axis), scale(rows.y_axis), scale(rows.z_axis));
-    let leveled = DMat3::from_diagonal(row_scale) * map.matrix3;
-    let column_scale = DVec3::new(scale(leveled.x_axis), scale(leveled.y_axis), scale(leveled.z_axis));
-    let leveled = leveled * DMat3::from_diagonal(column_scale);
-    let cross = |a: DVec3, b: DVec3| {
-        DVec3::new(
-            difference_of_products(a.y, b.z, a.z, b.y),
-            difference_of_products(a.z, b.x, a.x, b.z),
-            difference_of_products(a.x, b.y, a.y, b.x),
-        )
-    };
-    let (x, y, z) = (leveled.x_axis, leveled.y_axis, leveled.z_axis);
-    let of_rows = [cross(y, z), cross(z, x), cross(x, y)];
-    let determinant = x.dot(of_rows[0]);
-    let adjugate = DMat3::from_cols(of_rows[0], of_rows[1], of_rows[2]).transpose();
-    let scale_back = |v: DVec3| column_scale * v;
-    let column = |v: DVec3, row_scale: f64| scale_back(v / determinant) * row_scale;
-    let matrix3 = DMat3::from_cols(
-        column(adjugate.x_axis, row_scale.x),
-        column(adjugate.y_axis, row_scale.y),
-        column(adjugate.z_axis, row_scale.z),
-    );
-    DAffine3 { matrix3, translation: matrix3 * -map.translation }
+    Leveled::of(&map.matrix3).inverse_of(map)
+}
+
+/// A matrix with its rows, then its columns scaled to the same size, by powers of two: `leveled =
+/// diag(row_scale) matrix diag(column_scale)`.
+struct Leveled {
+    row_scale: DVec3,
+    column_scale: DVec3,
+    determinant: f64,
+    adjugate: DMat3,
+}
+
+impl Leveled {
+    fn of(matrix: &DMat3) -> Self {
+        let scale = |v: DVec3| scale_to_unit(v).map_or(f64::NAN, |(_, scale)| scale);
+        let rows = matrix.transpose();
+        let row_scale = DVec3::new(scale(rows.x_axis), scale(rows.y_axis), scale(rows.z_axis));
+        let leveled = DMat3::from_diagonal(row_scale) * *matrix;
+        let column_scale = DVec3::new(scale(leveled.x_axis), scale(leveled.y_axis), scale(leveled.z_axis));
+        let leveled = leveled * DMat3::from_diagonal(column_scale);
+        let cross = |a: DVec3, b: DVec3| {
+            DVec3::new(
+                difference_of_products(a.y, b.z, a.z, b.y),
+                difference_of_products(a.z, b.x, a.x, b.z),
+                difference_of_products(a.x, b.y, a.y, b.x),
+            )
+        };
+        let (x, y, z) = (leveled.x_axis, leveled.y_axis, leveled.z_axis);
+        let of_rows = [cross(y, z), cross(z, x), cross(x, y)];
+        let determinant = x.dot(of_rows[0]);
+        let adjugate = DMat3::from_cols(of_rows[0], of_rows[1], of_rows[2]).transpose();
+        Self { row_scale, column_scale, determinant, adjugate }
+    }
+
+    fn inverse_of(&self, map: &DAffine3) -> DAffine3 {
+        let column = |v: DVec3, row_scale: f64| self.column_scale * (v / self.determinant) * row_scale;
+        let matrix3 = DMat3::from_cols(
+            column(self.adjugate.x_axis, self.row_scale.x),
+            column(self.adjugate.y_axis, self.row_scale.y),
+            column(self.adjugate.z_axis, self.row_scale.z),
+        );
+        DAffine3 { matrix3, translation: matrix3 * -map.translation }
+    }
 }
 
 #[cfg(test)]
@@ -255,5 +318,59 @@ mod tests {
         assert_eq!(Transform::from_steps([&small, &small]), Err(TransformError::OutOfRange));
         let large = TransformStep::Translate(DVec3::splat(f64::MAX));
         assert_eq!(Transform::from_steps([&large, &large]), Err(TransformError::OutOfRange));
+    }
+
+    #[test]
+    fn a_quaternion_of_any_length_is_the_rotation_of_its_direction() {
+        let about = |axis: DVec3, angle_deg: f64| {
+            let half = 0.5 * angle_deg.to_radians();
+            let v = axis.normalize() * half.sin();
+            DQuat::from_xyzw(v.x, v.y, v.z, half.cos())
+        };
+        let axis = DVec3::new(1.0, -2.0, 0.5);
+        for length in [1e-310, 1e-200, 0.3, 1.0, 1.0 + 6e-7, 7.0, 1e300] {
+            for angle_deg in [0.0, 33.0, 90.0, 180.0, 299.0] {
+                let step = TransformStep::Orient(about(axis, angle_deg) * length);
+                let turned = Transform::from_steps([&step]).unwrap();
+                let rotated = Transform::from_steps([&TransformStep::Rotate { axis, angle_deg }]).unwrap();
+                let tolerance = if length < 1e-300 { 1e-9 } else { 1e-14 };
+                let off = turned.forward().matrix3 - rotated.forward().matrix3;
+                assert!(off.abs().to_cols_array().into_iter().all(|x| x < tolerance), "{length} {angle_deg}");
+                assert_eq!(turned.inverse().matrix3, turned.forward().matrix3.transpose());
+            }
+        }
+        for bad in [DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), DQuat::from_xyzw(f64::NAN, 0.0, 0.0, 1.0)] {
+            let error = Transform::from_steps([&TransformStep::Orient(bad)]);
+            assert_eq!(error, Err(TransformError::ZeroQuaternion));
+        }
+    }
+
+    #[test]
+    fn a_matrix_is_undone_and_a_flat_one_refused() {
+        let affine = |rows: [[f64; 4]; 3]| {
+            let column = |i: usize| DVec3::new(rows[0][i], rows[1][i], rows[2][i]);
+            let matrix3 = DMat3::from_cols(column(0), column(1), column(2));
+            TransformStep::Affine(Box::new(DAffine3 { matrix3, translation: column(3) }))
+        };
+        let sheared = affine([[2.0, 1.0, 0.0, 5.0], [0.0, -1e-9, 3e-10, -7.0], [0.1, 0.0, 4e8, 1e9]]);
+        let map = Transform::from_steps([&sheared]).unwrap();
+        for point in [DVec3::ZERO, DVec3::new(1.0, -2.0, 3.0), DVec3::splat(1e3)] {
+            let back = map.inverse().transform_point3(map.forward().transform_point3(point));
+            assert!((back - point).length() < 1e-6 * (1.0 + point.length()), "{back}");
+        }
+        for flat in [
+            [[1.0, 2.0, 3.0, 0.0], [4.0, 5.0, 6.0, 0.0], [7.0, 8.0, 9.0, 0.0]],
+            [[0.1, 0.2, 0.3, 0.0], [0.4, 0.5, 0.6, 0.0], [0.7, 0.8, 0.9, 0.0]],
+            [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]],
+            [[0.0; 4]; 3],
+            [[f64::INFINITY, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+        ] {
+            assert_eq!(Transform::from_steps([&affine(flat)]), Err(TransformError::Singular), "{flat:?}");
+        }
+        for extreme in [1e-150, 1e-3, 1e150] {
+            let scaled =
+                affine([[0.0, -extreme, 0.0, 0.0], [extreme, 0.0, 0.0, 0.0], [0.0, 0.0, extreme, 0.0]]);
+            assert!(Transform::from_steps([&scaled]).is_ok(), "{extreme}");
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! Completion of the word at the cursor.
 
 use crate::assist::names::{names_of, next_arg};
-use crate::grammar::spec::{ArgKind, CommandSpec};
+use crate::color::color_names;
+use crate::grammar::spec::{Arg, ArgKind, CommandSpec, Shorthand};
 use crate::grammar::table::COMMANDS;
 use crate::parse::parser::command_of;
 use crate::parse::parser::{line_within, words_of_command};
@@ -71,8 +72,9 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
         Some(ArgKind::Value) => {
             candidates.extend(values(before.last().map_or("", |word| word.text), partial));
         }
+        Some(ArgKind::Number(_)) => candidates.extend(shorthands(next_arg(spec, before), partial)),
         Some(ArgKind::File) => file = Some(partial.to_owned()),
-        Some(ArgKind::Number(_) | ArgKind::Size | ArgKind::Line) | None => {}
+        Some(ArgKind::Size | ArgKind::Line) | None => {}
     }
     Completion { start, candidates, file }
 }
@@ -102,6 +104,16 @@ fn values(setting: &str, partial: &str) -> Vec<String> {
         Some(SettingKind::Choice(choices)) => fitting(choices.iter().copied(), partial),
         Some(SettingKind::Size) => fitting(["640x480", "1280x960", "1920x1080"].into_iter(), partial),
         _ => Vec::new(),
+    }
+}
+
+/// The words that may stand for three numbers. Names of colours follow only a first letter: there
+/// are 148.
+fn shorthands(arg: Option<&Arg>, partial: &str) -> Vec<String> {
+    match arg.and_then(|arg| arg.shorthand) {
+        Some(Shorthand::Color) if !partial.is_empty() => fitting(color_names(), partial),
+        Some(Shorthand::Axis) => fitting(["x", "y", "z"].into_iter(), partial),
+        Some(Shorthand::Color) | None => Vec::new(),
     }
 }
 
@@ -158,6 +170,11 @@ mod tests {
         assert_eq!(found("key 2 add"), (6, String::new()));
         assert_eq!(found("key 2 floor 0 b"), (14, "ball".into()));
         assert_eq!(found("unkey "), (6, "all".into()));
+        assert_eq!(found("color rebec"), (6, "rebeccapurple".into()));
+        assert_eq!(found("color "), (6, String::new()));
+        assert_eq!(found("light l 0 0 0 #f80 "), (19, String::new()));
+        assert_eq!(found("key 2 setColor dodg"), (15, "dodgerblue".into()));
+        assert_eq!(found("up "), (3, "x y z".into()));
     }
 
     #[test]

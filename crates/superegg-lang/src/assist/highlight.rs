@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use crate::assist::names::{is_name_of, is_position_free, names_of, next_arg};
-use crate::grammar::spec::{ArgKind, CommandSpec, NameKind, parse_size, size_form};
+use crate::assist::names::{is_name_of, names_of, next_arg};
+use crate::color::color_names;
+use crate::grammar::spec::{ArgKind, CommandSpec, NameKind, Shorthand, parse_size, size_form};
 use crate::grammar::table::COMMANDS;
 use crate::parse::number::parse_number;
 use crate::parse::parser::command_of;
@@ -71,11 +72,22 @@ fn paint_of(
     let text = word.text;
     let right_or_wrong = |is_right: bool| Some(if is_right { Paint::Value } else { Paint::Wrong });
     let unless_typed = |begins: bool| (!(is_typed && begins)).then_some(Paint::Wrong);
-    if is_position_free(spec, text) {
+    if spec.is_position_free(text) {
         return right_or_wrong(size_form(text).is_none() || parse_size(text).is_ok());
     }
     let Some(arg) = next_arg(spec, before) else { return Some(Paint::Wrong) };
+    if arg.shorthand.is_some_and(|shorthand| shorthand.numbers_of(text).is_some()) {
+        return Some(Paint::Value);
+    }
     match arg.kind {
+        // A word that may become the name of a colour.
+        ArgKind::Number(_)
+            if arg.shorthand == Some(Shorthand::Color)
+                && is_typed
+                && (text.starts_with('#') || color_names().any(|name| begins(name, text))) =>
+        {
+            None
+        }
         ArgKind::Number(range) => match parse_number(text) {
             Ok(number) => right_or_wrong(range.contains(number)),
             Err(_) => {
@@ -174,6 +186,17 @@ mod tests {
             ("key 24 rotat", "ccc.vv......"),
             ("key x delete ball", "ccc.w.wwwwww.nnnn"),
             ("unkey all rotate", "ccccc.nnn.nnnnnn"),
+            ("color #ff8000 # c", "ccccc.vvvvvvv.###"),
+            ("color #ff8", "ccccc.vvvv"),
+            ("color #ff80", "ccccc......"),
+            ("color #ff80 1", "ccccc.wwwww.v"),
+            ("color orange 1", "ccccc.vvvvvv.w"),
+            ("color oran", "ccccc....."),
+            ("color oran 1", "ccccc.wwww.v"),
+            ("light l 0 0 0 #f80 2 # c", "ccccc...v.v.v.vvvv.v.###"),
+            ("light l 0 0 0 #fading", "ccccc...v.v.v.#######"),
+            ("xs 1 2 3 #fff", "cc.v.v.v.####"),
+            ("up -z", "cc.vv"),
             ("zzz", "www"),
         ] {
             assert_eq!(shown(line), expected, "{line}");

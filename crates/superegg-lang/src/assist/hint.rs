@@ -2,7 +2,7 @@
 
 use superegg_scene::Entity;
 
-use crate::assist::names::{is_position_free, next_arg};
+use crate::assist::names::next_arg;
 use crate::grammar::command::Needs;
 use crate::grammar::spec::{Arg, ArgKind, CommandSpec};
 use crate::grammar::table::{COMMANDS, commands_spelt, find_command};
@@ -42,8 +42,7 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
         None if rest.is_empty() && is_at_word => only_command(first.text)?,
         None => return None,
     };
-    let mut arguments =
-        arguments_after(spec, rest.iter().filter(|word| !is_position_free(spec, word.text)).count());
+    let mut arguments = arguments_after(spec, spec.position_after(rest.iter().map(|word| word.text)));
     let others: Vec<_> = commands_spelt(first.text).skip(1).filter(|_| rest.is_empty()).collect();
     for other in &others {
         arguments.push_str(&format!(" or {}", arguments_after(other, 0)));
@@ -150,7 +149,7 @@ mod tests {
             ("setColor ", "|r(0..1) g(0..1) b(0..1)"),
             ("setColor 1 ", "|g(0..1) b(0..1)"),
             ("color 1 0.5", "| b(0..1)"),
-            ("setExpo", "nent| e(>0) n(>0)"),
+            ("setExpo", "nent| e(>=0) n(>=0)"),
             ("camera 1 2 3 4 5 6 ", "|[fov_deg(0..180)]"),
             ("info ball", "| [NAME ...]"),
             ("xs ", "|x y z   needs a selected object"),
@@ -165,7 +164,7 @@ mod tests {
             ("key 2 ", "|COMMAND ..."),
             ("key 2 setColor 1 ", "|g(0..1) b(0..1)"),
             ("key 2 rotate ", "|x y z degrees   needs a selected object"),
-            ("exp 1 -3", "|   n must be above 0"),
+            ("exp 1 -3", "|   n must be 0 or above"),
         ] {
             assert_eq!(shown(line).as_deref(), Some(expected), "{line}");
         }

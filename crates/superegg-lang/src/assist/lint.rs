@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use superegg_scene::Entity;
 
-use crate::diagnostic::{Diagnostic, FaultCode};
+use crate::diagnostic::{Diagnostic, FaultCode, FaultList, Severity};
 use crate::session::interpreter::Session;
 use crate::session::keys::key_frames;
 use crate::session::still::scene_at;
@@ -15,9 +15,10 @@ const MOST_FRAMES: usize = 1000;
 /// Warnings about a loaded file as a whole.
 pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
     let scene = session.scene();
-    let mut warnings = Vec::new();
-    let mut warn =
-        |code, message: String, help: &str| warnings.push(Diagnostic::of_file(file, code, message, help));
+    let (mut warnings, mut list) = (Vec::new(), FaultList::new(file));
+    let mut warn = |code, message: String, help: &str| {
+        list.add(&mut warnings, Severity::Warning, || Diagnostic::of_file(file, code, message, help));
+    };
 
     let in_objects =
         scene.objects().flat_map(|(_, object)| object.children()).map(|(_, child)| child.target());
@@ -90,5 +91,6 @@ pub fn lint(session: &Session, file: &str) -> Vec<Diagnostic> {
             "end with 'object NAME', or render with --object NAME",
         );
     }
+    list.finish(&mut warnings);
     warnings
 }

@@ -2,7 +2,7 @@
 
 use superegg_scene::Entity;
 
-use crate::grammar::spec::{Arg, ArgKind, CommandSpec, NameKind, size_form};
+use crate::grammar::spec::{Arg, CommandSpec, NameKind};
 use crate::grammar::table::COMMANDS;
 use crate::parse::number::parse_number;
 use crate::parse::words::Word;
@@ -60,15 +60,9 @@ pub(crate) fn is_name_of(session: &Session, of: NameKind, name: &str) -> bool {
     }
 }
 
-/// Whether a word is an option of the command or an image size, which may stand anywhere.
-pub(crate) fn is_position_free(spec: &CommandSpec, word: &str) -> bool {
-    spec.options.iter().any(|option| option.eq_ignore_ascii_case(word))
-        || (size_form(word).is_some() && spec.all_args().any(|arg| arg.kind == ArgKind::Size))
-}
-
 /// The argument that follows these words of a command (without its own word), if there is one.
 pub(crate) fn next_arg<'s>(spec: &'s CommandSpec, before: &[Word<'_>]) -> Option<&'s Arg> {
-    let index = before.iter().filter(|word| !is_position_free(spec, word.text)).count();
+    let index = spec.position_after(before.iter().map(|word| word.text));
     let last_repeated = spec.all_args().last().filter(|_| spec.is_variadic());
-    spec.all_args().filter(|arg| arg.kind != ArgKind::Size).nth(index).or(last_repeated)
+    spec.positional_args().nth(index).or(last_repeated)
 }

@@ -6,7 +6,7 @@
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{AmbientOcclusion, Camera, Light, MaterialWeight, Patches, Sky};
+use superegg_scene::{AmbientOcclusion, Camera, Light, MaterialWeight, Patches};
 
 /// One command with its arguments, each within its range.
 #[derive(Clone, Debug, PartialEq)]
@@ -146,16 +146,27 @@ pub enum SceneCommand {
     },
     /// Set the background colour.
     SetBackground(DVec3),
-    /// Set the sky, or remove it.
-    SetSky(Option<Sky>),
+    /// Set the up direction of camera, sky and floor, and of those that are set later.
+    SetUp(DVec3),
+    /// Set the sky.
+    SetSky {
+        /// The radiance at the horizon.
+        horizon: DVec3,
+        /// The radiance at the zenith.
+        zenith: DVec3,
+        /// The direction of the zenith; the scene's if `None`.
+        up: Option<DVec3>,
+    },
+    /// Remove the sky.
+    RemoveSky,
     /// Set the floor.
     SetFloor {
         /// The height along `up`, in world units.
         height: f64,
         /// The primitive whose material the floor has.
         surface: Option<String>,
-        /// The normal of the floor.
-        up: DVec3,
+        /// The normal of the floor; the scene's up direction if `None`.
+        up: Option<DVec3>,
     },
     /// Set the normal of the floor.
     SetFloorUp(DVec3),
@@ -259,6 +270,8 @@ pub enum Request {
         /// Keep the good lines of a file with errors.
         is_forced: bool,
     },
+    /// Add the contents of a file to the scene.
+    Include(String),
     /// Write the session to a file.
     Save {
         /// The file; the quicksave if `None`.
@@ -287,6 +300,8 @@ pub enum Request {
     ChangeFolder(Option<String>),
     /// List a folder; the working folder if `None`.
     ListFolder(Option<String>),
+    /// Set the camera so that the named entity is in sight; the selected one if `None`.
+    Frame(Option<String>),
     /// Ray trace into a file.
     Render {
         /// The file; named after the scene if `None`.

@@ -1,9 +1,12 @@
 //! The parts of a row of the command table: names, arguments, ranges.
 
+use std::borrow::Cow;
+
 use superegg_geom::TransformStep;
-use superegg_geom::glam::DVec3;
+use superegg_geom::glam::{DAffine3, DMat3, DQuat, DVec3};
 use superegg_scene::Picture;
 
+use crate::color::parse_color;
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::{
     Command, Needs, ObjectCommand, PrimitiveCommand, Request, SceneCommand, SessionCommand,
@@ -193,6 +196,36 @@ pub struct Arg {
     pub name: &'static str,
     /// The type of the argument.
     pub kind: ArgKind,
+    /// The words that may stand for this number and the next two.
+    pub shorthand: Option<Shorthand>,
+}
+
+/// A kind of word that stands for three numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shorthand {
+    /// A colour: `#ff8000`, `#f80`, or a name of CSS.
+    Color,
+    /// An axis: `x`, `y` or `z`, or with a sign `-x`, `-y` or `-z`.
+    Axis,
+}
+
+impl Shorthand {
+    /// The numbers of a word; `None` if the word is none of this kind.
+    pub(crate) fn numbers_of(self, word: &str) -> Option<DVec3> {
+        match self {
+            Self::Color => parse_color(word),
+            Self::Axis => {
+                let axes = [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)];
+                let (sign, letter) = match word.strip_prefix('-') {
+                    Some(letter) => (-1.0, letter),
+                    None => (1.0, word.strip_prefix('+').unwrap_or(word)),
+                };
+                let axis = axes.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(letter))?.1;
+                // Adding 0 turns -0 into 0.
+                Some(sign * axis + DVec3::ZERO)
+            }
+        }
+    }
 }
 
 /// How a command is made from its arguments. The variant says what the command needs to be
@@ -284,6 +317,30 @@ impl CommandSpec {
         self.name == "set" || (is_of_scene && has_number)
     }
 
+    /// The arguments that have a position: all but an image size.
+    pub(crate) fn positional_args(&self) -> impl Iterator<Item = &'static Arg> {
+        self.all_args().filter(|arg| arg.kind != ArgKind::Size)
+    }
+
+    /// Whether a word is an option, or an image size that the command takes: these may stand at any
+    /// position.
+    pub(crate) fn is_position_free(&self, word: &str) -> bool {
+        self.options.iter().any(|option| option.eq_ignore_ascii_case(word))
+            || (size_form(word).is_some() && self.all_args().any(|arg| arg.kind == ArgKind::Size))
+    }
+
+    /// The numbers that a word at a position stands for, if it is a shorthand there.
+    pub(crate) fn shorthand_at(&self, position: usize, word: &str) -> Option<DVec3> {
+        self.positional_args().nth(position)?.shorthand?.numbers_of(word)
+    }
+
+    /// The position of the argument that follows these words.
+    pub(crate) fn position_after<'w>(&self, words: impl IntoIterator<Item = &'w str>) -> usize {
+        words.into_iter().filter(|word| !self.is_position_free(word)).fold(0, |position, word| {
+            position + if self.shorthand_at(position, word).is_some() { 3 } else { 1 }
+        })
+    }
+
     /// The allowed counts of arguments, without those of a variadic one, in rising order; some may
     /// repeat.
     pub fn counts(&self) -> impl Iterator<Item = usize> {
@@ -348,7 +405,7 @@ pub fn parse_size(word: &str) -> Result<(u32, u32), String> {
 pub(crate) struct Args<'a> {
     /// The spelling of the command in the line.
     pub(crate) spelling: &'a str,
-    pub(crate) words: Vec<&'a str>,
+    pub(crate) words: Vec<Cow<'a, str>>,
     pub(crate) numbers: Vec<f64>,
     pub(crate) size: Option<(u32, u32)>,
     pub(crate) options: Vec<&'static str>,
@@ -356,15 +413,15 @@ pub(crate) struct Args<'a> {
 
 impl Args<'_> {
     pub(crate) fn text(&self, i: usize) -> String {
-        self.words[i].to_owned()
+        self.words[i].clone().into_owned()
     }
 
     pub(crate) fn optional_text(&self, i: usize) -> Option<String> {
-        self.words.get(i).map(|&word| word.to_owned())
+        self.words.get(i).map(|word| word.clone().into_owned())
     }
 
     pub(crate) fn texts(&self) -> Vec<String> {
-        self.words.iter().map(|&word| word.to_owned()).collect()
+        self.words.iter().map(|word| word.clone().into_owned()).collect()
     }
 
     pub(crate) fn number(&self, i: usize) -> f64 {
@@ -398,5 +455,18 @@ impl Args<'_> {
 
     pub(crate) fn rotation(&self) -> TransformStep {
         TransformStep::Rotate { axis: self.vector(0), angle_deg: self.number(3) }
+    }
+
+    /// The numbers w x y z as a quaternion.
+    pub(crate) fn orientation(&self) -> TransformStep {
+        let v = self.vector(1);
+        TransformStep::Orient(DQuat::from_xyzw(v.x, v.y, v.z, self.number(0)))
+    }
+
+    /// Twelve numbers, row by row, as an affine map.
+    pub(crate) fn affine(&self) -> TransformStep {
+        let column = |i: usize| DVec3::new(self.number(i), self.number(i + 4), self.number(i + 8));
+        let matrix3 = DMat3::from_cols(column(0), column(1), column(2));
+        TransformStep::Affine(Box::new(DAffine3 { matrix3, translation: column(3) }))
     }
 }

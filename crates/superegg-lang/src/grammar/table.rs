@@ -4,23 +4,32 @@ use std::sync::LazyLock;
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{AmbientOcclusion, Camera, Light, LightKind, MAX_DEPTH, MaterialWeight, Patches, Sky};
+use superegg_scene::{AmbientOcclusion, Camera, Light, LightKind, MAX_DEPTH, MaterialWeight, Patches};
 
 use crate::grammar::command::{
     ObjectCommand, PrimitiveCommand, Recovery, Request, SceneCommand, SessionCommand,
 };
-use crate::grammar::spec::{Arg, ArgKind, Build, CommandSpec, Group, NameKind, Range};
+use crate::grammar::spec::{Arg, ArgKind, Build, CommandSpec, Group, NameKind, Range, Shorthand};
 
 const fn number(name: &'static str, range: Range) -> Arg {
-    Arg { name, kind: ArgKind::Number(range) }
+    Arg { name, kind: ArgKind::Number(range), shorthand: None }
+}
+
+/// The first of three numbers that one word may stand for.
+const fn first_number(name: &'static str, range: Range, shorthand: Shorthand) -> Arg {
+    Arg { name, kind: ArgKind::Number(range), shorthand: Some(shorthand) }
+}
+
+const fn arg(name: &'static str, kind: ArgKind) -> Arg {
+    Arg { name, kind, shorthand: None }
 }
 
 const fn name(name: &'static str, of: NameKind) -> Arg {
-    Arg { name, kind: ArgKind::Name(of) }
+    arg(name, ArgKind::Name(of))
 }
 
-const FILE: Arg = Arg { name: "FILE", kind: ArgKind::File };
-const FOLDER: Arg = Arg { name: "FOLDER", kind: ArgKind::File };
+const FILE: Arg = arg("FILE", ArgKind::File);
+const FOLDER: Arg = arg("FOLDER", ArgKind::File);
 /// The option of `save` to write the commands as typed.
 const HISTORY_OPTION: &str = "--history";
 const COUNT: Arg = number("N", Range::Whole(1, u32::MAX));
@@ -34,14 +43,42 @@ const TURN: &[Arg] = &[
     number("z", Range::Any),
     number("degrees", Range::Any),
 ];
-const COLOR: &[Arg] = &[number("r", UNIT), number("g", UNIT), number("b", UNIT)];
-const RADIANCE: &[Arg] =
+const UP: &[Arg] =
+    &[first_number("x", Range::Any, Shorthand::Axis), number("y", Range::Any), number("z", Range::Any)];
+const QUATERNION: &[Arg] =
+    &[number("w", Range::Any), number("x", Range::Any), number("y", Range::Any), number("z", Range::Any)];
+/// An affine map, row by row: the image of x y z is the sums of m11 x + m12 y + m13 z + tx, and so on.
+const MATRIX: &[Arg] = &[
+    number("m11", Range::Any),
+    number("m12", Range::Any),
+    number("m13", Range::Any),
+    number("tx", Range::Any),
+    number("m21", Range::Any),
+    number("m22", Range::Any),
+    number("m23", Range::Any),
+    number("ty", Range::Any),
+    number("m31", Range::Any),
+    number("m32", Range::Any),
+    number("m33", Range::Any),
+    number("tz", Range::Any),
+];
+const COLOR: &[Arg] = &[first_number("r", UNIT, Shorthand::Color), number("g", UNIT), number("b", UNIT)];
+const RADIANCE: &[Arg] = &[
+    first_number("r", Range::NonNegative, Shorthand::Color),
+    number("g", Range::NonNegative),
+    number("b", Range::NonNegative),
+];
+/// Absorption for each channel: no colour, so that no word stands for it.
+const ABSORPTION: &[Arg] =
     &[number("r", Range::NonNegative), number("g", Range::NonNegative), number("b", Range::NonNegative)];
 const WEIGHT: &[Arg] = &[number("share", UNIT)];
 
 /// A colour after another one.
-const SECOND_RADIANCE: &[Arg] =
-    &[number("r2", Range::NonNegative), number("g2", Range::NonNegative), number("b2", Range::NonNegative)];
+const SECOND_RADIANCE: &[Arg] = &[
+    first_number("r2", Range::NonNegative, Shorthand::Color),
+    number("g2", Range::NonNegative),
+    number("b2", Range::NonNegative),
+];
 /// The maximal number of ambient occlusion rays per point.
 const MOST_OCCLUSION_SAMPLES: u32 = 65_536;
 /// The default fraction of a spot's cone over which its light fades.
@@ -83,7 +120,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Session,
         options: &[],
-        args: &[&[], &[Arg { name: "COMMAND", kind: ArgKind::Words(NameKind::Command) }]],
+        args: &[&[], &[arg("COMMAND", ArgKind::Words(NameKind::Command))]],
         summary: "lists the commands, or explains the named commands or groups",
         default: "",
         example: "help setColor",
@@ -94,7 +131,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["quit", "exit"],
         group: Group::Session,
         options: &[],
-        args: &[&[], &[Arg { name: "JOB", kind: ArgKind::Choice(&["render"]) }]],
+        args: &[&[], &[arg("JOB", ArgKind::Choice(&["render"]))]],
         summary: "leaves; in a file, ignores the rest. 'stop render' stops the renders in progress instead",
         default: "",
         example: "stop",
@@ -105,7 +142,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["ls"],
         group: Group::Session,
         options: &[],
-        args: &[&[], &[Arg { name: "NAME", kind: ArgKind::Words(NameKind::Entity) }]],
+        args: &[&[], &[arg("NAME", ArgKind::Words(NameKind::Entity))]],
         summary: "lists the scene, or shows the details of the named entities; 'all' and 'selected' are names too",
         default: "",
         example: "info selected",
@@ -116,7 +153,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Session,
         options: &[],
-        args: &[&[], &[Arg { name: "NAME", kind: ArgKind::Words(NameKind::Entity) }]],
+        args: &[&[], &[arg("NAME", ArgKind::Words(NameKind::Entity))]],
         summary: "as info, with the tree of children, the number of instances, and the bounding box",
         default: "what is selected",
         example: "show selected",
@@ -159,6 +196,17 @@ pub const COMMANDS: &[CommandSpec] = &[
         }),
     },
     CommandSpec {
+        name: "include",
+        spellings: &[],
+        group: Group::Files,
+        options: &[],
+        args: &[&[FILE]],
+        summary: "adds the primitives, objects, lights and keys of a file to the scene; a name that the scene has too must mean the same in both. Settings of the file count where the scene has none of its own",
+        default: "",
+        example: "include wheel.scn",
+        build: Build::Request(|args| Request::Include(args.text(0))),
+    },
+    CommandSpec {
         name: "save",
         spellings: &["save!"],
         group: Group::Files,
@@ -178,11 +226,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Files,
         options: &[],
-        args: &[
-            &[],
-            &[Arg { name: "WHAT", kind: ArgKind::Choice(&["list", "discard", "restore"]) }],
-            &[COUNT],
-        ],
+        args: &[&[], &[arg("WHAT", ArgKind::Choice(&["list", "discard", "restore"]))], &[COUNT]],
         summary: "restores an unsaved session: the last one, or 'recover restore N'; 'recover list' lists them with their numbers, 'recover discard N' discards one, 'recover discard' all",
         default: "",
         example: "recover",
@@ -289,7 +333,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Editing,
         options: &[],
-        args: &[&[], &[Arg { name: "WHAT", kind: ArgKind::Choice(&["screen"]) }]],
+        args: &[&[], &[arg("WHAT", ArgKind::Choice(&["screen"]))]],
         summary: "empties the scene; undo restores it. 'clear screen' empties the terminal instead",
         default: "",
         example: "clear",
@@ -335,8 +379,8 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["exponent", "exp"],
         group: Group::Primitives,
         options: &[],
-        args: &[&[number("e", Range::Positive), number("n", Range::Positive)]],
-        summary: "sets the exponents: e shapes the xy plane, n the z direction; 1 is round, near 0 square, 2 pointed",
+        args: &[&[number("e", Range::NonNegative), number("n", Range::NonNegative)]],
+        summary: "sets the exponents: e shapes the xy plane, n the z direction; 1 is round, 0 square, 2 pointed",
         default: "1 1",
         example: "setExponent 0.1 1",
         build: Build::Primitive(|args| PrimitiveCommand::SetExponents {
@@ -363,7 +407,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Primitives,
         options: &[],
         args: &[COLOR],
-        summary: "sets the base colour, in linear values",
+        summary: "sets the base colour: linear values, or as every colour in one word of sRGB, #ff8000, #f80 or a CSS name",
         default: "1 1 1",
         example: "setColor 0.8 0.2 0.1",
         build: Build::Primitive(|args| PrimitiveCommand::SetColor(args.vector(0))),
@@ -413,7 +457,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["fresnel"],
         group: Group::Primitives,
         options: &[],
-        args: &[&[Arg { name: "on|off", kind: ArgKind::Choice(&["on", "off"]) }]],
+        args: &[&[arg("on|off", ArgKind::Choice(&["on", "off"]))]],
         summary: "scales the reflected weight by the Fresnel reflectance of the index: little at normal incidence, all at grazing angles",
         default: "off",
         example: "setFresnel on",
@@ -426,7 +470,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &["absorb"],
         group: Group::Primitives,
         options: &[],
-        args: &[RADIANCE],
+        args: &[ABSORPTION],
         summary: "sets the absorption inside, per world unit: after a distance d, exp(-r d), exp(-g d), exp(-b d) of the light is left",
         default: "0 0 0",
         example: "setAbsorb 0.1 0.6 0.9",
@@ -438,7 +482,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Primitives,
         options: &[],
         args: &[
-            &[Arg { name: "PATTERN", kind: ArgKind::Choice(&["none", "checker", "gradient"]) }],
+            &[arg("PATTERN", ArgKind::Choice(&["none", "checker", "gradient"]))],
             COLOR,
             &[number("size|x", Range::Any)],
             &[number("y", Range::Any), number("z", Range::Any)],
@@ -494,6 +538,28 @@ pub const COMMANDS: &[CommandSpec] = &[
         default: "",
         example: "scaleAll 2 2 2",
         build: Build::Object(|args| ObjectCommand::TransformWhole(TransformStep::Scale(args.vector(0)))),
+    },
+    CommandSpec {
+        name: "orientAll",
+        spellings: &[],
+        group: Group::Objects,
+        options: &[],
+        args: &[QUATERNION],
+        summary: "rotates the whole object by a quaternion; it is scaled to unit length",
+        default: "",
+        example: "orientAll 0.7071 0 0 0.7071",
+        build: Build::Object(|args| ObjectCommand::TransformWhole(args.orientation())),
+    },
+    CommandSpec {
+        name: "matrixAll",
+        spellings: &[],
+        group: Group::Objects,
+        options: &[],
+        args: &[MATRIX],
+        summary: "transforms the whole object by an affine matrix of three rows of four numbers; the last of a row is the translation",
+        default: "",
+        example: "matrixAll 1 0 0 2 0 1 0 0 0 0.5 1 0",
+        build: Build::Object(|args| ObjectCommand::TransformWhole(args.affine())),
     },
     CommandSpec {
         name: "addObject",
@@ -577,6 +643,28 @@ pub const COMMANDS: &[CommandSpec] = &[
         default: "",
         example: "scale 1 1 0.5",
         build: Build::Object(|args| ObjectCommand::TransformChild(TransformStep::Scale(args.vector(0)))),
+    },
+    CommandSpec {
+        name: "orient",
+        spellings: &[],
+        group: Group::Objects,
+        options: &[],
+        args: &[QUATERNION],
+        summary: "rotates the child at the cursor by a quaternion, body to world, about the origin; it is scaled to unit length",
+        default: "",
+        example: "orient 0.7071 0 0 0.7071",
+        build: Build::Object(|args| ObjectCommand::TransformChild(args.orientation())),
+    },
+    CommandSpec {
+        name: "matrix",
+        spellings: &[],
+        group: Group::Objects,
+        options: &[],
+        args: &[MATRIX],
+        summary: "transforms the child at the cursor by an affine matrix of three rows of four numbers; the last of a row is the translation",
+        default: "",
+        example: "matrix 1 0 0 2 0 1 0 0 0 0.5 1 0",
+        build: Build::Object(|args| ObjectCommand::TransformChild(args.affine())),
     },
     CommandSpec {
         name: "light",
@@ -725,13 +813,35 @@ pub const COMMANDS: &[CommandSpec] = &[
         }),
     },
     CommandSpec {
+        name: "up",
+        spellings: &[],
+        group: Group::Scene,
+        options: &[],
+        args: &[UP],
+        summary: "sets the direction that is up for camera, sky and floor together, also for those set later: x, y or z, or a direction",
+        default: "0 1 0",
+        example: "up z",
+        build: Build::Scene(|args| SceneCommand::SetUp(args.vector(0))),
+    },
+    CommandSpec {
+        name: "frame",
+        spellings: &[],
+        group: Group::Scene,
+        options: &[],
+        args: &[&[], &[name("NAME", NameKind::Entity)]],
+        summary: "moves the camera, along its line of sight, to where all of a primitive or object is in sight; a scene without lights gets one",
+        default: "what is selected",
+        example: "frame",
+        build: Build::Request(|args| Request::Frame(args.optional_text(0))),
+    },
+    CommandSpec {
         name: "cameraUp",
         spellings: &[],
         group: Group::Scene,
         options: &[],
-        args: &[VECTOR],
+        args: &[UP],
         summary: "sets the direction that is up in the picture",
-        default: "0 1 0",
+        default: "0 1 0, or as up sets it",
         example: "cameraUp 0 0 1",
         build: Build::Scene(|args| SceneCommand::SetCameraUp(args.vector(0))),
     },
@@ -776,15 +886,14 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Scene,
         options: &[],
-        args: &[RADIANCE, SECOND_RADIANCE, VECTOR],
+        args: &[RADIANCE, SECOND_RADIANCE, UP],
         summary: "sets the sky, which replaces the background: one colour, or a gradient from the horizon to the zenith; x y z is up",
-        default: "no sky; r2 g2 b2 as r g b, x y z 0 1 0",
+        default: "no sky; r2 g2 b2 as r g b, x y z 0 1 0 or as up sets it",
         example: "sky 0.7 0.8 0.9 0.1 0.2 0.6",
         build: Build::Scene(|args| {
             let horizon = args.vector(0);
             let zenith = args.optional_vector(3).unwrap_or(horizon);
-            let up = args.optional_vector(6).unwrap_or(DVec3::Y);
-            SceneCommand::SetSky(Some(Sky { horizon, zenith, up }))
+            SceneCommand::SetSky { horizon, zenith, up: args.optional_vector(6) }
         }),
     },
     CommandSpec {
@@ -796,21 +905,21 @@ pub const COMMANDS: &[CommandSpec] = &[
         summary: "removes the sky and its keys: the background shows again",
         default: "",
         example: "unsky",
-        build: Build::Scene(|_| SceneCommand::SetSky(None)),
+        build: Build::Scene(|_| SceneCommand::RemoveSky),
     },
     CommandSpec {
         name: "floor",
         spellings: &[],
         group: Group::Scene,
         options: &[],
-        args: &[&[number("height", Range::Any)], &[name("SURFACE", NameKind::Primitive)], VECTOR],
+        args: &[&[number("height", Range::Any)], &[name("SURFACE", NameKind::Primitive)], UP],
         summary: "adds an infinite floor at this height, with the material of a primitive; x y z is its normal",
-        default: "no floor; the material of a new primitive, x y z 0 1 0",
+        default: "no floor; the material of a new primitive, x y z 0 1 0 or as up sets it",
         example: "floor -1 tiles",
         build: Build::Scene(|args| SceneCommand::SetFloor {
             height: args.number(0),
             surface: args.optional_text(0),
-            up: args.optional_vector(1).unwrap_or(DVec3::Y),
+            up: args.optional_vector(1),
         }),
     },
     CommandSpec {
@@ -818,9 +927,9 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Scene,
         options: &[],
-        args: &[VECTOR],
+        args: &[UP],
         summary: "sets the normal of the floor",
-        default: "0 1 0; floor resets it",
+        default: "0 1 0, or as up sets it; floor resets it",
         example: "floorUp 0 0 1",
         build: Build::Scene(|args| SceneCommand::SetFloorUp(args.vector(0))),
     },
@@ -868,7 +977,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Animation,
         options: &[],
-        args: &[&[number("FRAME", Range::Any), Arg { name: "COMMAND", kind: ArgKind::Line }]],
+        args: &[&[number("FRAME", Range::Any), arg("COMMAND", ArgKind::Line)]],
         summary: "adds a keyframe: the numbers of a command at a frame, for the selected entity and the child at the cursor. Between keys the numbers are interpolated smoothly, and the command runs after all others",
         default: "",
         example: "key 24 rotate 0 0 1 90",
@@ -893,7 +1002,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Pictures,
         options: &[],
-        args: &[&[], &[FILE], &[Arg { name: "WxH", kind: ArgKind::Size }]],
+        args: &[&[], &[FILE], &[arg("WxH", ArgKind::Size)]],
         summary: "ray traces the selected entity into a picture (.png, or .exr for linear values), in the background; 'stop render' stops it",
         default: "the scene's name with .png, and the size of 'set size'",
         example: "render robot.png 640x480",
@@ -961,7 +1070,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Pictures,
         options: &[],
-        args: &[&[name("SETTING", NameKind::Setting)], &[Arg { name: "VALUE", kind: ArgKind::Value }]],
+        args: &[&[name("SETTING", NameKind::Setting)], &[arg("VALUE", ArgKind::Value)]],
         summary: "changes a setting of the picture, the viewer or the session; 'get' lists them",
         default: "",
         example: "set size 640x480",
@@ -975,7 +1084,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         spellings: &[],
         group: Group::Pictures,
         options: &[],
-        args: &[&[], &[Arg { name: "SETTING", kind: ArgKind::Words(NameKind::Setting) }]],
+        args: &[&[], &[arg("SETTING", ArgKind::Words(NameKind::Setting))]],
         summary: "shows settings with their allowed values",
         default: "all",
         example: "get size",

@@ -1,6 +1,6 @@
 //! Reading and writing of numbers.
 
-use superegg_geom::glam::DVec3;
+use superegg_geom::glam::{DAffine3, DQuat, DVec3};
 use thiserror::Error;
 
 /// Why a word is not a number. The message follows the word: `'1e999' is too large a number`.
@@ -49,6 +49,19 @@ pub fn format_number(x: f64) -> String {
 /// Three numbers, separated by blanks.
 pub(crate) fn vector(v: DVec3) -> String {
     v.to_array().map(format_number).join(" ")
+}
+
+/// The numbers w x y z of a quaternion, separated by blanks.
+pub(crate) fn quaternion_words(quaternion: DQuat) -> String {
+    [quaternion.w, quaternion.x, quaternion.y, quaternion.z].map(format_number).join(" ")
+}
+
+/// The twelve numbers of an affine map, row by row, separated by blanks.
+pub(crate) fn matrix_words(map: &DAffine3) -> String {
+    let rows = map.matrix3.transpose();
+    let row = |row: DVec3, offset: f64| format!("{} {}", vector(row), format_number(offset));
+    let by = map.translation;
+    [row(rows.x_axis, by.x), row(rows.y_axis, by.y), row(rows.z_axis, by.z)].join(" ")
 }
 
 #[cfg(test)]

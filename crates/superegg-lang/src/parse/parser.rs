@@ -1,14 +1,16 @@
 //! The parser: a line to a command.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
+use crate::color::{color_names, is_hexadecimal};
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::Command;
 use crate::grammar::spec::{
-    ArgKind, Args, CommandSpec, Range as NumberRange, not_keyable, parse_size, size_form,
+    Arg, ArgKind, Args, CommandSpec, Range as NumberRange, Shorthand, not_keyable, parse_size, size_form,
 };
 use crate::grammar::table::{COMMANDS, SHARED_SPELLING, commands_spelt, find_command};
-use crate::parse::number::parse_number;
+use crate::parse::number::{format_number, parse_number};
 use crate::parse::words::{Quoting, Word, split_words};
 use crate::suggest::{did_you_mean, nearest};
 use crate::text::{one_of, shorten};
@@ -41,14 +43,51 @@ impl Parsed {
     }
 }
 
-/// The words of a line. Quotes are special only if the command takes a file.
+/// The words of a line. Quotes are special only if the command takes a file. A `#` begins a word
+/// where the command takes a colour, and a comment elsewhere.
 pub(crate) fn words_of_command(line: &str) -> Vec<Word<'_>> {
-    let words = split_words(line, Quoting::Plain);
+    let words = split_words(line, Quoting::Plain, &begins_color);
     let takes_file = || {
         let spec = words.first().and_then(|first| find_command(first.text));
         spec.is_some_and(|spec| spec.all_args().any(|arg| arg.kind == ArgKind::File))
     };
-    if line.contains('"') && takes_file() { split_words(line, Quoting::Quoted) } else { words }
+    if line.contains('"') && takes_file() { split_words(line, Quoting::Quoted, &|_, _| false) } else { words }
+}
+
+/// Whether a `#` begins a colour, given the words before it and the text after it.
+///
+/// Where the command needs a colour any word is one, or the fault would be a missing argument.
+/// Where a colour is optional, a comment may begin instead: only three or six hexadecimal digits
+/// are a colour, followed by nothing, a number, an axis or another `#`.
+fn begins_color(words: &[Word<'_>], after: &str) -> bool {
+    let mut words = words;
+    let (spec, rest) = loop {
+        let Some((first, rest)) = words.split_first() else { return false };
+        let Some(spec) = command_of(first.text, rest) else { return false };
+        match line_within(spec, rest) {
+            Some(within) => words = within,
+            None => break (spec, rest),
+        }
+    };
+    let position = spec.position_after(rest.iter().map(|word| word.text));
+    let is_color =
+        |arg: &Arg| arg.shorthand == Some(Shorthand::Color) && matches!(arg.kind, ArgKind::Number(_));
+    if !spec.positional_args().nth(position).is_some_and(is_color) {
+        return false;
+    }
+    let ends = |c: char| c.is_whitespace() || c == '#';
+    let digits = after.split(ends).next().unwrap_or_default();
+    if !spec.counts().any(|count| count == position) {
+        return !digits.is_empty();
+    }
+    let next = after[digits.len()..].trim_start();
+    let is_followed = next.is_empty()
+        || next.starts_with('#')
+        || next
+            .split(ends)
+            .next()
+            .is_some_and(|word| parse_number(word).is_ok() || Shorthand::Axis.numbers_of(word).is_some());
+    is_hexadecimal(digits) && is_followed
 }
 
 /// Parses one line. Returns `None` for a line without a command: blank, or a comment.
@@ -97,38 +136,72 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
         Some((first, rest)) => Some(Box::new(parse_keyed(first, rest)?)),
         None => None,
     };
-    let rest = split_positional(spec, rest, &mut args)?;
+    let words_within = line_within(spec, rest).and_then(<[_]>::split_first);
+    let rest = fill(spec, split_positional(spec, rest, &mut args)?);
     check_count(spec, first, &rest)?;
-    // `keyed` has the command of a nested line.
-    let begins_line = |i: usize| i == 1 && spec.takes_line();
-    let positional = spec.all_args().filter(|arg| arg.kind != ArgKind::Size);
     let last_repeated = spec.all_args().last().filter(|_| spec.is_variadic());
-    for (i, (word, arg)) in rest.iter().zip(positional.chain(last_repeated.into_iter().cycle())).enumerate() {
+    let positional = spec.positional_args().chain(last_repeated.into_iter().cycle());
+    for (Filled { word, number }, arg) in rest.iter().zip(positional) {
         match arg.kind {
-            ArgKind::Line if begins_line(i) => {}
-            ArgKind::Number(range) => args.numbers.push(read_number(spec, arg.name, range, word)?),
+            // A nested line is read below.
+            ArgKind::Line => {}
+            ArgKind::Number(range) => args.numbers.push(match number {
+                Some(number) => *number,
+                None => read_number(spec, arg, range, word)?,
+            }),
             ArgKind::Choice(choices) => {
                 check_choice(spec, choices, word)?;
-                args.words.push(word.text);
+                args.words.push(word.text.into());
             }
             ArgKind::File if word.text.is_empty() => {
                 let fault = Fault::new(FaultCode::NoFile, "the name of the file is empty");
                 return Err(fault.help(usage_help(spec)).at(word.columns.clone()));
             }
-            ArgKind::Name(_)
-            | ArgKind::File
-            | ArgKind::Value
-            | ArgKind::Words(_)
-            | ArgKind::Line
-            | ArgKind::Size => {
-                args.words.push(word.text);
+            ArgKind::Name(_) | ArgKind::File | ArgKind::Value | ArgKind::Words(_) | ArgKind::Size => {
+                args.words.push(word.text.into());
             }
         }
     }
+    if let (Some(keyed), Some((_, within))) = (&keyed, words_within) {
+        args.words.extend(fill(keyed.spec, within.iter().collect()).iter().map(Filled::text));
+    }
     let command = spec.build.command(&args);
-    let columns =
-        std::iter::once(first).chain(rest.iter().copied()).map(|word| word.columns.clone()).collect();
+    let columns = std::iter::once(first)
+        .chain(rest.iter().map(|filled| filled.word))
+        .map(|word| word.columns.clone())
+        .collect();
     Ok(Parsed { command, spec, columns, keyed })
+}
+
+/// A word at one position. A word that stands for three numbers fills three positions.
+#[derive(Clone, Copy, Debug)]
+struct Filled<'w, 'a> {
+    word: &'w Word<'a>,
+    /// The number of a shorthand at this position.
+    number: Option<f64>,
+}
+
+impl<'a> Filled<'_, 'a> {
+    fn text(&self) -> Cow<'a, str> {
+        match self.number {
+            Some(number) => Cow::Owned(format_number(number)),
+            None => Cow::Borrowed(self.word.text),
+        }
+    }
+}
+
+/// The positional words, one for each position.
+fn fill<'w, 'a>(spec: &CommandSpec, words: Vec<&'w Word<'a>>) -> Vec<Filled<'w, 'a>> {
+    let mut filled = Vec::with_capacity(words.len());
+    for word in words {
+        match spec.shorthand_at(filled.len(), word.text) {
+            Some(numbers) => {
+                filled.extend(numbers.to_array().map(|number| Filled { word, number: Some(number) }));
+            }
+            None => filled.push(Filled { word, number: None }),
+        }
+    }
+    filled
 }
 
 /// Parses a nested line; its command must be keyable.
@@ -187,7 +260,30 @@ fn unknown_command(word: &Word<'_>) -> Fault {
         .at(word.columns.clone())
 }
 
-fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Result<(), Fault> {
+/// The fault of a word that should be a shorthand: a single word that is no number, where three
+/// numbers begin.
+fn wrong_shorthand(spec: &CommandSpec, rest: &[Filled<'_, '_>]) -> Option<Fault> {
+    let (word, shorthand) = rest.iter().zip(spec.positional_args()).find_map(|(filled, arg)| {
+        let is_wrong = filled.number.is_none() && parse_number(filled.word.text).is_err();
+        Some((filled.word, arg.shorthand.filter(|_| is_wrong)?))
+    })?;
+    Some(no_shorthand(shorthand, word))
+}
+
+fn no_shorthand(shorthand: Shorthand, word: &Word<'_>) -> Fault {
+    let (what, help) = match shorthand {
+        Shorthand::Color => {
+            let help = "give three linear numbers, #rrggbb, #rgb, or a CSS name such as orange";
+            ("a colour", did_you_mean(word.text, color_names(), help))
+        }
+        Shorthand::Axis => ("a direction", "give x, y or z, or three numbers".to_owned()),
+    };
+    Fault::new(FaultCode::NotANumber, format!("'{}' is not {what}", shorten(word.text)))
+        .help(help)
+        .at(word.columns.clone())
+}
+
+fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[Filled<'_, '_>]) -> Result<(), Fault> {
     let given = rest.len();
     let most = spec.counts().last().unwrap_or(0);
     let is_one = spec.counts().any(|count| count == given) || (spec.args.is_empty() && given == 0);
@@ -197,8 +293,11 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
     if spec.takes_line() {
         let fault =
             Fault::new(FaultCode::ArgumentCount, format!("{} takes a frame and a command", spec.name));
-        let end = rest.last().map_or(first.columns.end, |word| word.columns.end);
+        let end = rest.last().map_or(first.columns.end, |filled| filled.word.columns.end);
         return Err(fault.help(usage_help(spec)).at(first.columns.start..end));
+    }
+    if let Some(fault) = wrong_shorthand(spec, rest) {
+        return Err(fault);
     }
     let mut wanted: Vec<String> = spec.counts().map(|count| count.to_string()).collect();
     wanted.dedup();
@@ -206,7 +305,9 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
         wanted.push("no".into());
     }
     let plural = if wanted == ["1"] { "" } else { "s" };
-    if let Some(word) = rest.get(most).filter(|_| spec.all_args().any(|arg| arg.kind == ArgKind::Size)) {
+    if let Some(Filled { word, .. }) =
+        rest.get(most).filter(|_| spec.all_args().any(|arg| arg.kind == ArgKind::Size))
+    {
         let message = format!("'{}' is not the size of a picture, such as 640x480", shorten(word.text));
         return Err(Fault::new(FaultCode::ArgumentCount, message)
             .help(usage_help(spec))
@@ -214,14 +315,23 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[&Word<'_>]) -> Resu
     }
     let message = format!("{} takes {} argument{plural}, not {given}", spec.name, one_of(&wanted));
     let columns = if given > most {
-        rest[most].columns.start..rest[given - 1].columns.end
+        rest[most].word.columns.start..rest[given - 1].word.columns.end
     } else {
-        first.columns.start..rest.last().map_or(first.columns.end, |word| word.columns.end)
+        first.columns.start..rest.last().map_or(first.columns.end, |filled| filled.word.columns.end)
     };
-    Err(Fault::new(FaultCode::ArgumentCount, message).help(usage_help(spec)).at(columns))
+    let help = match rest.iter().find(|filled| filled.number.is_some()) {
+        Some(Filled { word, .. }) => format!("'{}' alone stands for three numbers", shorten(word.text)),
+        None => usage_help(spec),
+    };
+    Err(Fault::new(FaultCode::ArgumentCount, message).help(help).at(columns))
 }
 
-fn read_number(spec: &CommandSpec, arg: &str, range: NumberRange, word: &Word<'_>) -> Result<f64, Fault> {
+fn read_number(spec: &CommandSpec, arg: &Arg, range: NumberRange, word: &Word<'_>) -> Result<f64, Fault> {
+    let is_color_word = |word: &str| word.starts_with('#');
+    if let Some(shorthand) = arg.shorthand.filter(|_| is_color_word(word.text)) {
+        return Err(no_shorthand(shorthand, word));
+    }
+    let arg = arg.name;
     let number = parse_number(word.text).map_err(|error| {
         Fault::new(FaultCode::NotANumber, format!("'{}' {error}", shorten(word.text)))
             .help(format!(
@@ -236,7 +346,12 @@ fn read_number(spec: &CommandSpec, arg: &str, range: NumberRange, word: &Word<'_
         return Ok(number);
     }
     let message = format!("{arg} of {} must be {}, not {}", spec.name, range.describe(), shorten(word.text));
-    Err(Fault::new(FaultCode::OutOfRange, message).help(usage_help(spec)).at(word.columns.clone()))
+    let help = if spec.name == "setCoeff" && number == 0.0 {
+        "a semi-axis of 0 encloses nothing; for a thin disc or rod give a small one, such as 0.001".to_owned()
+    } else {
+        usage_help(spec)
+    };
+    Err(Fault::new(FaultCode::OutOfRange, message).help(help).at(word.columns.clone()))
 }
 
 pub(crate) fn usage_help(spec: &CommandSpec) -> String {
@@ -321,6 +436,7 @@ mod tests {
         for good in [
             "color 0 0 1",
             "exp 1e-4 8",
+            "exp 0 -0",
             "index 1",
             "index 4",
             "depth 0",
@@ -332,7 +448,7 @@ mod tests {
         }
         for bad in [
             "coeff 1 0 1",
-            "exp -0 1",
+            "exp -1 1",
             "index 0.99",
             "depth 65",
             "depth 2.5",

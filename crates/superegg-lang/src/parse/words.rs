@@ -20,22 +20,31 @@ pub(crate) enum Quoting {
     Quoted,
 }
 
-/// The words of a line. `#` starts a comment, except within quotes. An open quote extends to the
-/// end.
-pub(crate) fn split_words(line: &str, quoting: Quoting) -> Vec<Word<'_>> {
+/// Whether a `#` after a blank begins a word, given the words before it and the text after it.
+pub(crate) type BeginsWord<'f> = dyn Fn(&[Word<'_>], &str) -> bool + 'f;
+
+/// The words of a line. `#` starts a comment, except within quotes and where `begins_word` allows
+/// a word to begin with it. An open quote extends to the end.
+pub(crate) fn split_words<'a>(
+    line: &'a str,
+    quoting: Quoting,
+    begins_word: &BeginsWord<'_>,
+) -> Vec<Word<'a>> {
     if line.is_ascii() {
         let characters = line.bytes().enumerate().map(|(byte, c)| (byte, byte, char::from(c)));
-        return split(line, quoting, characters);
+        return split(line, quoting, begins_word, characters);
     }
-    split(line, quoting, line.char_indices().enumerate().map(|(column, (byte, c))| (byte, column, c)))
+    let characters = line.char_indices().enumerate().map(|(column, (byte, c))| (byte, column, c));
+    split(line, quoting, begins_word, characters)
 }
 
 /// As [`split_words`], with the byte, column and character of each character of the line.
-fn split(
-    line: &str,
+fn split<'a>(
+    line: &'a str,
     quoting: Quoting,
+    begins_word: &BeginsWord<'_>,
     characters: impl Iterator<Item = (usize, usize, char)>,
-) -> Vec<Word<'_>> {
+) -> Vec<Word<'a>> {
     let mut words = Vec::with_capacity(8);
     // Byte and column of the start of the current word, and whether it starts with a quote.
     let mut start: Option<(usize, usize, bool)> = None;
@@ -52,6 +61,9 @@ fn split(
             }
             None if !c.is_whitespace() && c != '#' => {
                 start = Some((byte, column, c == '"' && quoting == Quoting::Quoted));
+            }
+            None if c == '#' && begins_word(&words, &line[byte + 1..]) => {
+                start = Some((byte, column, false));
             }
             _ => {}
         }

@@ -6,7 +6,7 @@ use superegg_scene::{
 };
 
 use crate::diagnostic::{Fault, FaultCode};
-use crate::parse::number::{format_number, vector};
+use crate::parse::number::{format_number, matrix_words, quaternion_words, vector};
 use crate::session::keys::line_of;
 use crate::session::selection::Selection;
 use crate::suggest::did_you_mean;
@@ -272,5 +272,7 @@ fn step_words(step: &TransformStep) -> String {
             format!("rotate {} {}", vector(*axis), format_number(*angle_deg))
         }
         TransformStep::Scale(factors) => format!("scale {}", vector(*factors)),
+        TransformStep::Orient(quaternion) => format!("orient {}", quaternion_words(*quaternion)),
+        TransformStep::Affine(map) => format!("matrix {}", matrix_words(map)),
     }
 }

@@ -1,7 +1,7 @@
 //! The interpreter: a session and how commands change it.
 
-use superegg_geom::{Exponents, ShapeError, Superquadric};
-use superegg_scene::{Camera, Entity, Floor, Lens, Light, Scene, SceneError, TrackSubject};
+use superegg_geom::{Exponents, ShapeError, Superquadric, TransformStep};
+use superegg_scene::{Camera, Entity, Floor, Lens, Light, Scene, SceneError, Sky, TrackSubject};
 
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::{
@@ -93,6 +93,17 @@ impl Session {
         info::info(self.selection(), names).map_err(|(_, fault)| fault)
     }
 
+    /// The session with the camera and the lights of another scene.
+    #[must_use]
+    pub fn with_view_of(mut self, scene: &Scene) -> Self {
+        self.scene.camera = scene.camera;
+        self.scene.sets_camera = scene.sets_camera;
+        for (name, light) in scene.named_lights() {
+            self.scene.set_light(name, *light);
+        }
+        self
+    }
+
     /// Empties the scene and selects nothing. The session's settings stay.
     pub fn clear(&mut self) {
         *self = Self { settings: self.settings, ..Self::default() };
@@ -125,7 +136,7 @@ impl Session {
             }
             Command::Object(command) => {
                 self.change_object(command).map_err(|error| scene_fault(&self.scene, &error, parsed))?;
-                Ok(Effect::Changed(None))
+                Ok(Effect::Changed(quaternion_note(command)))
             }
             Command::Request(request) => Ok(Effect::Request(request.clone())),
         }
@@ -198,6 +209,7 @@ impl Session {
                 check_camera(camera, parsed)?;
                 let Camera { position, target, fov_deg, .. } = *camera;
                 self.scene.camera = Camera { position, target, fov_deg, ..self.scene.camera };
+                self.scene.sets_camera = true;
             }
             SceneCommand::SetCameraUp(up) => {
                 check_direction(*up, "the direction that goes up in the picture, such as 0 1 0", parsed)?;
@@ -217,22 +229,27 @@ impl Session {
                 self.scene.camera.lens = (*radius > 0.0).then_some(Lens { radius: *radius, focus });
             }
             SceneCommand::SetBackground(color) => self.scene.background = *color,
-            SceneCommand::SetSky(sky) => {
-                if let Some(sky) = sky {
-                    check_direction(sky.up, "the direction that is above, such as 0 1 0", parsed)?;
-                }
-                self.scene.sky = *sky;
-                if sky.is_none() {
-                    self.scene.remove_keys(None, |subject| &*subject.command == "sky");
-                }
+            SceneCommand::SetUp(up) => {
+                check_direction(*up, "the direction that is up, such as z or 0 0 1", parsed)?;
+                self.scene.set_up(*up);
+            }
+            SceneCommand::SetSky { horizon, zenith, up } => {
+                let up = up.unwrap_or(self.scene.up());
+                check_direction(up, "the direction that is above, such as 0 1 0", parsed)?;
+                self.scene.sky = Some(Sky { horizon: *horizon, zenith: *zenith, up });
+            }
+            SceneCommand::RemoveSky => {
+                self.scene.sky = None;
+                self.scene.remove_keys(None, |subject| &*subject.command == "sky");
             }
             SceneCommand::SetFloor { height, surface, up } => {
                 if let Some(name) = surface {
                     self.scene.primitive(name).map_err(|error| fault_of(self, error))?;
                 }
-                check_direction(*up, "the direction that is up from the floor, such as 0 1 0", parsed)?;
+                let up = up.unwrap_or(self.scene.up());
+                check_direction(up, "the direction that is up from the floor, such as 0 1 0", parsed)?;
                 let surface = surface.as_deref().map(Into::into);
-                self.scene.floor = Some(Floor { height: *height, up: *up, surface });
+                self.scene.floor = Some(Floor { height: *height, up, surface });
             }
             SceneCommand::SetFloorUp(up) => {
                 check_direction(*up, "the direction that is up from the floor, such as 0 1 0", parsed)?;
@@ -305,8 +322,8 @@ impl Session {
             }
             ObjectCommand::RemoveChild(alias) => scene.remove_child(name, alias),
             ObjectCommand::SetCursor(alias) => scene.move_cursor(name, alias),
-            ObjectCommand::TransformChild(step) => scene.transform_child(name, *step),
-            ObjectCommand::TransformWhole(step) => scene.transform_whole(name, *step),
+            ObjectCommand::TransformChild(step) => scene.transform_child(name, step.clone()),
+            ObjectCommand::TransformWhole(step) => scene.transform_whole(name, step.clone()),
         }
     }
 
@@ -430,6 +447,24 @@ impl Session {
         }
         Ok(format!("{count} {} taken away", if count == 1 { "key" } else { "keys" }))
     }
+}
+
+/// The message about a quaternion whose length is far from 1; `None` for any other command.
+fn quaternion_note(command: &ObjectCommand) -> Option<String> {
+    /// Files with six digits are off by up to 6e-7.
+    const TOLERANCE: f64 = 1e-3;
+    let (ObjectCommand::TransformChild(TransformStep::Orient(quaternion))
+    | ObjectCommand::TransformWhole(TransformStep::Orient(quaternion))) = command
+    else {
+        return None;
+    };
+    let length = quaternion.length();
+    ((length - 1.0).abs() > TOLERANCE).then(|| {
+        format!(
+            "the quaternion has length {}, not 1; it is scaled to 1",
+            format_number((length * 1e6).round() / 1e6)
+        )
+    })
 }
 
 /// The message about the children that were deleted with an entity; `None` if there were none.

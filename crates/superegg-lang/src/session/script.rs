@@ -1,6 +1,6 @@
 //! Scene files: lines of commands.
 
-use crate::diagnostic::{Diagnostic, Fault, FaultCode};
+use crate::diagnostic::{Diagnostic, Fault, FaultCode, FaultList};
 use crate::grammar::command::Request;
 use crate::session::interpreter::{Effect, Session};
 
@@ -19,7 +19,8 @@ pub type Perform<'a> =
     dyn FnMut(&mut Session, &str, Effect, &mut Vec<Diagnostic>) -> Result<Flow, Fault> + 'a;
 
 /// Runs the lines of a file. A line with a fault is reported and changes nothing; the other lines
-/// take effect. A byte order mark, CRLF line ends and a missing last newline are allowed.
+/// take effect. Of many faults in one file the first hundred are described, the others counted. A
+/// byte order mark, CRLF line ends and a missing last newline are allowed.
 pub fn run_script(
     session: &mut Session,
     file: &str,
@@ -28,6 +29,8 @@ pub fn run_script(
     perform: &mut Perform<'_>,
 ) -> Flow {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let mut faults = FaultList::new(file);
+    let mut flow = Flow::Continue;
     for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
         let outcome = match std::str::from_utf8(line) {
             Ok(text) => session.run_line(text).and_then(|effect| perform(session, text, effect, diagnostics)),
@@ -35,14 +38,17 @@ pub fn run_script(
         };
         match outcome {
             Ok(Flow::Continue) => {}
-            Ok(Flow::Stop) => return Flow::Stop,
-            Err(fault) => {
-                let text = String::from_utf8_lossy(line);
-                diagnostics.push(Diagnostic::of_line(file, index + 1, &text, fault));
+            Ok(Flow::Stop) => {
+                flow = Flow::Stop;
+                break;
             }
+            Err(fault) => faults.add(diagnostics, fault.severity, || {
+                Diagnostic::of_line(file, index + 1, &String::from_utf8_lossy(line), fault)
+            }),
         }
     }
-    Flow::Continue
+    faults.finish(diagnostics);
+    flow
 }
 
 /// The fault of a line that is valid UTF-8 only up to a byte.

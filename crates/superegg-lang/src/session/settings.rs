@@ -349,6 +349,19 @@ pub(crate) fn lines_of_scene(picture: &Picture) -> impl Iterator<Item = String> 
     })
 }
 
+/// The image settings of `added` where `own` has the default, and else the default.
+pub(crate) fn merged(own: &Picture, added: &Picture) -> Picture {
+    let (default, mut unused) = (Picture::default(), Settings::default());
+    let mut merged = default;
+    for spec in SETTINGS.iter().filter(|spec| spec.is_of_scene) {
+        if (spec.get)(own, &unused) == (spec.get)(&default, &unused) {
+            let value = (spec.get)(added, &unused);
+            (spec.set)(&mut merged, &mut unused, value);
+        }
+    }
+    merged
+}
+
 fn unknown_setting(name: &str) -> Fault {
     let names = SETTINGS.iter().map(|spec| spec.name);
     Fault::new(FaultCode::UnknownSetting, format!("there is no setting '{}'", shorten(name)))

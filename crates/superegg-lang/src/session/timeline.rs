@@ -164,6 +164,21 @@ impl Timeline {
         self.push(before, label, lines, true, false);
     }
 
+    /// Carries out lines as one change, for example those of an included file.
+    ///
+    /// # Errors
+    /// A line cannot be read or carried out. Nothing is then changed.
+    pub fn run_lines(&mut self, label: &str, lines: &str) -> Result<(), Fault> {
+        let mut session = self.now.clone();
+        for line in lines.lines() {
+            session.run_line(line)?;
+        }
+        let before = Snapshot::of(&self.now);
+        self.now = session;
+        self.push(before, label, lines, false, false);
+        Ok(())
+    }
+
     fn push(&mut self, before: Snapshot, label: &str, lines: &str, starts_empty: bool, is_selection: bool) {
         self.future.clear();
         self.step_count += 1;

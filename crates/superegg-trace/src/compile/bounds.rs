@@ -9,12 +9,25 @@ use std::collections::BinaryHeap;
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Transform, inverse_of};
 
+use crate::scene::compiled::CompiledScene;
 use crate::scene::group::{Group, Leaf};
 use crate::scene::node::Slot;
 use crate::scene::primitive::CompiledPrimitive;
 
 /// The most nodes to open for one direction. Beyond it the best bound so far counts.
 const MOST_OPENED: usize = 96;
+
+impl CompiledScene {
+    /// The extent along a direction: the largest `u . p` over the points p of the scene, in world
+    /// units times the length of `u`. Never too small, and nearly exact. `None` for an empty scene.
+    pub fn extent(&self, u: DVec3) -> Option<f64> {
+        let root = self.root.as_ref()?;
+        let refined = extent(root, &self.primitives, u);
+        let of_box = u.dot(root.bounds.center()) + u.abs().dot(root.bounds.half_extent());
+        // `min` ignores an extent that is NaN.
+        Some(refined.min(of_box))
+    }
+}
 
 /// The box around the image of a group: never too small, and nearly the smallest.
 pub(super) fn image_box(

@@ -26,7 +26,11 @@ pub(super) fn edit_primitive(ui: &mut Ui, primitive: &mut Primitive) -> Option<S
         }
     });
     for (value, text) in [(&mut e, "e: xy plane"), (&mut n, "n: towards z")] {
-        let slider = Slider::new(value, 0.01..=4.0).logarithmic(true).text(text).update_while_editing(false);
+        let slider = Slider::new(value, 0.0..=4.0)
+            .logarithmic(true)
+            .smallest_positive(0.01)
+            .text(text)
+            .update_while_editing(false);
         has_exponents |= ui.add(slider).changed();
     }
     if let Ok(shape) = Exponents::new(e, n).and_then(|exponents| Superquadric::new(radii, exponents)) {

@@ -215,11 +215,12 @@ impl Panel {
         });
         self.nudge = nudge;
         let Some(step) = step else { return };
+        let line = commands::transform_step(&step, of_whole);
         let mut draft = scene.clone();
         let changed =
             if of_whole { draft.transform_whole(name, step) } else { draft.transform_child(name, step) };
         if changed.is_ok() {
-            self.change(vec![commands::transform_step(&step, of_whole)], draft);
+            self.change(vec![line], draft);
         }
     }
 
@@ -266,6 +267,7 @@ impl Panel {
             let line = if has_turned { commands::camera_up(&camera) } else { commands::camera(&camera) };
             let mut draft = scene.clone();
             draft.camera = camera;
+            draft.sets_camera = true;
             self.change(vec![line], draft);
         }
         if ui.button("Use this view as the camera").on_hover_text("c").clicked() {

@@ -112,6 +112,7 @@ impl GeneratedScene {
     pub(crate) fn scene(self, seed: u64) -> Result<Scene> {
         let mut scene = Scene::default();
         scene.camera = self.camera();
+        scene.sets_camera = true;
         scene.depth = self.depth();
         scene.background = DVec3::new(0.6, 0.7, 0.8);
         for (name, light) in self.lights() {
@@ -267,7 +268,7 @@ impl Sink for SceneSink<'_> {
     fn child(&mut self, child: &Child) -> Result<()> {
         self.0.add_child(ROOT, &child.alias, &child.target)?;
         for step in &child.steps {
-            self.0.transform_child(ROOT, *step)?;
+            self.0.transform_child(ROOT, step.clone())?;
         }
         Ok(())
     }
@@ -289,11 +290,14 @@ impl Sink for TextSink {
         let word = if child.target == ROOT { "addObject" } else { "addPrimitive" };
         writeln!(self.children, "{word} {} {}", child.target, child.alias)?;
         for step in &child.steps {
-            match *step {
+            match step {
                 TransformStep::Translate(v) => writeln!(self.children, "translate {} {} {}", v.x, v.y, v.z)?,
                 TransformStep::Scale(v) => writeln!(self.children, "scale {} {} {}", v.x, v.y, v.z)?,
                 TransformStep::Rotate { axis: v, angle_deg } => {
                     writeln!(self.children, "rotate {} {} {} {angle_deg}", v.x, v.y, v.z)?;
+                }
+                TransformStep::Orient(_) | TransformStep::Affine(_) => {
+                    bail!("a generated scene has no step {step:?}")
                 }
             }
         }

@@ -6,7 +6,7 @@ use superegg_lang::{Fault, FaultCode, write_session};
 
 use crate::files;
 use crate::files::binary_scene;
-use crate::files::scene::load_into;
+use crate::files::scene::{Loaded, load_into};
 use crate::modeller::faults::{not_loadable, unreadable, unwritable};
 use crate::modeller::journal::Record;
 use crate::modeller::reporter::Message;
@@ -14,7 +14,7 @@ use crate::modeller::state::{Modeller, Pending};
 use crate::text::counted;
 
 /// The maximum number of errors of one file that are reported one by one.
-const MOST_REPORTED: usize = 1000;
+const MOST_REPORTED: usize = 100;
 
 impl Modeller {
     /// Reads a file and replaces the scene by it. Without `is_forced` a file with errors changes
@@ -22,25 +22,7 @@ impl Modeller {
     pub(super) fn load(&mut self, file: Option<&str>, is_forced: bool, line: &str) -> Result<(), Fault> {
         let typed = file.map_or_else(|| self.folders.quicksave_to_load(), |file| self.folders.expand(file));
         let path = with_scene_extension_if_found(typed);
-        files::check_plain_file(&path).map_err(|error| not_loadable(&error, file))?;
-        let loaded = load_into(&path, self.session().settings, &self.interrupt)
-            .map_err(|error| not_loadable(&error, file))?;
-        loaded.notes.iter().for_each(|note| self.print(note));
-        for diagnostic in loaded.diagnostics.iter().take(MOST_REPORTED) {
-            self.report_diagnostic(diagnostic);
-        }
-        let more = loaded.diagnostics.len().saturating_sub(MOST_REPORTED);
-        if more > 0 {
-            let text = format!("... and {more} more; 'superegg check' reports them all");
-            self.report(Message::Diagnostic(text));
-        }
-        if loaded.is_interrupted {
-            return Err(Fault::new(
-                FaultCode::Interrupted,
-                "the load was interrupted; the scene is as it was",
-            )
-            .help("load it again, and let it end"));
-        }
+        let loaded = self.read_scene(&path, file)?;
         let errors = counted(loaded.error_count(), "error");
         if loaded.has_errors() && !is_forced {
             let message = format!("'{}' has {errors}; the scene is as it was", path.display());
@@ -56,6 +38,60 @@ impl Modeller {
         }
         let pending = Pending::Load { loaded: Box::new(loaded), path, label: line.trim().to_owned() };
         self.finish_or_confirm(pending, is_forced);
+        Ok(())
+    }
+
+    /// Reads a scene file and reports its diagnostics.
+    fn read_scene(&mut self, path: &Path, file: Option<&str>) -> Result<Loaded, Fault> {
+        files::check_plain_file(path).map_err(|error| not_loadable(&error, file))?;
+        let loaded = load_into(path, self.session().settings, &self.interrupt)
+            .map_err(|error| not_loadable(&error, file))?;
+        loaded.notes.iter().for_each(|note| self.print(note));
+        for diagnostic in loaded.diagnostics.iter().take(MOST_REPORTED) {
+            self.report_diagnostic(diagnostic);
+        }
+        let more = loaded.diagnostics.len().saturating_sub(MOST_REPORTED);
+        if more > 0 {
+            self.report(Message::Diagnostic(format!("... and {more} more in '{}'", path.display())));
+        }
+        if loaded.is_interrupted {
+            return Err(Fault::new(
+                FaultCode::Interrupted,
+                "the load was interrupted; the scene is as it was",
+            )
+            .help("load it again, and let it end"));
+        }
+        Ok(loaded)
+    }
+
+    /// Reads a file and adds its contents to the scene, as one change. A file with errors changes
+    /// nothing.
+    pub(super) fn include(&mut self, file: &str, line: &str) -> Result<(), Fault> {
+        let path = with_scene_extension_if_found(self.folders.expand(file));
+        let loaded = self.read_scene(&path, Some(file))?;
+        if loaded.has_errors() {
+            let errors = counted(loaded.error_count(), "error");
+            let message = format!("'{}' has {errors}; the scene is as it was", path.display());
+            return Err(Fault::new(FaultCode::NotLoaded, message)
+                .help("correct the file; 'superegg check' lists its errors"));
+        }
+        let lines = self.session().lines_to_include(&loaded.session)?;
+        loaded.prints.iter().for_each(|text| self.print(text));
+        let label = line.trim().to_owned();
+        if !lines.is_empty() {
+            self.timeline.run_lines(&label, &lines)?;
+            self.record(Record::Lines { label: &label, lines: &lines });
+        }
+        if self.is_interactive() {
+            let added = loaded.session.scene();
+            let text = format!(
+                "{}: {}, {} included",
+                path.display(),
+                counted(added.primitives().count(), "primitive"),
+                counted(added.objects().count(), "object")
+            );
+            self.print(&text);
+        }
         Ok(())
     }
 

@@ -10,6 +10,7 @@ use superegg_trace::CompiledScene;
 
 use crate::files;
 use crate::files::picture::PictureFormat;
+use crate::inspect::framing::{framed, framing_note};
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::modeller::canvas::Canvas;
 use crate::modeller::faults::unwritable;
@@ -94,12 +95,16 @@ impl Modeller {
         };
         let compiled = CompiledScene::compile(scene, Some(&root), scene.depth);
         let picture = preview_picture(scene.picture, canvas);
+        let framed = framed(scene, &compiled, (picture.width, picture.height));
+        let scene = framed.as_ref().unwrap_or(scene);
+        let note = framed.as_ref().map(framing_note);
         let settings = RenderSettings::of(scene).with_picture(picture).with_layers(false);
         let development = Development::of(&picture);
         let threads = match session.settings.threads {
             0 => available_threads(),
             threads => threads as usize,
         };
+        note.iter().for_each(|note| self.print(note));
         for warning in picture_warnings(&compiled, &settings) {
             self.print(&format!("warning: {warning}"));
         }

@@ -3,16 +3,46 @@
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::{Fault, FaultCode, format_number};
+use superegg_render::{Framing, facing};
 use superegg_trace::CompiledScene;
 
+use crate::inspect::framing::framing_lines;
 use crate::inspect::grid::Grid;
 use crate::inspect::ray::{describe_camera_ray, describe_hit};
 use crate::inspect::tree::describe_tree;
 use crate::modeller::faults::{at_argument, interrupted_test};
+use crate::modeller::journal::Record;
 use crate::modeller::state::Modeller;
 use crate::text::counted;
 
 impl Modeller {
+    /// Sets the camera so that all of an entity, by default the selected one, is in sight; and a
+    /// light, if the scene has none. It is one change.
+    pub(super) fn frame(&mut self, name: Option<&str>, line: &str) -> Result<(), Fault> {
+        let root = match name {
+            Some(name) => name,
+            None => self.selected_root()?,
+        };
+        let scene = self.session().scene();
+        if scene.get(root).is_none() {
+            // The fault of an unknown name.
+            self.session().describe(&[root.to_owned()]).map_err(|fault| at_argument(fault, line, 1))?;
+        }
+        let compiled = CompiledScene::compile(scene, Some(root), scene.depth);
+        let size = (scene.picture.width, scene.picture.height);
+        let framing = Framing::of(&facing(&scene.camera), &compiled, size).ok_or_else(|| {
+            Fault::new(FaultCode::NoChild, format!("'{root}' has nothing to see"))
+                .help("frame a primitive, or an object with children")
+        })?;
+        let lines = framing_lines(&framing, scene);
+        self.timeline.run_lines(line.trim(), &lines)?;
+        self.record(Record::Lines { label: line.trim(), lines: &lines });
+        if self.is_interactive() {
+            self.print(lines.trim_end());
+        }
+        Ok(())
+    }
+
     fn compile_selected(&self) -> Result<CompiledScene, Fault> {
         let scene = self.session().scene();
         Ok(CompiledScene::compile(scene, Some(self.selected_root()?), scene.depth))
