@@ -6,6 +6,7 @@ mod batch;
 pub mod kernels;
 mod math;
 mod measure;
+mod mesh;
 mod norm;
 mod shape;
 mod solve;
@@ -21,6 +22,7 @@ pub use math::transform::{Transform, TransformError, TransformStep, error_throug
 pub use measure::{
     ClosestPoint, ImageSampler, InteriorSampler, SearchLimits, SurfaceArea, SurfacePoint, SurfaceSampler,
 };
+pub use mesh::{Mesh, MeshError};
 pub use norm::NormForm;
 pub use shape::{Exponents, ShapeError, ShapeHit};
 #[cfg(feature = "baseline")]

@@ -3,7 +3,7 @@
 //! All of it describes the unit shape as a product of two superellipse arcs ([`arc`]), so that no
 //! power of a sine loses digits for exponents near 0 or far above 2.
 
-mod arc;
+pub(crate) mod arc;
 mod area;
 mod bounds;
 mod closest;

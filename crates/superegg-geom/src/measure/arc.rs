@@ -10,34 +10,34 @@
 /// Both are right to a few ulps of themselves, on the longest spike and in the sharpest corner.
 /// With an angle, `t = 2 ln tan(angle)`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arc {
+pub(crate) struct Arc {
     half_exponent: f64,
 }
 
 /// A point of an arc, with derivatives by t.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ArcPoint {
-    pub(super) x: f64,
-    pub(super) y: f64,
+pub(crate) struct ArcPoint {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
     /// -dX/dt >= 0.
-    pub(super) x_fall: f64,
+    pub(crate) x_fall: f64,
     /// dY/dt >= 0.
-    pub(super) y_rise: f64,
+    pub(crate) y_rise: f64,
     /// The steepness `-dY/dX`: 0 to infinity.
-    pub(super) steepness: f64,
+    pub(crate) steepness: f64,
     /// S(t).
-    pub(super) share: f64,
+    pub(crate) share: f64,
     /// S(-t).
-    pub(super) rest: f64,
+    pub(crate) rest: f64,
 }
 
 impl Arc {
-    pub(super) fn new(exponent: f64) -> Self {
+    pub(crate) fn new(exponent: f64) -> Self {
         Self { half_exponent: (0.5 * exponent).max(1e-300) }
     }
 
     /// The point at t, which may be infinite.
-    pub(super) fn at(self, t: f64) -> ArcPoint {
+    pub(crate) fn at(self, t: f64) -> ArcPoint {
         let h = self.half_exponent;
         let (share, rest) = (logistic(t), logistic(-t));
         let (x, y) = ((-h * softplus(t)).exp(), (-h * softplus(-t)).exp());
@@ -47,17 +47,23 @@ impl Arc {
     }
 
     /// The speed of a coordinate: |dX/dt| from X and S(t), |dY/dt| from Y and S(-t).
-    pub(super) fn speed(self, coordinate: f64, share: f64) -> f64 {
+    pub(crate) fn speed(self, coordinate: f64, share: f64) -> f64 {
         self.half_exponent * coordinate * share
     }
 
     /// A t beyond which both coordinates are within about 1e-18 of their limits, on either side.
-    pub(super) fn far(self) -> f64 {
+    pub(crate) fn far(self) -> f64 {
         42.0 / self.half_exponent.min(1.0)
     }
 
+    /// The t at which the tangent has this steepness; `None` on a straight arc (exponent 2).
+    pub(crate) fn parallel_to(self, steepness: f64) -> Option<f64> {
+        let slant = self.half_exponent - 1.0;
+        (slant != 0.0).then(|| steepness.ln() / slant)
+    }
+
     /// d ln(-dX/dt) / dt and d ln(dY/dt) / dt.
-    pub(super) fn log_slopes(self, point: &ArcPoint) -> (f64, f64) {
+    pub(crate) fn log_slopes(self, point: &ArcPoint) -> (f64, f64) {
         let (share, rest) = (point.share, point.rest);
         (rest - self.half_exponent * share, self.half_exponent * rest - share)
     }

@@ -1,0 +1,174 @@
+//! Where the vertices of an octant lie, and the proof of the distance.
+
+use super::polygon::{Polygon, ScaledArc};
+use crate::measure::arc::{Arc, ArcPoint};
+use crate::superquadric::Superquadric;
+
+/// A section polygon thinned to every 2^k-th vertex.
+#[derive(Clone, Debug)]
+pub(super) struct Level {
+    /// The vertices, as indices into the whole polygon.
+    pub(super) indices: Vec<u32>,
+    /// The largest distance between one of its chords and the arc, at rho = 1.
+    error: f64,
+}
+
+/// The vertices of an octant: rings of the section polygon at the heights of the profile polygon.
+///
+/// # Bound
+/// A band lies between two rings, at rho_j and rho_(j+1) < rho_j. Let the coarser of their polygons
+/// have the chord error d, in the plane of (a X, b Y), and the profile's chord the error h, in the
+/// plane of (w rho, c zeta), with w the largest length of (a X, b Y). A point of a triangle of the
+/// band is
+///
+/// ```text
+/// (rho' (a X', b Y'), c zeta'),   (rho', zeta') on the profile's chord,
+/// ```
+///
+/// with (X', Y') a mean of vertices within one chord of the coarser polygon, so between that chord
+/// and its arc. Points (X, Y) and (rho, zeta) of the arcs are within d and h of these, and the point
+/// of the surface that they make is at a distance of at most
+///
+/// ```text
+/// rho' |(a (X - X'), b (Y - Y'))| + |(w (rho - rho'), c (zeta - zeta'))| <= rho_j d + h
+/// ```
+///
+/// The other way round, the mesh at the height of (rho', zeta') is a curve from one end of the
+/// coarser chord to the other, between chord and arc. A perpendicular from a point of the arc to the
+/// chord crosses it, so every point of the surface has a point of the mesh as near.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    pub(super) section: Polygon,
+    pub(super) levels: Vec<Level>,
+    pub(super) profile: Polygon,
+    /// The level of each ring, from the equator to the last ring below the pole.
+    pub(super) ring_levels: Vec<usize>,
+}
+
+/// The two arcs of a shape in units of its largest semi-axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arcs {
+    section: ScaledArc,
+    profile: ScaledArc,
+}
+
+/// The parts of the tolerance that are tried for the section; the profile has the rest.
+const SECTION_PARTS: [f64; 8] = [0.125, 0.25, 0.33, 0.41, 0.57, 0.65, 0.75, 0.875];
+/// The part that is tried first.
+const MIDDLE_PART: f64 = 0.49;
+/// The part of the tolerance that rounding may take.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+impl Arcs {
+    pub(super) fn of(shape: &Superquadric) -> Self {
+        let exponents = shape.exponents();
+        let radii = shape.radii() / shape.radii().max_element();
+        let widest = widest_section(exponents.e(), radii.x, radii.y);
+        Self {
+            section: ScaledArc { arc: Arc::new(exponents.e()), scale: [radii.x, radii.y] },
+            profile: ScaledArc { arc: Arc::new(exponents.n()), scale: [widest, radii.z] },
+        }
+    }
+
+    /// About the fewest triangles within a tolerance, in units of the largest semi-axis. `None` if
+    /// there are more than `most`.
+    pub(super) fn plan(&self, tolerance: f64, most: usize) -> Option<Plan> {
+        let first = self.first_plan(tolerance, most)?;
+        let tolerance = tolerance - ROUNDING;
+        let (mut least, mut best_part) = (first.triangles(), MIDDLE_PART);
+        for part in SECTION_PARTS {
+            if let Some(plan) = self.plan_with(tolerance, part, least, false)
+                && plan.triangles() < least
+            {
+                (least, best_part) = (plan.triangles(), part);
+            }
+        }
+        // Equal chords leave more of the tolerance, so there are no more of them, but for rounding.
+        let plan = |is_equalized| self.plan_with(tolerance, best_part, least, is_equalized);
+        plan(true).or_else(|| plan(false))
+    }
+
+    /// The plan for one division of the tolerance: a quick answer to whether there is one.
+    pub(super) fn first_plan(&self, tolerance: f64, most: usize) -> Option<Plan> {
+        let tolerance = tolerance - ROUNDING;
+        (tolerance > ROUNDING).then(|| self.plan_with(tolerance, MIDDLE_PART, most, false)).flatten()
+    }
+
+    fn plan_with(&self, tolerance: f64, part: f64, most: usize, is_equalized: bool) -> Option<Plan> {
+        // Two rings of one octant have at least this many chords.
+        let most_chords = most / 8 + 2;
+        let share = part * tolerance;
+        let section_budget = |_: &ArcPoint| share;
+        let mut section = self.section.polygon(most_chords, &section_budget)?;
+        if is_equalized {
+            section = self.section.equalized(section, &section_budget);
+        }
+        let levels = self.levels(&section);
+        let error_at = |point: &ArcPoint| levels[level_at(&levels, point.x, share)].error;
+        let profile_budget = |point: &ArcPoint| tolerance - point.x * error_at(point);
+        let most_bands = most / (8 * levels[levels.len() - 1].indices.len().saturating_sub(1)).max(1) + 2;
+        let mut profile = self.profile.polygon(most_bands, &profile_budget)?;
+        if is_equalized {
+            profile = self.profile.equalized(profile, &profile_budget);
+        }
+        let below_pole = &profile.vertices[..profile.chords()];
+        // The level of a band is that of its upper ring; the equator is the lower ring of the first.
+        let mut ring_levels = vec![level_at(&levels, 1.0, share)];
+        ring_levels.extend(below_pole.iter().map(|ring| level_at(&levels, ring.point.x, share)));
+        ring_levels.truncate(below_pole.len());
+        let plan = Plan { section, levels, profile, ring_levels };
+        (plan.triangles() <= most).then_some(plan)
+    }
+
+    /// The section polygon and its thinned versions.
+    fn levels(&self, section: &Polygon) -> Vec<Level> {
+        let mut indices: Vec<u32> = (0..=section.chords() as u32).collect();
+        let mut levels = Vec::new();
+        loop {
+            let error = indices.windows(2).map(|pair| {
+                let [from, to] = [pair[0], pair[1]].map(|i| &section.vertices[i as usize]);
+                self.section.chord_error(from, to)
+            });
+            let error = error.fold(0.0, f64::max);
+            let thinned = section.thinned(&indices);
+            let is_last = thinned.len() == indices.len();
+            levels.push(Level { indices, error });
+            if is_last {
+                return levels;
+            }
+            indices = thinned;
+        }
+    }
+}
+
+/// The coarsest level whose error at this rho is within the section's share.
+fn level_at(levels: &[Level], rho: f64, share: f64) -> usize {
+    levels.iter().rposition(|level| level.error * rho <= share).unwrap_or(0)
+}
+
+/// The largest length of (a X, b Y) over the section `X^p + Y^p = 1`, p = 2/e: by Hölder's
+/// inequality `(a^q + b^q)^(1/q)`, q = 2 / (1 - e), for e < 1, else the larger semi-axis.
+fn widest_section(e: f64, a: f64, b: f64) -> f64 {
+    let (long, short) = (a.max(b), a.min(b));
+    if e >= 1.0 {
+        return long;
+    }
+    let q = 2.0 / (1.0 - e);
+    // Rounding may not take away from a bound.
+    long * (1.0 + (short / long).powf(q)).powf(1.0 / q) * (1.0 + 4.0 * f64::EPSILON)
+}
+
+impl Plan {
+    /// The vertices of a ring in one octant, without the last one.
+    fn ring_chords(&self, ring: usize) -> usize {
+        self.levels[self.ring_levels[ring]].indices.len() - 1
+    }
+
+    /// The triangles of the whole mesh: each chord of a ring is a side of one triangle of each band
+    /// at the ring.
+    pub(super) fn triangles(&self) -> usize {
+        let of_rings: usize = (0..self.ring_levels.len()).map(|ring| self.ring_chords(ring)).sum();
+        // Two bands at each ring; the equator is the lower ring of both halves.
+        2 * 4 * (2 * of_rings - self.ring_chords(0))
+    }
+}
