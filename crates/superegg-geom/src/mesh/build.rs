@@ -13,9 +13,10 @@ pub(super) fn build(shape: &Superquadric, plan: &Plan) -> Mesh {
     let mut builder = Builder { shape, plan, mesh: Mesh::default() };
     let rings = plan.ring_levels.len();
     let south = builder.pole(-1.0);
-    // From the last ring in the south over the equator to the last one in the north.
-    let ring_numbers = || (1..rings).rev().map(|ring| (ring, -1.0)).chain((0..rings).map(|ring| (ring, 1.0)));
-    let all: Vec<Ring> = ring_numbers().map(|(ring, side)| builder.ring(ring, side)).collect();
+    // From the last ring in the south to the last one in the north.
+    let south_rings = (usize::from(plan.has_equator())..rings).rev().map(|ring| (ring, -1.0));
+    let ring_numbers = south_rings.chain((0..rings).map(|ring| (ring, 1.0)));
+    let all: Vec<Ring> = ring_numbers.map(|(ring, side)| builder.ring(ring, side)).collect();
     let north = builder.pole(1.0);
     builder.cap(&all[0], south, false);
     for pair in all.windows(2) {
@@ -63,7 +64,7 @@ impl Builder<'_> {
         let chords = self.plan.section.chords() as u32;
         let indices = &self.plan.levels[self.plan.ring_levels[ring]].indices;
         let height = &self.plan.profile.vertices[ring].point;
-        let [across, along] = unit_normal(height, ring == 0, false);
+        let [across, along] = unit_normal(height, ring == 0 && self.plan.has_equator(), false);
         let mut azimuths = Vec::with_capacity(4 * (indices.len() - 1));
         for quadrant in 0..4 {
             let is_mirrored = quadrant % 2 == 1;

@@ -1,6 +1,6 @@
 //! Where the vertices of an octant lie, and the proof of the distance.
 
-use super::polygon::{Polygon, ScaledArc};
+use super::polygon::{Polygon, ScaledArc, Start};
 use crate::measure::arc::{Arc, ArcPoint};
 use crate::superquadric::Superquadric;
 
@@ -14,6 +14,7 @@ pub(super) struct Level {
 }
 
 /// The vertices of an octant: rings of the section polygon at the heights of the profile polygon.
+/// The first ring is the equator, or the upper ring of a band around it.
 ///
 /// # Bound
 /// A band lies between two rings, at rho_j and rho_(j+1) < rho_j. Let the coarser of their polygons
@@ -35,13 +36,15 @@ pub(super) struct Level {
 ///
 /// The other way round, the mesh at the height of (rho', zeta') is a curve from one end of the
 /// coarser chord to the other, between chord and arc. A perpendicular from a point of the arc to the
-/// chord crosses it, so every point of the surface has a point of the mesh as near.
+/// chord crosses it, so every point of the surface has a point of the mesh as near. Both hold for
+/// the band around the equator, whose profile chord is upright: rho' and the foot of the
+/// perpendicular from (1, 0) are those of its rings.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     pub(super) section: Polygon,
     pub(super) levels: Vec<Level>,
     pub(super) profile: Polygon,
-    /// The level of each ring, from the equator to the last ring below the pole.
+    /// The level of each ring, from the first one in the north to the last one below the pole.
     pub(super) ring_levels: Vec<usize>,
 }
 
@@ -52,8 +55,19 @@ pub(super) struct Arcs {
     profile: ScaledArc,
 }
 
-/// The parts of the tolerance that are tried for the section; the profile has the rest.
-const SECTION_PARTS: [f64; 8] = [0.125, 0.25, 0.33, 0.41, 0.57, 0.65, 0.75, 0.875];
+/// How the mesh is made.
+#[derive(Clone, Copy, Debug)]
+struct Division {
+    /// The part of the tolerance for the section; the profile has the rest.
+    part: f64,
+    /// Whether there is a ring at the equator.
+    start: Start,
+}
+
+/// The number of divisions of the tolerance that are tried: many for meshes that are made fast.
+const DIVISIONS: [u32; 2] = [8, 40];
+/// Meshes of no more triangles than this are made fast.
+const FEW_TRIANGLES: usize = 20_000;
 /// The part that is tried first.
 const MIDDLE_PART: f64 = 0.49;
 /// The part of the tolerance that rounding may take.
@@ -75,31 +89,41 @@ impl Arcs {
     pub(super) fn plan(&self, tolerance: f64, most: usize) -> Option<Plan> {
         let first = self.first_plan(tolerance, most)?;
         let tolerance = tolerance - ROUNDING;
-        let (mut least, mut best_part) = (first.triangles(), MIDDLE_PART);
-        for part in SECTION_PARTS {
-            if let Some(plan) = self.plan_with(tolerance, part, least, false)
-                && plan.triangles() < least
-            {
-                (least, best_part) = (plan.triangles(), part);
+        let mut least = first.triangles();
+        let mut best = Division { part: MIDDLE_PART, start: Start::End };
+        let divisions = DIVISIONS[usize::from(least <= FEW_TRIANGLES)];
+        for part in (1..divisions).map(|k| f64::from(k) / f64::from(divisions)) {
+            for start in [Start::End, Start::Mirrored] {
+                let division = Division { part, start };
+                if let Some(plan) = self.plan_with(tolerance, division, least, false)
+                    && plan.triangles() < least
+                {
+                    (least, best) = (plan.triangles(), division);
+                }
             }
         }
         // Equal chords leave more of the tolerance, so there are no more of them, but for rounding.
-        let plan = |is_equalized| self.plan_with(tolerance, best_part, least, is_equalized);
+        let plan = |is_equalized| self.plan_with(tolerance, best, least, is_equalized);
         plan(true).or_else(|| plan(false))
     }
 
     /// The plan for one division of the tolerance: a quick answer to whether there is one.
     pub(super) fn first_plan(&self, tolerance: f64, most: usize) -> Option<Plan> {
         let tolerance = tolerance - ROUNDING;
-        (tolerance > ROUNDING).then(|| self.plan_with(tolerance, MIDDLE_PART, most, false)).flatten()
+        (tolerance > ROUNDING)
+            .then(|| {
+                let division = Division { part: MIDDLE_PART, start: Start::End };
+                self.plan_with(tolerance, division, most, false)
+            })
+            .flatten()
     }
 
-    fn plan_with(&self, tolerance: f64, part: f64, most: usize, is_equalized: bool) -> Option<Plan> {
+    fn plan_with(&self, tolerance: f64, division: Division, most: usize, is_equalized: bool) -> Option<Plan> {
         // Two rings of one octant have at least this many chords.
         let most_chords = most / 8 + 2;
-        let share = part * tolerance;
+        let share = division.part * tolerance;
         let section_budget = |_: &ArcPoint| share;
-        let mut section = self.section.polygon(most_chords, &section_budget)?;
+        let mut section = self.section.polygon(Start::End, most_chords, &section_budget)?;
         if is_equalized {
             section = self.section.equalized(section, &section_budget);
         }
@@ -107,12 +131,12 @@ impl Arcs {
         let error_at = |point: &ArcPoint| levels[level_at(&levels, point.x, share)].error;
         let profile_budget = |point: &ArcPoint| tolerance - point.x * error_at(point);
         let most_bands = most / (8 * levels[levels.len() - 1].indices.len().saturating_sub(1)).max(1) + 2;
-        let mut profile = self.profile.polygon(most_bands, &profile_budget)?;
+        let mut profile = self.profile.polygon(division.start, most_bands, &profile_budget)?;
         if is_equalized {
             profile = self.profile.equalized(profile, &profile_budget);
         }
         let below_pole = &profile.vertices[..profile.chords()];
-        // The level of a band is that of its upper ring; the equator is the lower ring of the first.
+        // The level of a band is that of its upper ring. The first ring is in a band at the equator.
         let mut ring_levels = vec![level_at(&levels, 1.0, share)];
         ring_levels.extend(below_pole.iter().map(|ring| level_at(&levels, ring.point.x, share)));
         ring_levels.truncate(below_pole.len());
@@ -164,11 +188,16 @@ impl Plan {
         self.levels[self.ring_levels[ring]].indices.len() - 1
     }
 
+    /// Whether the first ring is the equator.
+    pub(super) fn has_equator(&self) -> bool {
+        self.profile.start == Start::End
+    }
+
     /// The triangles of the whole mesh: each chord of a ring is a side of one triangle of each band
     /// at the ring.
     pub(super) fn triangles(&self) -> usize {
         let of_rings: usize = (0..self.ring_levels.len()).map(|ring| self.ring_chords(ring)).sum();
-        // Two bands at each ring; the equator is the lower ring of both halves.
-        2 * 4 * (2 * of_rings - self.ring_chords(0))
+        // Two bands at each ring; an equator is a ring of both halves.
+        2 * 4 * (2 * of_rings - if self.has_equator() { self.ring_chords(0) } else { 0 })
     }
 }

@@ -17,6 +17,16 @@ pub(super) struct ScaledArc {
     pub(super) scale: [f64; 2],
 }
 
+/// Where a polygon begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Start {
+    /// At the end of the arc, (1, 0).
+    End,
+    /// Beyond it, so that a chord from the first vertex to its mirror image under Y -> -Y is within
+    /// the budget there.
+    Mirrored,
+}
+
 /// A chord is at least this part of the longest one that its budget allows.
 const CHORD_SLACK: f64 = 0.03;
 /// The evaluations of a search for a chord.
@@ -93,18 +103,34 @@ impl ScaledArc {
         (good.s > from.s).then_some(good)
     }
 
-    /// A polygon from (1, 0) to (0, 1), of about the fewest chords whose errors are at most
+    /// The first vertex of a polygon. The chord to its mirror image has the error `scale[0] (1 - X)`.
+    fn first(&self, start: Start, budget: &dyn Fn(&ArcPoint) -> f64) -> Option<Vertex> {
+        let end = self.vertex(-self.end());
+        if start == Start::End {
+            return Some(end);
+        }
+        let within = budget(&end.point) / self.scale[0];
+        let corner = self.vertex(0.0);
+        if 1.0 - corner.point.x <= within {
+            return Some(corner);
+        }
+        let t = self.arc.t_at_fall(within * (1.0 - CHORD_SLACK));
+        (t > end.s.sinh()).then(|| self.vertex(t.asinh()))
+    }
+
+    /// A polygon to (0, 1), of about the fewest chords whose errors are at most
     /// `budget` at their first vertices. With `is_halved` one vertex is at t = 0.
     ///
     /// `None` if it has more than `most` chords.
     fn greedy(
         &self,
+        start: Start,
         is_halved: bool,
         most: usize,
         budget: &dyn Fn(&ArcPoint) -> f64,
     ) -> Option<Vec<Vertex>> {
         let end = self.end();
-        let mut vertices = vec![self.vertex(-end)];
+        let mut vertices = vec![self.first(start, budget)?];
         let stops = if is_halved { vec![0.0, end] } else { vec![end] };
         for stop in stops {
             loop {
@@ -124,14 +150,19 @@ impl ScaledArc {
 
     /// The shorter of the two greedy polygons, with and without a vertex at t = 0: the corner of an
     /// arc that is nearly a box. Of equal ones the one with that vertex, which is symmetric.
-    pub(super) fn polygon(&self, most: usize, budget: &dyn Fn(&ArcPoint) -> f64) -> Option<Polygon> {
-        let [plain, halved] = [false, true].map(|is_halved| self.greedy(is_halved, most, budget));
+    pub(super) fn polygon(
+        &self,
+        start: Start,
+        most: usize,
+        budget: &dyn Fn(&ArcPoint) -> f64,
+    ) -> Option<Polygon> {
+        let [plain, halved] = [false, true].map(|is_halved| self.greedy(start, is_halved, most, budget));
         let is_halved = match (&plain, &halved) {
             (Some(plain), Some(halved)) => halved.len() <= plain.len(),
             (plain, _) => plain.is_none(),
         };
         let vertices = if is_halved { halved? } else { plain? };
-        Some(Polygon { vertices, is_halved })
+        Some(Polygon { vertices, start, is_halved })
     }
 
     /// A polygon with as many chords, whose budgets are all reduced by about the largest common
@@ -139,13 +170,13 @@ impl ScaledArc {
     pub(super) fn equalized(&self, polygon: Polygon, budget: &dyn Fn(&ArcPoint) -> f64) -> Polygon {
         const STEPS: usize = 12;
         let most = polygon.vertices.len() - 1;
-        let is_halved = polygon.is_halved;
+        let (start, is_halved) = (polygon.start, polygon.is_halved);
         let (mut too_small, mut enough, mut best) = (0.0, 1.0, polygon);
         for _ in 0..STEPS {
             let factor = 0.5 * (too_small + enough);
-            match self.greedy(is_halved, most, &|point| factor * budget(point)) {
+            match self.greedy(start, is_halved, most, &|point| factor * budget(point)) {
                 Some(vertices) => {
-                    best = Polygon { vertices, is_halved };
+                    best = Polygon { vertices, start, is_halved };
                     enough = factor;
                 }
                 None => too_small = factor,
@@ -155,10 +186,11 @@ impl ScaledArc {
     }
 }
 
-/// A polygon in an arc, from (1, 0) to (0, 1).
+/// A polygon in an arc, to (0, 1).
 #[derive(Clone, Debug)]
 pub(super) struct Polygon {
     pub(super) vertices: Vec<Vertex>,
+    pub(super) start: Start,
     /// Whether one vertex is at t = 0.
     is_halved: bool,
 }

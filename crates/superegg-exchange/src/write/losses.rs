@@ -1,0 +1,64 @@
+//! What formats lose, in words.
+
+use superegg_scene::{Pattern, Scene};
+
+use super::flatten::Instances;
+
+/// The parts of a material that a format keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MaterialKept {
+    /// Nothing.
+    None,
+    /// The base colour.
+    Color,
+    /// The base colour, the highlight, the mirror weight and the opacity, about.
+    Reflection,
+}
+
+/// What formats of surfaces or particles lose of the scene.
+pub(super) fn of_scene(scene: &Scene) -> Vec<String> {
+    let mut lost = vec!["camera"];
+    if scene.named_lights().len() > 0 {
+        lost.push("lights");
+    }
+    if scene.floor.is_some() {
+        lost.push("floor");
+    }
+    if scene.sky.is_some() {
+        lost.push("sky");
+    }
+    if scene.ambient_occlusion.is_some() {
+        lost.push("ambient occlusion");
+    }
+    let mut losses = vec![format!("not in the file: {}", lost.join(", "))];
+    losses.extend(of_animation(scene));
+    losses
+}
+
+/// The loss of keyframes.
+pub(super) fn of_animation(scene: &Scene) -> Option<String> {
+    (scene.tracks().len() > 0).then(|| "keyframes are not in the file: it shows the scene at rest".to_owned())
+}
+
+/// What a format loses of the materials that instances use.
+pub(super) fn of_materials(instances: &Instances, kept: MaterialKept) -> Vec<String> {
+    let any = |test: fn(&superegg_scene::Material) -> bool| {
+        instances.parts.iter().any(|part| test(&part.material))
+    };
+    let mut losses = Vec::new();
+    match kept {
+        MaterialKept::None => losses.push("colours and materials are not in the file".to_owned()),
+        MaterialKept::Color => {
+            losses.push("of the materials only the base colour is in the file".to_owned());
+        }
+        MaterialKept::Reflection => {
+            if any(|material| material.refracted.is_some_and(|weight| weight > 0.0)) {
+                losses.push("refraction and absorption become partial opacity".to_owned());
+            }
+        }
+    }
+    if kept != MaterialKept::None && any(|material| material.pattern != Pattern::None) {
+        losses.push("checkers and gradients are not in the file: surfaces have their base colour".to_owned());
+    }
+    losses
+}
