@@ -5,14 +5,19 @@
 
 pub mod points;
 mod baked;
+pub mod ems;
 pub mod flatten;
 pub mod gltf;
+pub mod liggghts;
 mod looks;
 mod losses;
 pub mod meshes;
 pub mod obj;
+mod particles;
 pub mod ply;
 pub mod povray;
 pub mod rigid;
 pub mod stl;
+pub mod table;
+pub mod vtp;
 pub mod written;

@@ -19,7 +19,8 @@ fn scene() -> Scene {
     for (name, e, n, color) in [("egg", 1.0, 0.7, [0.5, 0.1, 0.2]), ("star", 3.0, 2.5, [0.0, 1.0, 0.0])] {
         scene.ensure_primitive(name).unwrap();
         let primitive = scene.primitive_mut(name).unwrap();
-        primitive.shape = Superquadric::new(DVec3::new(1.0, 1.0, 1.3), Exponents::new(e, n).unwrap()).unwrap();
+        primitive.shape =
+            Superquadric::new(DVec3::new(1.0, 1.0, 1.3), Exponents::new(e, n).unwrap()).unwrap();
         primitive.material.color = color.into();
     }
     scene.ensure_object("all").unwrap();
@@ -88,20 +89,18 @@ const TOLERANCE: Tolerance = Tolerance::Relative(2e-3);
 fn stl_has_closed_outward_surfaces() {
     let scene = scene();
     let instances = flatten(&scene, "all", 25).unwrap();
-    assert_eq!(instances.list.iter().map(|i| i.path.as_str()).collect::<Vec<_>>(), [
-        "all/plain",
-        "all/mirrored",
-        "all/sheared",
-        "all/grains/p7",
-        "all/grains/p8"
-    ]);
+    assert_eq!(
+        instances.list.iter().map(|i| i.path.as_str()).collect::<Vec<_>>(),
+        ["all/plain", "all/mirrored", "all/sheared", "all/grains/p7", "all/grains/p8"]
+    );
     let written = to_stl(&scene, &instances, TOLERANCE).unwrap();
     let bytes = &written.bytes;
     let count = u32_at(bytes, 80);
     assert_eq!(bytes.len(), 84 + 50 * count);
     let triangles: Vec<[DVec3; 3]> = (0..count)
         .map(|i| {
-            [1, 2, 3].map(|k| DVec3::from_array([0, 1, 2].map(|j| f32_at(bytes, 84 + 50 * i + 12 * k + 4 * j))))
+            [1, 2, 3]
+                .map(|k| DVec3::from_array([0, 1, 2].map(|j| f32_at(bytes, 84 + 50 * i + 12 * k + 4 * j))))
         })
         .collect();
     let (volume, exact) = (closed_volume(&triangles), exact_volume(&instances));

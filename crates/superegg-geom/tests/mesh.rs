@@ -95,7 +95,10 @@ fn check(shape: &Superquadric, tolerance: f64) -> Mesh {
     let (volume, exact) = (mesh.volume(), shape.volume());
     assert!(volume > 0.0);
     let area: f64 = shape.surface_area();
-    assert!((volume - exact).abs() <= 1.1 * tolerance * area + 1e-12 * exact, "{shape:?} {tolerance}: {volume} {exact}");
+    assert!(
+        (volume - exact).abs() <= 1.1 * tolerance * area + 1e-12 * exact,
+        "{shape:?} {tolerance}: {volume} {exact}"
+    );
     mesh
 }
 
@@ -182,9 +185,9 @@ fn textbook_triangles(shape: &Superquadric, tolerance: f64) -> usize {
         let ([ax, ay], [bx, by]) = (at(i as f64), at(i as f64 + 1.0));
         let (dx, dy) = (bx - ax, by - ay);
         let length = dx.hypot(dy).max(1e-300);
-        (1..32)
+        (1..16)
             .map(|k| {
-                let [x, y] = at(i as f64 + f64::from(k) / 32.0);
+                let [x, y] = at(i as f64 + f64::from(k) / 16.0);
                 ((x - ax) * dy - (y - ay) * dx).abs() / length
             })
             .fold(0.0, f64::max)
@@ -194,21 +197,23 @@ fn textbook_triangles(shape: &Superquadric, tolerance: f64) -> usize {
         let p = shape.point_at(u, 0.0);
         [p.x, p.y]
     };
-    let widest = (0..1000).map(|k| section(f64::from(k) / 1000.0 * std::f64::consts::TAU)).map(|[x, y]| x.hypot(y));
+    let widest =
+        (0..1000).map(|k| section(f64::from(k) / 1000.0 * std::f64::consts::TAU)).map(|[x, y]| x.hypot(y));
     let widest = widest.fold(0.0, f64::max) / radii.x;
     let profile = |v: f64| {
         let p = shape.point_at(0.0, v);
         [p.x * widest, p.z]
     };
     let (turn, half) = (std::f64::consts::TAU, std::f64::consts::PI);
-    let section_error =
-        |u: usize| (0..u).map(|i| arc_error(u, &section, i, turn, 0.0)).fold(0.0, f64::max);
+    let section_error = |u: usize| (0..u).map(|i| arc_error(u, &section, i, turn, 0.0)).fold(0.0, f64::max);
     let mut best = usize::MAX;
-    let section_errors: Vec<(usize, f64)> = (3..400).map(|u| (u, section_error(u))).collect();
-    for v in 2..400 {
+    let most = if tolerance < 5e-3 { 160 } else { 60 };
+    let section_errors: Vec<(usize, f64)> = (3..most).map(|u| (u, section_error(u))).collect();
+    for v in 2..most {
         let bands: Vec<(f64, f64)> = (0..v)
             .map(|j| {
-                let rho = |j: usize| shape.point_at(0.0, -0.5 * half + half * j as f64 / v as f64).x / radii.x;
+                let rho =
+                    |j: usize| shape.point_at(0.0, -0.5 * half + half * j as f64 / v as f64).x / radii.x;
                 (rho(j).max(rho(j + 1)), arc_error(v, &profile, j, half, -0.5 * half))
             })
             .collect();

@@ -330,12 +330,24 @@ pub(crate) struct ExportArgs {
     pub(crate) scene: PathBuf,
     #[command(flatten)]
     pub(crate) root: RootArgs,
-    /// Write to this file; the extension determines the format: .pov for POV-Ray
-    #[arg(short, long, value_name = "OUT.pov")]
+    /// Write to this file; the extension determines the format: .pov for POV-Ray; .stl, .ply, .obj,
+    /// .glb for meshes; .vtp for OVITO and ParaView; .liggghts and .data for LIGGGHTS; .txt and .npy
+    /// for EMS vectors; .csv for a table
+    #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Set the recursion depth of objects, 0 to 64; default: that of the scene
     #[arg(long, value_name = "D", value_parser = depth)]
     pub(crate) depth: Option<u32>,
+    /// Set the greatest distance between a mesh and the exact surface, as a part of the largest
+    /// semi-axis of each instance
+    #[arg(long, value_name = "T", default_value = "1e-3", allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) tolerance: f64,
+    /// Take the tolerance in world units
+    #[arg(long)]
+    pub(crate) absolute: bool,
+    /// Write coordinates of .ply and .obj as float64; default: float32, which all programs read
+    #[arg(long)]
+    pub(crate) double: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -111,7 +111,28 @@ fn a_scene_goes_to_povray() {
     sandbox.run("export tree.scn -o tree.pov --depth 3").fine();
     let text = sandbox.read("tree.pov");
     assert!(text.contains("#version 3.7;") && text.matches("#declare").count() == 4, "{text}");
-    for bad in ["export tree.scn -o tree.obj", "export tree.scn -o no/tree.pov", "export gone.scn -o t.pov"] {
+    for bad in ["export tree.scn -o tree.xyzw", "export tree.scn -o no/tree.pov", "export gone.scn -o t.pov"]
+    {
+        assert!(!sandbox.run(bad).failed(2).is_empty());
+    }
+}
+
+#[test]
+fn a_scene_goes_to_mesh_files() {
+    let sandbox = Sandbox::new();
+    sandbox.write("tree.scn", "prm p\nobj o\nap p\nao o a\nss .5 .5 .5\n");
+    for name in ["tree.stl", "tree.ply", "tree.obj", "tree.glb"] {
+        let output = sandbox.run(&format!("export tree.scn -o {name} --depth 3 --tolerance 0.01"));
+        let warnings = output.failed(0);
+        assert!(warnings.contains(&format!("{name}: ")) && warnings.contains("camera"), "{warnings}");
+    }
+    assert!(sandbox.read("tree.obj").starts_with("# superegg\nmtllib tree.mtl\n"));
+    assert!(sandbox.read("tree.mtl").contains("newmtl p_0"));
+    for bad in [
+        "export tree.scn -o tree.stl --tolerance 0",
+        "export tree.scn -o tree.stl --tolerance nan",
+        "export tree.scn -o tree.stl --tolerance 1e-12",
+    ] {
         assert!(!sandbox.run(bad).failed(2).is_empty());
     }
 }

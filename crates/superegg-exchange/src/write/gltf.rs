@@ -7,8 +7,8 @@
 use std::collections::HashMap;
 
 use serde_json::{Value, json};
-use superegg_geom::glam::{DQuat, DVec3};
 use superegg_geom::Mesh;
+use superegg_geom::glam::{DQuat, DVec3};
 use superegg_scene::Scene;
 
 use super::baked::Baked;
@@ -39,7 +39,8 @@ pub fn to_glb(scene: &Scene, instances: &Instances, tolerance: Tolerance) -> Res
                 None => {
                     let stored = &meshes.meshes[*mesh];
                     let geometry = builder.geometry(stored, &stored.positions, &stored.normals);
-                    let geometry = geometry.ok_or_else(|| WriteError::Range { path: instance.path.clone() })?;
+                    let geometry =
+                        geometry.ok_or_else(|| WriteError::Range { path: instance.path.clone() })?;
                     geometry_of_mesh.insert(*mesh, geometry);
                     geometry
                 }
@@ -57,10 +58,11 @@ pub fn to_glb(scene: &Scene, instances: &Instances, tolerance: Tolerance) -> Res
     }
     let mut losses = losses::of_scene(scene);
     losses.extend(losses::of_materials(instances, MaterialKept::Reflection));
-    let sheared = meshes.instances.iter().filter(|instance| matches!(instance.placement, Placement::Sheared(_)));
+    let sheared =
+        meshes.instances.iter().filter(|instance| matches!(instance.placement, Placement::Sheared(_)));
     let sheared = sheared.count();
     if sheared > 0 {
-        losses.push(format!("{sheared} sheared instances have meshes of their own"));
+        losses.push(format!("meshes of sheared instances are stored one by one ({sheared})"));
     }
     let bytes = builder.finish(scene.camera.up).ok_or(WriteError::TooManyTriangles {
         count: meshes.meshes.iter().map(|mesh| mesh.triangles.len() as u64).sum(),
@@ -101,9 +103,9 @@ impl Builder {
             return None;
         }
         let extreme = |pick: fn(f32, f32) -> f32, start: f32| {
-            rounded.iter().fold([start; 3], |so_far, point| {
-                [0, 1, 2].map(|axis| pick(so_far[axis], point[axis]))
-            })
+            rounded
+                .iter()
+                .fold([start; 3], |so_far, point| [0, 1, 2].map(|axis| pick(so_far[axis], point[axis])))
         };
         let (least, most) = (extreme(f32::min, f32::INFINITY), extreme(f32::max, f32::NEG_INFINITY));
         let count = rounded.len();

@@ -42,9 +42,8 @@ pub(super) fn of_animation(scene: &Scene) -> Option<String> {
 
 /// What a format loses of the materials that instances use.
 pub(super) fn of_materials(instances: &Instances, kept: MaterialKept) -> Vec<String> {
-    let any = |test: fn(&superegg_scene::Material) -> bool| {
-        instances.parts.iter().any(|part| test(&part.material))
-    };
+    let any =
+        |test: fn(&superegg_scene::Material) -> bool| instances.parts.iter().any(|part| test(&part.material));
     let mut losses = Vec::new();
     match kept {
         MaterialKept::None => losses.push("colours and materials are not in the file".to_owned()),

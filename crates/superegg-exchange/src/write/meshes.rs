@@ -105,8 +105,7 @@ impl Meshes {
                 Some(&mesh) => mesh,
                 None => {
                     let mesh = shape.mesh(part_of_size);
-                    let mesh =
-                        mesh.map_err(|error| WriteError::Mesh { name: part.name.clone(), error })?;
+                    let mesh = mesh.map_err(|error| WriteError::Mesh { name: part.name.clone(), error })?;
                     triangles += mesh.triangles.len() as u64;
                     check_count(triangles, tolerance)?;
                     meshes.meshes.push(mesh);
@@ -151,7 +150,8 @@ fn unit_shape(
         // Rounding would give each instance its own mesh.
         let ratio = |x: f64| if x > 1e-6 { (x * 1e12).round() / 1e12 } else { x };
         let unit = Superquadric::new((rigid.radii / size).map(ratio), shape.exponents()).ok()?;
-        let placement = Placement::Similar { scale: size, rotation: rigid.rotation, position: rigid.position };
+        let placement =
+            Placement::Similar { scale: size, rotation: rigid.rotation, position: rigid.position };
         Some((unit, tolerance.relative_to(size), placement))
     });
     similar.unwrap_or_else(|| {
@@ -160,7 +160,8 @@ fn unit_shape(
         let axes = [linear.x_axis * radii.x, linear.y_axis * radii.y, linear.z_axis * radii.z];
         let size = axes.map(DVec3::length).into_iter().fold(0.0, f64::max);
         // A length in the shape's space grows by no more than the norm of the map.
-        let norm = DVec3::new(linear.x_axis.length(), linear.y_axis.length(), linear.z_axis.length()).length();
+        let norm =
+            DVec3::new(linear.x_axis.length(), linear.y_axis.length(), linear.z_axis.length()).length();
         (*shape, tolerance.relative_to(size) * size / norm, Placement::Sheared(instance.map))
     })
 }

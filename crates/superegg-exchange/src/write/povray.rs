@@ -76,6 +76,57 @@ pub fn to_povray(scene: &Scene, root: &str, depth: u32) -> Result<String, PovErr
     Ok(writer.text)
 }
 
+/// What the POV-Ray file of a scene loses, one sentence each. See the module's text.
+///
+/// ```
+/// use superegg_exchange::povray::losses;
+/// use superegg_scene::{AmbientOcclusion, Scene};
+///
+/// let mut scene = Scene::default();
+/// assert!(losses(&scene).is_empty());
+/// scene.ambient_occlusion = Some(AmbientOcclusion { samples: 16, distance: 2.0 });
+/// assert!(losses(&scene)[0].starts_with("ambient occlusion"));
+/// ```
+pub fn losses(scene: &Scene) -> Vec<String> {
+    let picture = &scene.picture;
+    let materials = || {
+        let tables = scene.tables().flat_map(|(_, table)| table.materials());
+        scene.primitives().map(|(_, primitive)| &primitive.material).chain(tables)
+    };
+    let is_glass = |material: &Material| material.refracted.is_some_and(|weight| weight > 0.0);
+    let losses = [
+        (
+            scene.ambient_occlusion.is_some(),
+            "ambient occlusion is not in the file: corners and undersides are brighter",
+        ),
+        (
+            scene.ambient_occlusion.is_some() && scene.sky.is_some(),
+            "light of the sky on surfaces is not in the file: POV-Ray shows the sky, and ambient light is white",
+        ),
+        (
+            scene.lights().iter().any(|light| light.radius > 0.0),
+            "soft shadows are approximate: a light is a disc that faces its target",
+        ),
+        (
+            scene.lights().iter().any(|light| matches!(light.kind, LightKind::Spot { .. })),
+            "the rim of a spot light fades in another way",
+        ),
+        (materials().any(is_glass), "glass is approximate: POV-Ray filters light by the colour itself"),
+        (
+            materials().any(|material| material.fresnel && !is_glass(material)),
+            "reflection that depends on the angle is approximate",
+        ),
+        (scene.camera.lens.is_some(), "depth of field is approximate"),
+        (picture.gloss_rays > 1, "blurred reflection is not in the file: mirrors are sharp"),
+        (
+            picture.exposure != 0.0 || picture.tone != superegg_scene::Tone::None,
+            "exposure and tone mapping are not in the file",
+        ),
+        (scene.tracks().len() > 0, "keyframes are not in the file: it shows the scene at rest"),
+    ];
+    losses.into_iter().filter(|(is_lost, _)| *is_lost).map(|(_, loss)| loss.to_owned()).collect()
+}
+
 struct Writer<'a> {
     scene: &'a Scene,
     text: String,

@@ -1,7 +1,7 @@
 //! Instances as superquadrics with a rotation and a position.
 
 use superegg_geom::glam::{DAffine3, DMat3, DQuat, DVec3};
-use superegg_geom::{Superquadric, unit_vector};
+use superegg_geom::{Exponents, Superquadric, unit_vector};
 
 /// A superquadric that is turned and moved, in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,8 +19,20 @@ const PERPENDICULAR: f64 = 1e-9;
 
 impl Rigid {
     /// An instance's image as a superquadric: a scale along the shape's own axes becomes part of its
-    /// semi-axes. `None` if the map shears it: its axes are not perpendicular any more.
+    /// semi-axes. `None` if the map shears it: its axes are not perpendicular any more. An ellipsoid
+    /// is one under any map.
     pub fn of(shape: &Superquadric, map: &DAffine3) -> Option<Self> {
+        Self::folded(shape, map).or_else(|| {
+            (shape.exponents() == Exponents::ROUND).then(|| {
+                let linear = map.matrix3 * DMat3::from_diagonal(shape.radii());
+                let axes = principal_axes(&linear);
+                let orthogonal = DAffine3 { matrix3: axes, translation: map.translation };
+                Self::folded(&Superquadric::unit_sphere(), &orthogonal)
+            })?
+        })
+    }
+
+    fn folded(shape: &Superquadric, map: &DAffine3) -> Option<Self> {
         let linear = &map.matrix3;
         let columns = [linear.x_axis, linear.y_axis, linear.z_axis];
         let lengths = DVec3::from_array(columns.map(DVec3::length));
@@ -34,9 +46,8 @@ impl Rigid {
         let rotation = DQuat::from_mat3(&rotation).normalize();
         // Rotations leave rounding in the lengths; equal ones stay equal.
         let largest = lengths.max_element();
-        let scale = lengths.map(|length| {
-            if (length - largest).abs() <= PERPENDICULAR * largest { largest } else { length }
-        });
+        let scale = lengths
+            .map(|length| if (length - largest).abs() <= PERPENDICULAR * largest { largest } else { length });
         let scale = scale.map(|s| if (s - 1.0).abs() <= 8.0 * f64::EPSILON { 1.0 } else { s });
         Some(Self { radii: shape.radii() * scale, rotation, position: map.translation })
     }
@@ -49,15 +60,38 @@ impl Rigid {
     }
 }
 
+/// The semi-axes, as vectors, of the image of the unit sphere: `linear * V` for a rotation V that
+/// makes its columns perpendicular (one-sided Jacobi; Hestenes 1958).
+fn principal_axes(linear: &DMat3) -> DMat3 {
+    const SWEEPS: usize = 40;
+    let scale = linear.to_cols_array().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let mut columns = [linear.x_axis / scale, linear.y_axis / scale, linear.z_axis / scale];
+    for _ in 0..SWEEPS {
+        for (p, q) in [(0, 1), (1, 2), (2, 0)] {
+            let (a, b) = (columns[p], columns[q]);
+            let product = a.dot(b);
+            if product == 0.0 {
+                continue;
+            }
+            let zeta = (b.length_squared() - a.length_squared()) / (2.0 * product);
+            let t = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+            let cos = t.hypot(1.0).recip();
+            columns[p] = cos * (a - t * b);
+            columns[q] = cos * (t * a + b);
+        }
+    }
+    DMat3::from_cols(columns[0], columns[1], columns[2]) * scale
+}
+
 #[cfg(test)]
 mod tests {
-    use superegg_geom::{Exponents, Transform, TransformStep};
+    use superegg_geom::{Transform, TransformStep};
 
     use super::*;
 
     #[test]
     fn scales_along_own_axes_fold_and_shear_does_not() {
-        let shape = Superquadric::new(DVec3::new(1.0, 2.0, 3.0), Exponents::ROUND).unwrap();
+        let shape = Superquadric::new(DVec3::new(1.0, 2.0, 3.0), Exponents::new(0.5, 1.0).unwrap()).unwrap();
         let turn = TransformStep::Rotate { axis: DVec3::new(1.0, 2.0, -0.5), angle_deg: 77.0 };
         let scale = TransformStep::Scale(DVec3::new(2.0, -1.0, 0.5));
         let folded = Transform::from_steps(&[scale, turn]).unwrap();
@@ -71,5 +105,13 @@ mod tests {
         }
         let sheared = Transform::from_steps(&[turn, scale]).unwrap();
         assert_eq!(Rigid::of(&shape, sheared.forward()), None);
+        let ellipsoid = Superquadric::new(shape.radii(), Exponents::ROUND).unwrap();
+        let rigid = Rigid::of(&ellipsoid, sheared.forward()).unwrap();
+        let unit = Superquadric::unit_sphere();
+        for point in unit.sample_surface(100, 1) {
+            let image = sheared.forward().transform_point3(point.point * shape.radii());
+            let back = rigid.rotation.inverse() * (image - rigid.position) / rigid.radii;
+            assert!((back.length() - 1.0).abs() < 1e-12, "{back}");
+        }
     }
 }

@@ -82,10 +82,9 @@ impl Superquadric {
         }
         let unit = self.radii().max_element();
         let arcs = Arcs::of(self);
-        let plan = arcs.plan(tolerance / unit, Mesh::MOST_TRIANGLES).ok_or_else(|| MeshError::TooFine {
-            tolerance,
-            possible: least_tolerance(&arcs) * unit,
-        })?;
+        let plan = arcs
+            .plan(tolerance / unit, Mesh::MOST_TRIANGLES)
+            .ok_or_else(|| MeshError::TooFine { tolerance, possible: least_tolerance(&arcs) * unit })?;
         Ok(build(self, &plan))
     }
 }
