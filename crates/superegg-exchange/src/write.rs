@@ -8,6 +8,7 @@ mod baked;
 pub mod ems;
 pub mod flatten;
 pub mod gltf;
+pub mod grid;
 pub mod liggghts;
 mod looks;
 mod losses;

@@ -7,8 +7,8 @@ use superegg_scene::Picture;
 
 use crate::args::data::DataArgs;
 use crate::args::values::{
-    AovArg, EncodingArg, FilterArg, FrameRange, Size, ToneArg, bits, depth, exposure, finite, frame_rate,
-    noise_threshold, non_negative, positive,
+    AovArg, EncodingArg, FilterArg, FrameRange, GridValueArg, Size, ToneArg, bits, depth, exposure, finite,
+    frame_rate, noise_threshold, non_negative, positive,
 };
 use crate::long::shard::ShardArg;
 
@@ -332,7 +332,7 @@ pub(crate) struct ExportArgs {
     pub(crate) root: RootArgs,
     /// Write to this file; the extension determines the format: .pov for POV-Ray; .stl, .ply, .obj,
     /// .glb for meshes; .vtp for OVITO and ParaView; .liggghts and .data for LIGGGHTS; .txt and .npy
-    /// for EMS vectors; .csv for a table
+    /// for EMS vectors; .csv for a table; .nrrd and .vti for a grid of values
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Set the recursion depth of objects, 0 to 64; default: that of the scene
@@ -348,6 +348,12 @@ pub(crate) struct ExportArgs {
     /// Write coordinates of .ply and .obj as float64; default: float32, which all programs read
     #[arg(long)]
     pub(crate) double: bool,
+    /// Set the number of samples of a grid along its longest side, 4 to 512
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = value_parser!(u16).range(4..=512))]
+    pub(crate) grid: u16,
+    /// Set the value of a grid
+    #[arg(long, value_enum, default_value = "distance")]
+    pub(crate) value: GridValueArg,
 }
 
 #[derive(Debug, clap::Args)]

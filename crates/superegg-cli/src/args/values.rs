@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use clap::ValueEnum;
+use superegg_exchange::write::grid::GridValue;
 use superegg_lang::{ArgKind, Range, find_command, parse_number, parse_size};
 use superegg_render::Output;
 use superegg_scene::{Encoding, Filter, Tone};
@@ -98,6 +99,24 @@ impl From<AovArg> for Output {
             AovArg::InstanceId => Self::Id,
             AovArg::Cost => Self::Steps,
             AovArg::Ao => Self::Occlusion,
+        }
+    }
+}
+
+/// The value of a grid.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum GridValueArg {
+    /// The signed distance, negative inside
+    Distance,
+    /// The inside-outside value, each in its primitive's own space
+    InsideOutside,
+}
+
+impl From<GridValueArg> for GridValue {
+    fn from(arg: GridValueArg) -> Self {
+        match arg {
+            GridValueArg::Distance => Self::Distance,
+            GridValueArg::InsideOutside => Self::InsideOutside,
         }
     }
 }

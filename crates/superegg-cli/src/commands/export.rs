@@ -8,6 +8,7 @@ use anyhow::{Context, Result, anyhow};
 use superegg_exchange::write::ems::{to_ems_npy, to_ems_text};
 use superegg_exchange::write::flatten::{Instances, flatten};
 use superegg_exchange::write::gltf::to_glb;
+use superegg_exchange::write::grid::Grid;
 use superegg_exchange::write::liggghts::{to_data_file, to_input_script};
 use superegg_exchange::write::meshes::Tolerance;
 use superegg_exchange::write::obj::to_obj;
@@ -89,11 +90,17 @@ impl Export<'_> {
             ExportFormat::EmsText => to_ems_text(scene, &self.instances()?),
             ExportFormat::EmsNpy => to_ems_npy(scene, &self.instances()?),
             ExportFormat::Csv => to_csv(scene, &self.instances()?),
+            ExportFormat::Nrrd => self.grid()?.to_nrrd(),
+            ExportFormat::Vti => self.grid()?.to_vti(),
         })
     }
 
     fn instances(&self) -> Result<Instances> {
         Ok(flatten(self.scene, self.root, self.depth)?)
+    }
+
+    fn grid(&self) -> Result<Grid> {
+        Ok(Grid::new(self.scene, &self.instances()?, self.args.value.into(), self.args.grid as usize)?)
     }
 
     fn tolerance(&self) -> Tolerance {

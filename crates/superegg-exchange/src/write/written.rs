@@ -66,6 +66,9 @@ pub enum WriteError {
         /// The reason.
         error: TransformError,
     },
+    /// There is no such grid.
+    #[error("{0}")]
+    Grid(String),
     /// A number is too large for the format.
     #[error("{path}: a coordinate is too large for the numbers of the format; scale the scene down")]
     Range {

@@ -18,10 +18,12 @@ pub(super) enum ExportFormat {
     EmsText,
     EmsNpy,
     Csv,
+    Nrrd,
+    Vti,
 }
 
 impl ExportFormat {
-    const KNOWN: [(Self, &str, &str); 11] = [
+    const KNOWN: [(Self, &str, &str); 13] = [
         (Self::PovRay, "pov", "POV-Ray"),
         (Self::Stl, "stl", "mesh"),
         (Self::Ply, "ply", "mesh with colours"),
@@ -33,6 +35,8 @@ impl ExportFormat {
         (Self::EmsText, "txt", "EMS vectors"),
         (Self::EmsNpy, "npy", "EMS vectors"),
         (Self::Csv, "csv", "table"),
+        (Self::Nrrd, "nrrd", "grid"),
+        (Self::Vti, "vti", "grid for ParaView"),
     ];
 
     /// The format of a path.
