@@ -68,6 +68,8 @@ struct Division {
 const DIVISIONS: [u32; 2] = [8, 40];
 /// Meshes of no more triangles than this are made fast.
 const FEW_TRIANGLES: usize = 20_000;
+/// Few rings have a smaller rho.
+const USUAL_RHO: f64 = 1.0 / 64.0;
 /// The part that is tried first.
 const MIDDLE_PART: f64 = 0.49;
 /// The part of the tolerance that rounding may take.
@@ -130,7 +132,9 @@ impl Arcs {
         let levels = self.levels(&section);
         let error_at = |point: &ArcPoint| levels[level_at(&levels, point.x, share)].error;
         let profile_budget = |point: &ArcPoint| tolerance - point.x * error_at(point);
-        let most_bands = most / (8 * levels[levels.len() - 1].indices.len().saturating_sub(1)).max(1) + 2;
+        // A quick end for what has too many triangles: rings nearer to the axis are few.
+        let usual_chords = levels[level_at(&levels, USUAL_RHO, share)].indices.len() - 1;
+        let most_bands = most / (8 * usual_chords) + 2;
         let mut profile = self.profile.polygon(division.start, most_bands, &profile_budget)?;
         if is_equalized {
             profile = self.profile.equalized(profile, &profile_budget);

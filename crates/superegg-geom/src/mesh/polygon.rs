@@ -156,12 +156,12 @@ impl ScaledArc {
         most: usize,
         budget: &dyn Fn(&ArcPoint) -> f64,
     ) -> Option<Polygon> {
-        let [plain, halved] = [false, true].map(|is_halved| self.greedy(start, is_halved, most, budget));
-        let is_halved = match (&plain, &halved) {
-            (Some(plain), Some(halved)) => halved.len() <= plain.len(),
-            (plain, _) => plain.is_none(),
+        let plain = self.greedy(start, false, most, budget)?;
+        let halved = self.greedy(start, true, most, budget);
+        let (vertices, is_halved) = match halved {
+            Some(halved) if halved.len() <= plain.len() => (halved, true),
+            Some(_) | None => (plain, false),
         };
-        let vertices = if is_halved { halved? } else { plain? };
         Some(Polygon { vertices, start, is_halved })
     }
 
