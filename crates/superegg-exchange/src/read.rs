@@ -3,16 +3,28 @@
 #[allow(dead_code, reason = "readers that use all of it come next")]
 mod check;
 mod dump;
+mod eigen;
 mod error;
+mod expansion;
 mod format;
 mod frame;
+mod glyph;
 mod import;
 mod number;
+mod liggghts_vtk;
+mod mercury;
+mod nrrd;
 mod options;
 mod particles;
+mod scalars;
 mod source;
 #[allow(dead_code, reason = "readers that use it come next")]
 mod spacing;
+mod tensor_field;
+mod vtk;
+mod vtk_columns;
+mod vtk_programs;
+mod vtk_tensors;
 
 pub use error::ReadError;
 pub use format::Format;

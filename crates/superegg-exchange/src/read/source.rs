@@ -2,12 +2,12 @@
 
 use std::io::{Read, SeekFrom};
 
-use super::dump;
 use super::error::ReadError;
 use super::format::Format;
 use super::frame::Frame;
 use super::import::{Import, Input};
 use super::options::ReadOptions;
+use super::{dump, liggghts_vtk, mercury, nrrd, vtk, vtk_programs, vtk_tensors};
 
 /// The number of bytes that decide the format.
 const HEAD: u64 = 1 << 16;
@@ -20,7 +20,7 @@ type Recognizer = fn(&[u8]) -> Result<Option<Format>, ReadError>;
 
 /// The recognizers of the modules: those of strict signatures before those of plain numbers. A
 /// module adds its own here, one a line.
-const RECOGNIZERS: &[Recognizer] = &[dump::recognize];
+const RECOGNIZERS: &[Recognizer] = &[dump::recognize, vtk_programs::recognize_head, nrrd::recognize];
 
 /// A file whose format and frames are known.
 #[derive(Debug)]
@@ -56,6 +56,11 @@ pub fn open<R: Input>(mut input: R, options: &ReadOptions) -> Result<Source<R>, 
     input.by_ref().take(HEAD).read_to_end(&mut head)?;
     let format = match options.from {
         Some(format) => format,
+        // The arrays of a VTK file may be named far behind its head.
+        None if vtk::is_vtk(&head) => {
+            let end = input.seek(SeekFrom::End(0))?;
+            vtk_programs::recognize(&whole(&mut input, &Frame::whole(end))?)
+        }
         None => recognize(&head, options)?,
     };
     let frames = list_frames(&mut input, format)?;
@@ -104,10 +109,12 @@ fn read_frame<R: Input>(
         Format::LiggghtsDump | Format::LammpsDump | Format::OvitoDump => {
             dump::read(input, frame, format, options)
         }
+        Format::LiggghtsVtk => liggghts_vtk::read(&whole(input, frame)?, options),
+        Format::MercuryVtu => mercury::read(&whole(input, frame)?, options),
+        Format::VtkTensors => vtk_tensors::read(&whole(input, frame)?, options),
+        Format::TeemNrrd => nrrd::read(&whole(input, frame)?, options),
         Format::LiggghtsData
         | Format::LammpsData
-        | Format::LiggghtsVtk
-        | Format::MercuryVtu
         | Format::Sudodem
         | Format::Table
         | Format::Ems
@@ -115,8 +122,6 @@ fn read_frame<R: Input>(
         | Format::SuperquadricParsing
         | Format::SuperquadricLib
         | Format::Sage
-        | Format::VtkTensors
-        | Format::TeemNrrd
         | Format::CourseYaml
         | Format::Povray
         | Format::Ply
