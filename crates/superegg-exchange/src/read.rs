@@ -1,11 +1,16 @@
 //! Readers: what other programs wrote, in our conventions.
 
+mod arrays;
 #[allow(dead_code, reason = "readers that use all of it come next")]
 mod check;
+mod clouds;
+mod columns;
+mod course_yaml;
 mod dump;
 mod eigen;
 mod error;
 mod expansion;
+mod fits;
 mod format;
 mod frame;
 mod glyph;
@@ -17,14 +22,16 @@ mod nrrd;
 mod options;
 mod particles;
 mod scalars;
+mod povray;
+mod script;
 mod source;
-#[allow(dead_code, reason = "readers that use it come next")]
 mod spacing;
 mod tensor_field;
 mod vtk;
 mod vtk_columns;
 mod vtk_programs;
 mod vtk_tensors;
+mod yaml;
 
 pub use error::ReadError;
 pub use format::Format;

@@ -7,7 +7,9 @@ use super::format::Format;
 use super::frame::Frame;
 use super::import::{Import, Input};
 use super::options::ReadOptions;
-use super::{dump, liggghts_vtk, mercury, nrrd, vtk, vtk_programs, vtk_tensors};
+use super::{
+    clouds, course_yaml, dump, fits, liggghts_vtk, mercury, nrrd, povray, vtk, vtk_programs, vtk_tensors,
+};
 
 /// The number of bytes that decide the format.
 const HEAD: u64 = 1 << 16;
@@ -20,7 +22,15 @@ type Recognizer = fn(&[u8]) -> Result<Option<Format>, ReadError>;
 
 /// The recognizers of the modules: those of strict signatures before those of plain numbers. A
 /// module adds its own here, one a line.
-const RECOGNIZERS: &[Recognizer] = &[dump::recognize, vtk_programs::recognize_head, nrrd::recognize];
+const RECOGNIZERS: &[Recognizer] = &[
+    dump::recognize,
+    vtk_programs::recognize_head,
+    nrrd::recognize,
+    clouds::recognize,
+    course_yaml::recognize,
+    povray::recognize,
+    fits::recognize,
+];
 
 /// A file whose format and frames are known.
 #[derive(Debug)]
@@ -113,20 +123,20 @@ fn read_frame<R: Input>(
         Format::MercuryVtu => mercury::read(&whole(input, frame)?, options),
         Format::VtkTensors => vtk_tensors::read(&whole(input, frame)?, options),
         Format::TeemNrrd => nrrd::read(&whole(input, frame)?, options),
+        Format::Ems => fits::read_ems(&whole(input, frame)?, options),
+        Format::Superdec => fits::read_superdec(&whole(input, frame)?, options),
+        Format::SuperquadricParsing => fits::read_parts(&whole(input, frame)?, options),
+        Format::SuperquadricLib => fits::read_superquadric_lib(&whole(input, frame)?, options),
+        Format::Sage => fits::read_sage(&whole(input, frame)?, options),
+        Format::CourseYaml => course_yaml::read(&whole(input, frame)?, options),
+        Format::Povray => povray::read(&whole(input, frame)?, options),
+        Format::Ply => clouds::read_ply(&whole(input, frame)?, options),
+        Format::NpyPoints => clouds::read_npy(&whole(input, frame)?, options),
         Format::LiggghtsData
         | Format::LammpsData
         | Format::Sudodem
         | Format::Table
-        | Format::Ems
-        | Format::Superdec
-        | Format::SuperquadricParsing
-        | Format::SuperquadricLib
-        | Format::Sage
-        | Format::CourseYaml
-        | Format::Povray
-        | Format::Ply
-        | Format::Xyz
-        | Format::NpyPoints => {
+        | Format::Xyz => {
             whole(input, frame)?;
             Err(ReadError::File(format!("{} cannot be read yet", format.description())))
         }
