@@ -17,10 +17,10 @@ use superegg_geom::unit_vector;
 
 use super::error::ReadError;
 use super::format::Format;
+use super::import::{Content, Import};
 use super::options::ReadOptions;
 use super::script::{Names, Script, color_and_weight};
 use super::yaml::{self, Node};
-use super::import::{Content, Import};
 
 /// The height of the program's picture, in pixels.
 const PICTURE_HEIGHT: f64 = 500.0;
@@ -35,9 +35,9 @@ pub(crate) fn recognize(head: &[u8]) -> Result<Option<Format>, ReadError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let has = |key: &str| {
         text.lines().any(|line| {
-            line.strip_prefix(key).and_then(|rest| rest.trim_start().strip_prefix(':')).is_some_and(|rest| {
-                rest.is_empty() || rest.starts_with([' ', '\t', '\r'])
-            })
+            line.strip_prefix(key)
+                .and_then(|rest| rest.trim_start().strip_prefix(':'))
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with([' ', '\t', '\r']))
         })
     };
     let keys = ["camera", "lights", "objects"].into_iter().filter(|key| has(key)).count();
@@ -79,7 +79,10 @@ struct Object<'a> {
 }
 
 enum Kind<'a> {
-    Superquadric { exponents: [f64; 2], material: Option<&'a Node> },
+    Superquadric {
+        exponents: [f64; 2],
+        material: Option<&'a Node>,
+    },
     /// The names of the children, with their nodes.
     Assembly(Vec<(&'a str, &'a Node)>),
 }
@@ -242,7 +245,9 @@ impl Writer {
             "assembly" => {
                 self.unknown_keys(item, &["name", "type", "root", "children", "transforms"])?;
                 let children = item.needed("children")?.items()?.iter();
-                Kind::Assembly(children.map(|child| Ok((child.text()?, child))).collect::<Result<_, ReadError>>()?)
+                Kind::Assembly(
+                    children.map(|child| Ok((child.text()?, child))).collect::<Result<_, ReadError>>()?,
+                )
             }
             other => {
                 let shown: String = other.chars().take(40).collect();
@@ -303,7 +308,8 @@ impl Writer {
             Some(node) => self.channels(node, 1.0),
             None => Ok(DVec3::ZERO),
         };
-        let (ambient, diffuse, specular) = (color_of("ambient")?, color_of("diffuse")?, color_of("specular")?);
+        let (ambient, diffuse, specular) =
+            (color_of("ambient")?, color_of("diffuse")?, color_of("specular")?);
         // A black diffuse part leaves the colour to the ambient one.
         let base = if diffuse == DVec3::ZERO { ambient } else { diffuse };
         let (color, _) = color_and_weight(base);
@@ -530,7 +536,9 @@ objects:
             * DMat4::from_axis_angle(DVec3::Y, 30_f64.to_radians());
         let (right, up, forward) = camera.frame();
         let seen = |world: DVec3| view.transform_point3(camera.position + world);
-        for (world, eye) in [(DVec3::ZERO, DVec3::ZERO), (right, DVec3::X), (up, DVec3::Y), (forward, DVec3::NEG_Z)] {
+        for (world, eye) in
+            [(DVec3::ZERO, DVec3::ZERO), (right, DVec3::X), (up, DVec3::Y), (forward, DVec3::NEG_Z)]
+        {
             assert!((seen(world) - eye).length() < 1e-14, "{world}");
         }
         assert_eq!(camera.fov_deg, 40.0);
@@ -542,7 +550,8 @@ objects:
         text += "- {name: a0, type: assembly, children: [b]}\n";
         for level in 1..30 {
             let root = level == 29;
-            text += &format!("- {{name: a{level}, type: assembly, root: {root}, children: [a{}]}}\n", level - 1);
+            text +=
+                &format!("- {{name: a{level}, type: assembly, root: {root}, children: [a{}]}}\n", level - 1);
         }
         let import = import(&text);
         assert_eq!(import.warnings, ["the scene has no lights: the default light shines"]);
@@ -552,12 +561,12 @@ objects:
     #[test]
     fn wrong_values_are_named_by_their_line() {
         let with = |from: &str, to: &str| message(&SCENE.replace(from, to));
-        assert_eq!(with("exp0: 0.1", "exp0: zero"), "line 21: expected a number, found 'zero'");
-        assert_eq!(with("exp0: 0.1", "exp0: -1"), "line 21: an exponent must be above 0, found -1");
-        assert_eq!(with("  exp1: 1.5\n", ""), "line 18: expected the key 'exp1'");
-        assert_eq!(with("scale: [2, 3, 4]", "scale: [2, 3]"), "line 17: expected 3 numbers, found 2");
-        assert_eq!(with("children: [box]", "children: [bax]"), "line 17: no object is named 'bax'");
-        assert_eq!(with("name: part", "name: box"), "line 18: an object is named 'box' already");
+        assert_eq!(with("exp0: 0.1", "exp0: zero"), "line 20: expected a number, found 'zero'");
+        assert_eq!(with("exp0: 0.1", "exp0: -1"), "line 20: an exponent must be above 0, found -1");
+        assert_eq!(with("  exp1: 1.5\n", ""), "line 17: expected the key 'exp1'");
+        assert_eq!(with("scale: [2, 3, 4]", "scale: [2, 3]"), "line 16: expected 3 numbers, found 2");
+        assert_eq!(with("children: [box]", "children: [bax]"), "line 16: no object is named 'bax'");
+        assert_eq!(with("name: part", "name: box"), "line 17: an object is named 'box' already");
         assert!(with("type: superquadric", "type: mesh").contains("found 'mesh'"));
         assert!(with("fov: 40.0", "fov: 180").contains("between 0 and 180"));
         assert!(with("angle: 90", "angle: .nan").contains("expected a number"));
@@ -568,7 +577,10 @@ objects:
     #[test]
     fn what_is_not_kept_is_a_warning() {
         let warnings = |from: &str, to: &str| import(&SCENE.replace(from, to)).warnings.join("\n");
-        assert!(warnings("ambient: [ 0.05, 0.1, 0.0 ]", "ambient: [ 0, 0, 0.1 ]").contains("line 24: the colour of 'ambient'"));
+        assert!(
+            warnings("ambient: [ 0.05, 0.1, 0.0 ]", "ambient: [ 0, 0, 0.1 ]")
+                .contains("line 23: the colour of 'ambient'")
+        );
         assert!(warnings("diffuse: [ 0.4, 0.8, 0.0 ]", "diffuse: [ 0.4, 1.8, -1 ]").contains("clamped"));
         assert!(warnings("shininess: 15", "shine: 15").contains("the key 'shine' is not known"));
         assert!(warnings("root: true", "root: off").contains("no object is a root"));

@@ -105,7 +105,10 @@ pub(crate) fn parse(text: &str) -> Result<Node, ReadError> {
     let mut parser = Parser::new_from_str(text);
     while let Some(event) = parser.next_event() {
         let (event, span) = event.map_err(|error| {
-            ReadError::line(error.marker().line() as u64, format!("the YAML cannot be read: {}", error.info()))
+            ReadError::line(
+                error.marker().line() as u64,
+                format!("the YAML cannot be read: {}", error.info()),
+            )
         })?;
         if matches!(event, Event::DocumentEnd) {
             break;
@@ -226,7 +229,8 @@ mod tests {
 
     #[test]
     fn values_have_their_lines() {
-        let tree = parse("a: 1\nb: { c: [1, 2.5, -3e2], d: 'x y' }\nlist:\n- &n 7\n- *n\n- deep: yes\n").unwrap();
+        let tree =
+            parse("a: 1\nb: { c: [1, 2.5, -3e2], d: 'x y' }\nlist:\n- &n 7\n- *n\n- deep: yes\n").unwrap();
         assert_eq!(tree.needed("a").unwrap().number().unwrap(), 1.0);
         let b = tree.needed("b").unwrap();
         assert_eq!(b.needed("c").unwrap().numbers::<3>().unwrap(), [1.0, 2.5, -300.0]);

@@ -122,9 +122,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Variable>, ReadError> {
         _ => return Err(file("the header of the MATLAB file has no byte order")),
     };
     if order.bits(&header[124..126]) != 0x0100 {
-        return Err(file(
-            "MATLAB files of version 7.3 (HDF5) are not read; save it again with '-v7'",
-        ));
+        return Err(file("MATLAB files of version 7.3 (HDF5) are not read; save it again with '-v7'"));
     }
     let mut variables = Vec::new();
     let mut room = MOST_INFLATED_BYTES;
@@ -216,9 +214,9 @@ fn variable(mut data: &[u8], order: Order) -> Result<Variable, ReadError> {
     }
     let shape: Option<Vec<usize>> =
         lengths.iter().map(|length| (*length >= 0.0).then_some(*length as usize)).collect();
-    let count = shape.as_ref().and_then(|shape| {
-        shape.iter().try_fold(1_usize, |product, &length| product.checked_mul(length))
-    });
+    let count = shape
+        .as_ref()
+        .and_then(|shape| shape.iter().try_fold(1_usize, |product, &length| product.checked_mul(length)));
     let values = Element::split(&mut data, order)?.numbers(order, &name)?;
     match (shape, count) {
         (Some(shape), Some(count)) if count == values.len() => {
@@ -226,7 +224,8 @@ fn variable(mut data: &[u8], order: Order) -> Result<Variable, ReadError> {
         }
         _ => {
             let lengths: Vec<String> = lengths.iter().map(f64::to_string).collect();
-            let message = format!("the size is {}, but there are {} numbers", lengths.join("x"), values.len());
+            let message =
+                format!("the size is {}, but there are {} numbers", lengths.join("x"), values.len());
             Err(ReadError::part(name, message))
         }
     }

@@ -5,8 +5,8 @@ use std::io::Read;
 
 use rawzip::{CompressionMethod, ZipArchive, ZipArchiveEntryWayfinder, ZipSliceArchive};
 
-use crate::read::error::ReadError;
 use super::numpy::{self, NumpyArray};
+use crate::read::error::ReadError;
 
 /// The first bytes of a ZIP file.
 pub(crate) const MAGIC: &[u8] = b"PK\x03\x04";
@@ -80,7 +80,8 @@ impl<'a> Npz<'a> {
             );
             return Err(ReadError::part(name, message));
         }
-        let damaged = |error: &dyn std::fmt::Display| ReadError::part(name, format!("cannot be read: {error}"));
+        let damaged =
+            |error: &dyn std::fmt::Display| ReadError::part(name, format!("cannot be read: {error}"));
         let file = self.archive.get_entry(entry.wayfinder).map_err(|error| damaged(&error))?;
         if entry.method == CompressionMethod::STORE {
             return numpy::read(file.data(), name).map(Some);
@@ -142,8 +143,7 @@ pub(crate) mod tests {
         let mut archive = ZipArchiveWriter::new(&mut bytes);
         for (name, data) in arrays {
             let path = format!("{name}.npy");
-            let (mut entry, config) =
-                archive.new_file(&path).compression_method(method).start().unwrap();
+            let (mut entry, config) = archive.new_file(&path).compression_method(method).start().unwrap();
             if method == CompressionMethod::DEFLATE {
                 let encoder = flate2::write::DeflateEncoder::new(&mut entry, flate2::Compression::default());
                 let mut writer = config.wrap(encoder);

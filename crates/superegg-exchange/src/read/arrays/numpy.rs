@@ -212,8 +212,7 @@ fn text_of(bytes: &[u8], item: Item, is_big_endian: bool) -> String {
             .chunks_exact(4)
             .map(|unit| {
                 let unit = [unit[0], unit[1], unit[2], unit[3]];
-                let code =
-                    if is_big_endian { u32::from_be_bytes(unit) } else { u32::from_le_bytes(unit) };
+                let code = if is_big_endian { u32::from_be_bytes(unit) } else { u32::from_le_bytes(unit) };
                 char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER)
             })
             .collect(),

@@ -6,8 +6,8 @@ use super::points;
 use crate::read::arrays::numpy;
 use crate::read::error::ReadError;
 use crate::read::format::Format;
-use crate::read::options::ReadOptions;
 use crate::read::import::{Content, Import};
+use crate::read::options::ReadOptions;
 
 /// The format, if these first bytes are an array of points.
 pub(crate) fn recognize(head: &[u8]) -> Option<Format> {

@@ -9,8 +9,8 @@ use superegg_geom::glam::DVec3;
 use super::points;
 use crate::read::error::ReadError;
 use crate::read::format::Format;
-use crate::read::options::ReadOptions;
 use crate::read::import::{Content, Import};
+use crate::read::options::ReadOptions;
 
 /// The first bytes of a PLY file.
 const MAGIC: &[u8] = b"ply";
@@ -324,19 +324,27 @@ mod tests {
             let whole = file(encoding, &[[1.0, 2.0, 3.0]]);
             let text = String::from_utf8_lossy(&whole).into_owned();
             let head_end = text.find("end_header").unwrap();
-            let mut lie = text[..head_end].replace("vertex 1\n", "vertex 18446744073709551615\n").into_bytes();
+            let mut lie =
+                text[..head_end].replace("vertex 1\n", "vertex 18446744073709551615\n").into_bytes();
             lie.extend(&whole[head_end..]);
             assert!(message(&lie).contains("items, but"), "{encoding}");
         }
         let head = "ply\nformat binary_little_endian 1.0\n";
-        assert!(message(format!("{head}element vertex 9999999999\nend_header\n").as_bytes()).contains("without properties"));
-        assert!(message(format!("{head}element face 0\nproperty float x\nend_header\n").as_bytes()).contains("no points"));
+        assert!(
+            message(format!("{head}element vertex 9999999999\nend_header\n").as_bytes())
+                .contains("without properties")
+        );
+        assert!(
+            message(format!("{head}element face 0\nproperty float x\nend_header\n").as_bytes())
+                .contains("no points")
+        );
         let flat = format!("{head}element vertex 0\nproperty float x\nproperty float y\nend_header\n");
         assert!(message(flat.as_bytes()).contains("x, y and z"));
         let ascii = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
                      property float z\nend_header\n1 2 3\n1 two 3\n";
         assert!(message(ascii.as_bytes()).starts_with("line 9: "), "{}", message(ascii.as_bytes()));
-        assert!(message(ascii.replace("two", "nan").as_bytes()).contains("'point 1': expected finite"));
+        assert!(message(ascii.replace("two", "1e999").as_bytes()).contains("'point 1': expected finite"));
+        assert!(read(ascii.replace("two", "nan").as_bytes(), &ReadOptions::default()).is_err());
         assert!(message(b"ply\nformat ascii 2.0\n").len() < 250);
         assert_eq!(recognize(b"plywood"), None);
     }

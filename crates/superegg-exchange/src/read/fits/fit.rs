@@ -46,7 +46,8 @@ pub(crate) fn rotation_of_rows(rows: [f64; 9]) -> Result<DQuat, String> {
 
 /// The warning that semi-axes were raised, if any were.
 pub(crate) fn raised_warning(raised: usize) -> Option<String> {
-    (raised > 0).then(|| format!("{raised} shapes have semi-axes below the least one, which were raised to it"))
+    (raised > 0)
+        .then(|| format!("{raised} shapes have semi-axes below the least one, which were raised to it"))
 }
 
 #[cfg(test)]
@@ -66,7 +67,9 @@ mod tests {
         assert!(message(Fit { position: DVec3::NAN, ..fit() }).contains("coordinate"));
         assert!(message(Fit { radii: DVec3::new(1.0, 0.0, 1.0), ..fit() }).contains("not above 0"));
         assert!(message(Fit { exponents: [1.0, -0.1], ..fit() }).contains("n = -0.1"));
-        assert!(message(Fit { rotation: DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), ..fit() }).contains("direction"));
+        assert!(
+            message(Fit { rotation: DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), ..fit() }).contains("direction")
+        );
         let options = ReadOptions { min_axis: Some(0.5), ..ReadOptions::default() };
         let mut particles = Particles::default();
         let flat = Fit { radii: DVec3::new(2.0, 0.0, 0.1), ..fit() };

@@ -55,9 +55,11 @@ fn collect<'a>(value: &'a Value, keys: &[&str], path: &mut String, found: &mut V
 
 /// The number of a key, or an error that names it.
 pub(crate) fn number(found: &Found<'_>, key: &str) -> Result<f64, ReadError> {
-    found.map.get(key).and_then(Value::as_f64).ok_or_else(|| {
-        ReadError::part(format!("{}.{key}", found.path), "expected a number")
-    })
+    found
+        .map
+        .get(key)
+        .and_then(Value::as_f64)
+        .ok_or_else(|| ReadError::part(format!("{}.{key}", found.path), "expected a number"))
 }
 
 /// All numbers below a key, in order; empty if there is no such key.
@@ -67,9 +69,11 @@ pub(crate) fn numbers(found: &Found<'_>, key: &str) -> Result<Vec<f64>, ReadErro
     while let Some(value) = waiting.pop() {
         match value {
             Value::Array(values) => waiting.extend(values.iter().rev()),
-            other => numbers.push(other.as_f64().ok_or_else(|| {
-                ReadError::part(format!("{}.{key}", found.path), "expected numbers")
-            })?),
+            other => numbers.push(
+                other
+                    .as_f64()
+                    .ok_or_else(|| ReadError::part(format!("{}.{key}", found.path), "expected numbers"))?,
+            ),
         }
     }
     Ok(numbers)
@@ -89,7 +93,8 @@ mod tests {
 
     #[test]
     fn dictionaries_are_found_where_they_lie() {
-        let value = parse(br#"{"a": [1, 2], "fit": {"x": 1, "y": [[2, 3], 4]}, "list": [{"x": 5, "y": 6}]}"#).unwrap();
+        let value = parse(br#"{"a": [1, 2], "fit": {"x": 1, "y": [[2, 3], 4]}, "list": [{"x": 5, "y": 6}]}"#)
+            .unwrap();
         let found = with_keys(&value, &["x", "y"]);
         let paths: Vec<&str> = found.iter().map(|found| found.path.as_str()).collect();
         assert_eq!(paths, [".fit", ".list[0]"]);

@@ -3,15 +3,15 @@
 
 use superegg_geom::glam::{DQuat, DVec3};
 
-use crate::read::columns::extra_columns;
-use crate::read::error::ReadError;
 use super::fit::{self, Fit};
 use super::json;
 use crate::read::arrays::npz::Npz;
 use crate::read::arrays::numpy;
+use crate::read::columns::extra_columns;
+use crate::read::error::ReadError;
+use crate::read::import::{Content, Import};
 use crate::read::options::ReadOptions;
 use crate::read::particles::Particles;
-use crate::read::import::{Content, Import};
 
 /// The arrays and keys that tell the format.
 pub(crate) const KEYS: [&str; 4] = ["size", "shape", "rotation", "location"];
@@ -187,9 +187,9 @@ mod tests {
     use proptest::prelude::*;
     use rawzip::CompressionMethod;
 
+    use super::*;
     use crate::read::arrays::npz::tests::npz;
     use crate::read::arrays::numpy::tests::{npy, npy_f64};
-    use super::*;
 
     fn particles(import: Import) -> Particles {
         match import.content {
@@ -201,13 +201,13 @@ mod tests {
     fn row() -> impl Strategy<Value = Vec<f64>> {
         let size = prop::array::uniform3(0.01..2.0_f64);
         let shape = prop::array::uniform2(0.1..2.0_f64);
-        let rotation = prop::array::uniform4(-1.0..1.0_f64).prop_filter("long", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01);
+        let rotation = prop::array::uniform4(-1.0..1.0_f64)
+            .prop_filter("long", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01);
         let location = prop::array::uniform3(-9.0..9.0_f64);
         let tapering = prop::array::uniform2(-0.5..0.5_f64);
-        (size, shape, rotation, location, tapering)
-            .prop_map(|(size, shape, rotation, location, tapering)| {
-                [&size[..], &shape, &rotation, &location, &tapering].concat()
-            })
+        (size, shape, rotation, location, tapering).prop_map(|(size, shape, rotation, location, tapering)| {
+            [&size[..], &shape, &rotation, &location, &tapering].concat()
+        })
     }
 
     fn check(found: &Particles, rows: &[Vec<f64>]) -> Result<(), TestCaseError> {
@@ -255,7 +255,9 @@ mod tests {
     #[test]
     fn unlikely_parts_are_left_out_and_wrong_ones_named() {
         let part = |probability: &str, w: &str| {
-            format!(r#"{{"size": [1, 2, 3], "shape": [0.2, 0.4], "rotation": [{w}, 0, 0, 0], "location": [0, 0, 0], "probability": {probability}}}"#)
+            format!(
+                r#"{{"size": [1, 2, 3], "shape": [0.2, 0.4], "rotation": [{w}, 0, 0, 0], "location": [0, 0, 0], "probability": {probability}}}"#
+            )
         };
         let text = format!("[{}, {}]", part("0.9", "2"), part("0.1", "0"));
         let options = ReadOptions { all_extra: true, ..ReadOptions::default() };
@@ -265,7 +267,10 @@ mod tests {
         assert_eq!(found.extra, [("probability".to_owned(), vec![0.9])]);
         assert_eq!(found.rotations, [DQuat::IDENTITY]);
         let message = |text: &str| read_json(text.as_bytes(), &options).unwrap_err().to_string();
-        assert_eq!(message(&format!("[{}]", part("0.9", "0"))), "'[0][0]': the quaternion 0 -0 -0 -0 has no direction");
+        assert_eq!(
+            message(&format!("[{}]", part("0.9", "0"))),
+            "'[0][0]': the quaternion 0 -0 -0 -0 has no direction"
+        );
         assert!(message(&part("0.9", "1").replace("0.2, ", "")).contains("'shape': expected 2 numbers"));
         let pickle = npy("'|O'", false, "()", &[0; 64]);
         assert!(read_npy(&pickle, &options).unwrap_err().to_string().contains("pickled"));

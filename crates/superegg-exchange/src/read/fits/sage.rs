@@ -2,13 +2,13 @@
 
 use superegg_geom::glam::{DQuat, DVec3};
 
-use crate::read::columns::extra_columns;
-use crate::read::error::ReadError;
 use super::fit::{self, Fit};
 use super::json::{self, Found};
+use crate::read::columns::extra_columns;
+use crate::read::error::ReadError;
+use crate::read::import::{Content, Import};
 use crate::read::options::ReadOptions;
 use crate::read::particles::Particles;
-use crate::read::import::{Content, Import};
 
 /// The keys of a dictionary.
 const KEYS: &[&str] = &["a1", "a2", "a3", "eps1", "eps2", "cx", "cy", "cz", "roll", "pitch", "yaw"];

@@ -2,15 +2,15 @@
 
 use superegg_geom::glam::DVec3;
 
-use crate::read::arrays::number_array::NumberArray;
-use crate::read::columns::extra_columns;
-use crate::read::error::ReadError;
 use super::fit::{self, Fit};
 use crate::read::arrays::npz::Npz;
+use crate::read::arrays::number_array::NumberArray;
 use crate::read::arrays::numpy::NumpyArray;
+use crate::read::columns::extra_columns;
+use crate::read::error::ReadError;
+use crate::read::import::{Content, Import};
 use crate::read::options::ReadOptions;
 use crate::read::particles::Particles;
-use crate::read::import::{Content, Import};
 
 /// The array that no other format has.
 pub(crate) const KEY: &str = "exponents";
@@ -115,9 +115,9 @@ mod tests {
     use rawzip::CompressionMethod;
     use superegg_geom::glam::{DMat3, DQuat};
 
+    use super::*;
     use crate::read::arrays::npz::tests::npz;
     use crate::read::arrays::numpy::tests::{npy, npy_f64};
-    use super::*;
 
     fn f32_array(shape: &str, values: &[f64]) -> Vec<u8> {
         let data: Vec<u8> = values.iter().flat_map(|value| (*value as f32).to_le_bytes()).collect();
@@ -125,7 +125,13 @@ mod tests {
     }
 
     fn names(names: &[&str]) -> Vec<u8> {
-        let unit = |name: &&str| format!("{name:\0<4}").chars().take(4).flat_map(|c| u32::from(c).to_le_bytes()).collect::<Vec<u8>>();
+        let unit = |name: &&str| {
+            format!("{name:\0<4}")
+                .chars()
+                .take(4)
+                .flat_map(|c| u32::from(c).to_le_bytes())
+                .collect::<Vec<u8>>()
+        };
         npy("'<U4'", false, &format!("({},)", names.len()), &names.iter().flat_map(unit).collect::<Vec<u8>>())
     }
 
@@ -197,8 +203,13 @@ mod tests {
         let import = read_bytes(&whole(good.clone(), unit.clone()), &ReadOptions::default()).unwrap();
         assert_eq!(import.warnings, ["the archive has no 'exist': all parts are shown"]);
         assert_eq!(particles(import).exponents, [[1.5, 0.5]]);
-        assert!(message(&whole(npy_f64("(1, 3)", &[0.5; 3]), unit.clone())).contains("'exponents': expected 2"));
-        assert!(message(&whole(good.clone(), npy_f64("(1, 3, 3)", &[0.5; 9]))).starts_with("'[0, 0]': the matrix"));
+        assert!(
+            message(&whole(npy_f64("(1, 3)", &[0.5; 3]), unit.clone())).contains("'exponents': expected 2")
+        );
+        assert!(
+            message(&whole(good.clone(), npy_f64("(1, 3, 3)", &[0.5; 9])))
+                .starts_with("'[0, 0]': the matrix")
+        );
         assert!(message(&whole(npy("'|O'", false, "(1, 2)", &[0; 64]), unit)).contains("pickled"));
         assert!(message(&npz(&[("exponents", good)], CompressionMethod::STORE)).contains("'scale'"));
     }

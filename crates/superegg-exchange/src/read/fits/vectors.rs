@@ -3,17 +3,17 @@
 
 use superegg_geom::glam::{DQuat, DVec3};
 
-use crate::read::arrays::number_array::NumberArray;
-use crate::read::columns::extra_columns;
-use crate::read::error::ReadError;
 use super::fit::{self, Fit};
-use crate::read::format::Format;
 use crate::read::arrays::matlab::{self, Value, Variable};
 use crate::read::arrays::npz;
+use crate::read::arrays::number_array::NumberArray;
 use crate::read::arrays::numpy;
+use crate::read::columns::extra_columns;
+use crate::read::error::ReadError;
+use crate::read::format::Format;
+use crate::read::import::{Content, Import};
 use crate::read::options::ReadOptions;
 use crate::read::particles::Particles;
-use crate::read::import::{Content, Import};
 
 /// The numbers of a vector.
 const WIDTH: usize = 11;
@@ -84,7 +84,8 @@ pub(crate) fn recognize(head: &[u8]) -> Vec<Format> {
         return Vec::new();
     };
     // The last line may be cut off.
-    let whole = if head.len() > text.len() { text.rsplit_once('\n').map_or("", |(whole, _)| whole) } else { text };
+    let whole =
+        if head.len() > text.len() { text.rsplit_once('\n').map_or("", |(whole, _)| whole) } else { text };
     match rows_of_text(whole) {
         Ok(rows) if !rows.is_empty() => vec![Format::Ems, Format::SuperquadricLib],
         _ => Vec::new(),
@@ -119,7 +120,8 @@ fn read(bytes: &[u8], layout: Layout, options: &ReadOptions) -> Result<Import, R
         let archive = npz::Npz::open(bytes)?;
         let names = archive.names();
         let [name] = names[..] else {
-            let message = format!("expected one array of {WIDTH} numbers a shape, found: {}", names.join(", "));
+            let message =
+                format!("expected one array of {WIDTH} numbers a shape, found: {}", names.join(", "));
             return Err(ReadError::File(message));
         };
         push_rows(&archive.needed(name)?.numbers(name)?, name, &mut push)?;
@@ -139,7 +141,10 @@ fn read(bytes: &[u8], layout: Layout, options: &ReadOptions) -> Result<Import, R
 }
 
 /// The variable of a MATLAB file with eleven numbers a shape.
-fn variable(variables: Vec<Variable>, warnings: &mut Vec<String>) -> Result<(String, NumberArray), ReadError> {
+fn variable(
+    variables: Vec<Variable>,
+    warnings: &mut Vec<String>,
+) -> Result<(String, NumberArray), ReadError> {
     let mut fitting = Vec::new();
     let mut others = Vec::new();
     for Variable { name, value } in variables {
@@ -164,7 +169,8 @@ fn variable(variables: Vec<Variable>, warnings: &mut Vec<String>) -> Result<(Str
         return Ok(fitting.swap_remove(usual));
     }
     fitting.pop().ok_or_else(|| {
-        let found = if others.is_empty() { "the file has no variables".to_owned() } else { others.join(", ") };
+        let found =
+            if others.is_empty() { "the file has no variables".to_owned() } else { others.join(", ") };
         ReadError::File(format!("no variable is a matrix of {WIDTH} numbers a shape: {found}"))
     })
 }
@@ -198,7 +204,8 @@ fn rows_of_text(text: &str) -> Result<Vec<(u64, Vec<f64>)>, ReadError> {
         let is_blank = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | '[' | ']' | '(' | ')');
         let words = content.split(is_blank).filter(|word| !word.is_empty());
         let numbers = words.map(|word| {
-            word.parse::<f64>().map_err(|_| ReadError::line(line, format!("'{}' is no number", clipped(word))))
+            word.parse::<f64>()
+                .map_err(|_| ReadError::line(line, format!("'{}' is no number", clipped(word))))
         });
         let numbers: Vec<f64> = numbers.collect::<Result<_, _>>()?;
         match numbers.len() {
@@ -228,10 +235,10 @@ mod tests {
     use proptest::prelude::*;
     use superegg_geom::glam::DMat3;
 
+    use super::*;
     use crate::read::arrays::matlab::tests::{Layout as MatLayout, mat, matrix};
     use crate::read::arrays::npz::tests::npz as archive;
     use crate::read::arrays::numpy::tests::{npy, npy_f64};
-    use super::*;
 
     fn particles(import: Import) -> Particles {
         match import.content {
@@ -282,7 +289,12 @@ mod tests {
             prop_assert_eq!(found.radii[index].to_array(), [v[2], v[3], v[4]]);
             prop_assert_eq!(found.positions[index].to_array(), [v[8], v[9], v[10]]);
             let expected = turn(2, v[5]) * turn(1, v[6]) * turn(0, v[7]);
-            prop_assert!((DMat3::from_quat(found.rotations[index]) - expected).to_cols_array().iter().all(|d| d.abs() < 1e-14));
+            prop_assert!(
+                (DMat3::from_quat(found.rotations[index]) - expected)
+                    .to_cols_array()
+                    .iter()
+                    .all(|d| d.abs() < 1e-14)
+            );
         }
         Ok(())
     }
@@ -352,18 +364,25 @@ mod tests {
     #[test]
     fn errors_name_the_row() {
         assert_eq!(message(b"1 1 1 1 1 0 0 0 0 0 0\n\n1 2 3\n"), "line 3: expected 11 numbers, found 3");
-        assert_eq!(message(b"1 1 1 -1 1 0 0 0 0 0 0\n"), "line 1: a semi-axis of -1 is not above 0; --min-axis X raises small ones");
+        assert_eq!(
+            message(b"1 1 1 -1 1 0 0 0 0 0 0\n"),
+            "line 1: a semi-axis of -1 is not above 0; --min-axis X raises small ones"
+        );
         assert!(message(b"1 1 1 1 1 0 0 nan 0 0 0\n").starts_with("line 1: the quaternion NaN"));
         let mut values = vec![1.0; 22];
         values[11] = f64::INFINITY;
-        assert!(message(&npy_f64("(2, 11)", &values)).starts_with("'array[1]': the exponents e = 1, n = inf are not finite"));
+        assert!(
+            message(&npy_f64("(2, 11)", &values))
+                .starts_with("'array[1]': the exponents e = 1, n = inf are not finite")
+        );
         assert!(message(&npy_f64("(2, 10)", &[0.0; 20])).contains("found the shape (2, 10)"));
         assert!(message(&npy_f64("(0, 11)", &[])).contains("no shapes"));
         let plain = MatLayout::Plain;
         let of_class = |class| mat(&[matrix(class, "q", [1, 11], &[1.0; 11], plain)], plain);
         assert!(message(&of_class(1)).contains("'q' is a cell array"));
         assert!(message(&of_class(2)).contains("'q' is a structure"));
-        let two = |names: [&str; 2]| mat(&names.map(|name| matrix(6, name, [1, 11], &[1.0; 11], plain)), plain);
+        let two =
+            |names: [&str; 2]| mat(&names.map(|name| matrix(6, name, [1, 11], &[1.0; 11], plain)), plain);
         assert!(message(&two(["p", "q"])).contains("several variables"));
         let import = read_ems(&two(["p", "x"]), &ReadOptions::default()).unwrap();
         assert_eq!(import.warnings, ["of the variables p, x only 'x' is read"]);

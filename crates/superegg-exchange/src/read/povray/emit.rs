@@ -116,7 +116,8 @@ impl Emitter {
         if light.is_parallel {
             let towards = position - target;
             if towards == DVec3::ZERO {
-                self.warnings.push(format!("'{name}' is parallel light without a direction, and is left out"));
+                self.warnings
+                    .push(format!("'{name}' is parallel light without a direction, and is left out"));
                 return;
             }
             self.script.numbers("sun", &name, &[towards.to_array(), color].concat());
@@ -253,11 +254,14 @@ impl Emitter {
 
     /// Writes the surface of the selected primitive.
     fn surface(&mut self, surface: &Surface) {
-        let &Surface { color, through, specular, fresnel, .. } = surface;
+        let &Surface { color, through, specular, .. } = surface;
         let color = color.max(DVec3::ZERO);
         let bright = color.max_element().max(1.0);
         let index = surface.index.unwrap_or(DEFAULT_INDEX).clamp(1.0, 4.0);
-        let mirror = surface.reflection.clamp(0.0, 1.0);
+        // What passes light reflects by Fresnel's law anyway.
+        let [least, most] = surface.reflection.map(|weight| weight.clamp(0.0, 1.0));
+        let fresnel = surface.fresnel && through == 0.0 && least == 0.0 && most > 0.0;
+        let mirror = if fresnel { most } else { least };
         // Ours takes what is mirrored and passes off the local part, POV-Ray only what passes.
         let head_on = if fresnel { mirror * ((index - 1.0) / (index + 1.0)).powi(2) } else { mirror };
         let local = 1.0 - head_on - through;

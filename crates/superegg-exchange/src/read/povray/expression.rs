@@ -21,8 +21,7 @@ impl Parser {
             self.advance()?;
             let other = self.comparison()?;
             let truth = |value: Value| value.number() != 0.0;
-            let joined =
-                if is_and { truth(value) && truth(other) } else { truth(value) || truth(other) };
+            let joined = if is_and { truth(value) && truth(other) } else { truth(value) || truth(other) };
             value = Value::Number(f64::from(u8::from(joined)));
         }
     }
@@ -182,8 +181,8 @@ impl Parser {
     /// A call of a function; `None`, and the word stays, if it is not known.
     fn function(&mut self, word: &str) -> Parsed<Option<Value>> {
         let arguments = match word {
-            "sin" | "cos" | "tan" | "asin" | "acos" | "atan" | "sqrt" | "exp" | "ln" | "log" | "abs" | "int"
-            | "floor" | "ceil" | "radians" | "degrees" | "vlength" | "vnormalize" => 1..=1,
+            "sin" | "cos" | "tan" | "asin" | "acos" | "atan" | "sqrt" | "exp" | "ln" | "log" | "abs"
+            | "int" | "floor" | "ceil" | "radians" | "degrees" | "vlength" | "vnormalize" => 1..=1,
             "atan2" | "pow" | "mod" | "vdot" | "vcross" => 2..=2,
             "min" | "max" => 1..=64,
             _ => return Ok(None),
@@ -254,7 +253,8 @@ impl Parser {
                 continue;
             } else if !is_given && is_color_word(&word) {
                 self.advance()?;
-                let (is_srgb, kind) = word.strip_prefix('s').map_or((false, word.as_str()), |kind| (true, kind));
+                let (is_srgb, kind) =
+                    word.strip_prefix('s').map_or((false, word.as_str()), |kind| (true, kind));
                 color = arranged(self.expression()?, kind);
                 if is_srgb {
                     color[..3].iter_mut().for_each(|channel| *channel = linear(*channel));
@@ -277,7 +277,19 @@ impl Parser {
 pub(crate) fn is_color_word(word: &str) -> bool {
     matches!(
         word,
-        "color" | "colour" | "rgb" | "rgbf" | "rgbt" | "rgbft" | "srgb" | "srgbf" | "srgbt" | "srgbft" | "red" | "green" | "blue"
+        "color"
+            | "colour"
+            | "rgb"
+            | "rgbf"
+            | "rgbt"
+            | "rgbft"
+            | "srgb"
+            | "srgbf"
+            | "srgbt"
+            | "srgbft"
+            | "red"
+            | "green"
+            | "blue"
     )
 }
 

@@ -135,8 +135,12 @@ impl Parser {
     /// Passes a value that has no effect, if one is next.
     fn pass_value(&mut self) -> Parsed<()> {
         match self.kind() {
-            Some(TokenKind::Number(_) | TokenKind::Symbol('-' | '+' | '<' | '(')) => self.expression().map(drop),
-            Some(TokenKind::Word(word)) if matches!(word.as_str(), "on" | "off" | "yes" | "no" | "true" | "false") => {
+            Some(TokenKind::Number(_) | TokenKind::Symbol('-' | '+' | '<' | '(')) => {
+                self.expression().map(drop)
+            }
+            Some(TokenKind::Word(word))
+                if matches!(word.as_str(), "on" | "off" | "yes" | "no" | "true" | "false") =>
+            {
                 self.advance()
             }
             _ => Ok(()),
@@ -490,8 +494,18 @@ impl Parser {
     fn finish_item(&mut self, surface: &mut Surface) -> Parsed<()> {
         let Some(word) = self.word().map(str::to_owned) else { return self.advance() };
         let known = [
-            "ambient", "emission", "diffuse", "specular", "phong", "phong_size", "roughness", "reflection",
-            "brilliance", "metallic", "conserve_energy", "crand",
+            "ambient",
+            "emission",
+            "diffuse",
+            "specular",
+            "phong",
+            "phong_size",
+            "roughness",
+            "reflection",
+            "brilliance",
+            "metallic",
+            "conserve_energy",
+            "crand",
         ];
         if !known.contains(&word.as_str()) {
             return self.pass_unknown();
@@ -514,7 +528,7 @@ impl Parser {
             // A highlight about the mirrored ray has a quarter of the exponent.
             "phong_size" => surface.shininess = Some(4.0 * value.x.max(0.0)),
             "roughness" if value.x > 0.0 => surface.shininess = Some(value.x.recip()),
-            "reflection" => surface.reflection = mean,
+            "reflection" => surface.reflection = [mean; 2],
             _ => {}
         }
         self.accept(',').map(drop)
@@ -538,15 +552,9 @@ impl Parser {
             }
         })?;
         surface.reflection = match range[..] {
-            [] => 0.0,
-            [only] => only,
-            // With Fresnel's law and a share of 0 head on, all of it is the law's.
-            [0.0, most, ..] if surface.fresnel => most,
-            [least, ..] => {
-                // The law is in what passes, too.
-                surface.fresnel = false;
-                least
-            }
+            [] => [0.0; 2],
+            [only] => [only; 2],
+            [least, most, ..] => [least, most],
         };
         Ok(())
     }
@@ -615,7 +623,7 @@ impl Parser {
                 return Ok(());
             }
             let word = parser.word().map(str::to_owned).unwrap_or_default();
-            let mut number = |parser: &mut Self| {
+            let number = |parser: &mut Self| {
                 parser.advance()?;
                 Ok::<_, super::parser::Trouble>(parser.expression()?.number())
             };
@@ -714,7 +722,7 @@ impl Parser {
                 return Ok(());
             }
             let word = parser.word().map(str::to_owned).unwrap_or_default();
-            let mut vector = |parser: &mut Self| {
+            let vector = |parser: &mut Self| {
                 parser.advance()?;
                 parser.finite_vector()
             };

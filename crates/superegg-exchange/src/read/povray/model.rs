@@ -16,7 +16,9 @@ pub(crate) struct Surface {
     pub(crate) specular: f64,
     /// The exponent of the highlight.
     pub(crate) shininess: Option<f64>,
-    pub(crate) reflection: f64,
+    /// The weights of mirrored light head on and at grazing angles.
+    pub(crate) reflection: [f64; 2],
+    /// Whether Fresnel's law leads from one weight to the other.
     pub(crate) fresnel: bool,
     pub(crate) index: Option<f64>,
     /// The absorption inside, per unit.
@@ -32,7 +34,7 @@ impl Default for Surface {
             diffuse: 0.6,
             specular: 0.0,
             shininess: None,
-            reflection: 0.0,
+            reflection: [0.0; 2],
             fresnel: false,
             index: None,
             absorb: DVec3::ZERO,
@@ -174,8 +176,7 @@ pub(crate) fn steps_of(map: &DAffine3) -> Option<Vec<TransformStep>> {
     if !(factors.min_element() > 0.0 && factors.is_finite()) {
         return None;
     }
-    let mut second =
-        DMat3::from_cols(columns[0] / factors.x, columns[1] / factors.y, columns[2] / factors.z);
+    let mut second = DMat3::from_cols(columns[0] / factors.x, columns[1] / factors.y, columns[2] / factors.z);
     if second.determinant() < 0.0 {
         factors.z = -factors.z;
         second.z_axis = -second.z_axis;
@@ -205,9 +206,7 @@ pub(crate) fn mirrored(step: &TransformStep) -> TransformStep {
     match *step {
         TransformStep::Translate(by) => TransformStep::Translate(mirror(by)),
         TransformStep::Scale(factors) => TransformStep::Scale(factors),
-        TransformStep::Rotate { axis, angle_deg } => {
-            TransformStep::Rotate { axis: -mirror(axis), angle_deg }
-        }
+        TransformStep::Rotate { axis, angle_deg } => TransformStep::Rotate { axis: -mirror(axis), angle_deg },
     }
 }
 

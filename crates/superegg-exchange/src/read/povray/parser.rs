@@ -13,7 +13,7 @@ use crate::read::error::ReadError;
 /// The deepest nesting of blocks, expressions and declared objects.
 pub(crate) const MOST_LEVELS: usize = 100;
 /// The most tokens that are walked over, those of loops each time.
-const MOST_STEPS: u64 = 50_000_000;
+const MOST_STEPS: u64 = 20_000_000;
 /// The most objects of a scene.
 const MOST_NODES: usize = 2_000_000;
 /// The most warnings that are kept.
@@ -379,11 +379,17 @@ impl Parser {
         let Some(name) = self.word().map(str::to_owned) else { return self.trouble("expected a name") };
         self.advance()?;
         self.expect('=')?;
-        // A declaration that is not understood still takes the name.
-        self.declared.insert(name.clone(), Declared::Other);
-        let value = self.declared_value(&name)?;
-        self.declared.insert(name, value);
-        self.accept(';').map(drop)
+        match self.declared_value(&name) {
+            Ok(value) => {
+                self.declared.insert(name, value);
+                self.accept(';').map(drop)
+            }
+            Err(trouble) => {
+                // A declaration that is not understood still takes the name.
+                self.declared.insert(name, Declared::Other);
+                Err(trouble)
+            }
+        }
     }
 
     fn condition_of(&mut self, directive: &str) -> Parsed<bool> {

@@ -39,7 +39,8 @@ impl Value {
     pub(crate) fn with(self, other: Self, combine: impl Fn(f64, f64) -> f64) -> Self {
         let length = match (self, other) {
             (Self::Number(a), Self::Number(b)) => return Self::Number(combine(a, b)),
-            (Self::Vector { length, .. }, Self::Number(_)) | (Self::Number(_), Self::Vector { length, .. }) => length,
+            (Self::Vector { length, .. }, Self::Number(_))
+            | (Self::Number(_), Self::Vector { length, .. }) => length,
             (Self::Vector { length: a, .. }, Self::Vector { length: b, .. }) => a.max(b),
         };
         let (a, b) = (self.five(), other.five());
