@@ -24,6 +24,14 @@ pub(super) fn parse_word(bytes: &[u8]) -> Option<(f64, usize)> {
     Some((std::str::from_utf8(word).ok()?.parse().ok()?, word.len()))
 }
 
+/// The f64 nearest to the decimal number that the whole of `word` is; `None` if it is no number.
+pub(super) fn parse(word: &[u8]) -> Option<f64> {
+    match short(word) {
+        Some((number, length)) if length == word.len() => Some(number),
+        _ => std::str::from_utf8(word).ok()?.parse().ok(),
+    }
+}
+
 /// Whether a byte separates words.
 #[inline]
 pub(super) fn is_blank(byte: u8) -> bool {

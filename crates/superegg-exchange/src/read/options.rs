@@ -1,16 +1,7 @@
 //! Choices of a reader.
 
-use super::error::ReadError;
+use super::column_map::ColumnMap;
 use super::format::Format;
-
-/// The columns of a table, by name, for tables of no known program (`--columns`).
-///
-/// Written as `semi-axes=a,b,c;exponents=e,n;position=x,y,z;quaternion=w,x,y,z`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ColumnMap {
-    /// The pairs of a quantity and the names of its columns, in the order given.
-    pub assignments: Vec<(String, Vec<String>)>,
-}
 
 /// Choices of a reader.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,26 +20,4 @@ pub struct ReadOptions {
     pub min_axis: Option<f64>,
     /// The radius of the spheres that stand for points; chosen from their spacing if `None`.
     pub point_radius: Option<f64>,
-}
-
-impl std::str::FromStr for ColumnMap {
-    type Err = ReadError;
-
-    /// Reads `quantity=column,column;quantity=column`.
-    fn from_str(text: &str) -> Result<Self, ReadError> {
-        let assignment = |part: &str| {
-            let (quantity, columns) = part.split_once('=')?;
-            let columns: Vec<String> = columns.split(',').map(|name| name.trim().to_owned()).collect();
-            let is_complete = !quantity.trim().is_empty() && columns.iter().all(|name| !name.is_empty());
-            is_complete.then(|| (quantity.trim().to_ascii_lowercase(), columns))
-        };
-        let parts = text.split(';').filter(|part| !part.trim().is_empty());
-        let assignments: Option<Vec<_>> = parts.map(assignment).collect();
-        match assignments {
-            Some(assignments) if !assignments.is_empty() => Ok(Self { assignments }),
-            Some(_) | None => Err(ReadError::File(
-                "expected quantities and columns, such as position=x,y,z;semi-axes=a,b,c".to_owned(),
-            )),
-        }
-    }
 }

@@ -8,7 +8,8 @@ use super::frame::Frame;
 use super::import::{Import, Input};
 use super::options::ReadOptions;
 use super::{
-    clouds, course_yaml, dump, fits, liggghts_vtk, mercury, nrrd, povray, vtk, vtk_programs, vtk_tensors,
+    clouds, course_yaml, data, dump, fits, liggghts_vtk, mercury, nrrd, povray, sudodem, table, vtk,
+    vtk_programs, vtk_tensors, xyz,
 };
 
 /// The number of bytes that decide the format.
@@ -27,9 +28,13 @@ const RECOGNIZERS: &[Recognizer] = &[
     vtk_programs::recognize_head,
     nrrd::recognize,
     clouds::recognize,
+    data::recognize,
     course_yaml::recognize,
     povray::recognize,
+    sudodem::recognize,
     fits::recognize,
+    table::recognize,
+    xyz::recognize,
 ];
 
 /// A file whose format and frames are known.
@@ -92,8 +97,10 @@ pub fn sniff(head: &[u8]) -> Option<Format> {
 /// The format of a file with these first bytes. Named columns make a table of what else is none.
 fn recognize(head: &[u8], options: &ReadOptions) -> Result<Format, ReadError> {
     for recognizer in RECOGNIZERS {
-        if let Some(format) = recognizer(head)? {
-            return Ok(format);
+        match recognizer(head)? {
+            Some(Format::Xyz) if options.columns.is_some() => return Ok(Format::Table),
+            Some(format) => return Ok(format),
+            None => {}
         }
     }
     options.columns.as_ref().map(|_| Format::Table).ok_or(ReadError::Unrecognized)
@@ -132,14 +139,10 @@ fn read_frame<R: Input>(
         Format::Povray => povray::read(&whole(input, frame)?, options),
         Format::Ply => clouds::read_ply(&whole(input, frame)?, options),
         Format::NpyPoints => clouds::read_npy(&whole(input, frame)?, options),
-        Format::LiggghtsData
-        | Format::LammpsData
-        | Format::Sudodem
-        | Format::Table
-        | Format::Xyz => {
-            whole(input, frame)?;
-            Err(ReadError::File(format!("{} cannot be read yet", format.description())))
-        }
+        Format::LiggghtsData | Format::LammpsData => data::read(input, format, frame, options),
+        Format::Sudodem => sudodem::read(input, frame, options),
+        Format::Table => table::read(input, frame, options),
+        Format::Xyz => xyz::read(input, frame, options),
     }
 }
 

@@ -1,287 +1,183 @@
 //! The columns of a dump: which program wrote them, and what they mean.
 
+use super::super::column_map;
 use super::super::error::ReadError;
 use super::super::format::Format;
-use super::super::number;
+use super::super::layout::{Layout, Names, Position, Powers, Rotation, Size};
 use super::super::options::ReadOptions;
+use super::header::Style;
 
-/// The columns of a position.
-#[derive(Clone, Copy)]
-pub(super) enum Position {
-    Plain([usize; 3]),
-    /// Fractions of the box.
-    Scaled([usize; 3]),
-}
-
-/// The columns of a size.
-#[derive(Clone, Copy)]
-pub(super) enum Size {
-    SemiAxes([usize; 3]),
-    Diameters([usize; 3]),
-    Radius(usize),
-    Diameter(usize),
-}
-
-/// The columns of exponents.
-#[derive(Clone, Copy)]
-pub(super) enum Powers {
-    /// n1, n2: n = 2/n1, e = 2/n2.
-    Blockiness([usize; 2]),
-    /// OVITO's phi, theta: e, n.
-    Roundness([usize; 2]),
-}
-
-/// The columns of a rotation.
-#[derive(Clone, Copy)]
-pub(super) enum Rotation {
-    None,
-    /// w, x, y, z.
-    Quaternion([usize; 4]),
-}
-
-/// The columns of a dump. Indices are those of the wanted numbers of a row.
-pub(super) struct Columns {
-    /// For each column of the file the index of its number; `None` for columns that are skipped.
-    wanted: Vec<Option<usize>>,
-    pub(super) id: Option<usize>,
-    pub(super) position: Position,
-    pub(super) size: Size,
-    pub(super) exponents: Option<Powers>,
-    pub(super) rotation: Rotation,
-    /// Further columns that were asked for, with their names.
-    pub(super) extra: Vec<(String, usize)>,
-    /// How the columns are read, in one line.
-    pub(super) reading: String,
-    pub(super) warnings: Vec<String>,
-}
-
+const SHAPE: [&str; 3] = ["shapex", "shapey", "shapez"];
 const QUATERNION: [&str; 4] = ["quat1", "quat2", "quat3", "quat4"];
 const NAMED_QUATERNION: [&str; 4] = ["quatw", "quati", "quatj", "quatk"];
-const SHAPE: [&str; 3] = ["shapex", "shapey", "shapez"];
 const ROUNDNESS: [&str; 2] = ["SuperquadricRoundnessPhi", "SuperquadricRoundnessTheta"];
-/// The names that programs and their users give to the powers n1, n2.
-const POWERS: [[&str; 2]; 4] = [
-    ["blockiness1", "blockiness2"],
-    ["roundness1", "roundness2"],
-    ["block1", "block2"],
-    ["blockx", "blocky"],
-];
+/// The names of LIGGGHTS for the powers n1, n2; the second ones are older.
+const BLOCKINESS: [[&str; 2]; 2] = [["blockiness1", "blockiness2"], ["roundness1", "roundness2"]];
+/// The names of LAMMPS.
+const BLOCK: [&str; 2] = ["block1", "block2"];
+const PLAIN: [[&str; 3]; 2] = [["x", "y", "z"], ["xu", "yu", "zu"]];
+const SCALED: [[&str; 3]; 2] = [["xs", "ys", "zs"], ["xsu", "ysu", "zsu"]];
+/// Parts of the names that users give to the arrays c_NAME[i] of LAMMPS.
+const SHAPE_WORDS: [&str; 3] = ["shape", "diam", "size"];
+const ROTATION_WORDS: [&str; 2] = ["orient", "quat"];
+const BLOCK_WORDS: [&str; 1] = ["block"];
 
 /// The program of a dump with these columns.
-pub(super) fn format_of(names: &[&str]) -> Result<Format, ReadError> {
-    let has = |name: &str| names.contains(&name);
-    let has_array = |suffix: &str| names.iter().any(|name| name.starts_with("c_") && name.ends_with(suffix));
-    let has_shape = has("shapex") || has_array("[3]");
-    if ROUNDNESS.iter().any(|name| has(name)) {
+///
+/// # Errors
+/// [`ReadError::Ambiguous`] if the sizes may be semi-axes or diameters.
+pub(super) fn format_of(names: &[String], style: Style) -> Result<Format, ReadError> {
+    let names = Names(names);
+    let any = |wanted: &[&str]| wanted.iter().any(|name| names.one(name).is_some());
+    if any(&ROUNDNESS) {
         return Ok(Format::OvitoDump);
     }
-    if has("quat1") || has("blockiness1") || has("roundness1") {
+    let is_liggghts = any(&QUATERNION) || BLOCKINESS.iter().any(|pair| any(pair));
+    let has_rotation_array = array::<4>(names, &ROTATION_WORDS).is_some();
+    let is_lammps =
+        any(&["quatw"]) || any(&BLOCK) || has_rotation_array || array::<2>(names, &BLOCK_WORDS).is_some();
+    let has_shape = names.all(SHAPE).is_some();
+    let has_shape_array = array::<3>(names, &SHAPE_WORDS).is_some();
+    if is_liggghts && !is_lammps {
         return Ok(Format::LiggghtsDump);
     }
-    if has("block1") || has("blockx") {
+    if has_shape && is_liggghts == is_lammps {
+        let what = "shapex, shapey, shapez are semi-axes in a dump of LIGGGHTS and diameters in one of LAMMPS, \
+                    and no other column decides";
+        return Err(ambiguous(what, [Format::LiggghtsDump, Format::LammpsDump]));
+    }
+    // OVITO names its columns c_shape[i] and quatw, and LAMMPS may.
+    if has_shape_array && !has_rotation_array {
+        return match style {
+            Style::Lammps => Ok(Format::LammpsDump),
+            Style::General => Ok(Format::OvitoDump),
+            Style::Plain => {
+                let what = "c_shape[1] to c_shape[3] are semi-axes in a dump of OVITO and diameters in one of \
+                            LAMMPS, and nothing decides";
+                Err(ambiguous(what, [Format::OvitoDump, Format::LammpsDump]))
+            }
+        };
+    }
+    if is_lammps {
         return Ok(Format::LammpsDump);
-    }
-    if has_shape && has("c_shape[1]") && has("quatw") {
-        return Err(ReadError::Ambiguous {
-            what: "c_shape[1] to c_shape[3] are semi-axes in a dump of OVITO and diameters in one of LAMMPS"
-                .to_owned(),
-            candidates: vec![Format::OvitoDump.name(), Format::LammpsDump.name()],
-        });
-    }
-    if has("quatw") || has_array("[4]") {
-        return Ok(Format::LammpsDump);
-    }
-    if has_shape {
-        return Err(ReadError::Ambiguous {
-            what:
-                "shapex, shapey, shapez are semi-axes in a dump of LIGGGHTS and diameters in one of LAMMPS, \
-                   and no column tells which this is"
-                    .to_owned(),
-            candidates: vec![Format::LiggghtsDump.name(), Format::LammpsDump.name()],
-        });
     }
     // Spheres and points mean the same everywhere.
-    Ok(Format::LammpsDump)
+    Ok(match style {
+        Style::Lammps => Format::LammpsDump,
+        Style::General => Format::OvitoDump,
+        Style::Plain => Format::LiggghtsDump,
+    })
 }
 
-/// Gives numbers to the columns that are wanted.
-struct Wanted<'a> {
-    names: &'a [&'a str],
-    numbers: Vec<Option<usize>>,
-    count: usize,
+fn ambiguous(what: &str, candidates: [Format; 2]) -> ReadError {
+    ReadError::Ambiguous { what: what.to_owned(), candidates: candidates.map(Format::name).to_vec() }
 }
 
-impl Wanted<'_> {
-    fn one(&mut self, name: &str) -> Option<usize> {
-        let column = self.names.iter().position(|held| *held == name)?;
-        if self.numbers[column].is_none() {
-            self.numbers[column] = Some(self.count);
-            self.count += 1;
-        }
-        self.numbers[column]
-    }
-
-    fn all<const N: usize>(&mut self, wanted: [&str; N]) -> Option<[usize; N]> {
-        if !wanted.iter().all(|name| self.names.contains(name)) {
-            return None;
-        }
-        let mut numbers = [0; N];
-        for (number, name) in numbers.iter_mut().zip(wanted) {
-            *number = self.one(name)?;
-        }
-        Some(numbers)
-    }
-
-    /// The columns `c_NAME[1]` to `c_NAME[N]`, for the first name that has as many and no more.
-    fn array<const N: usize>(&mut self) -> Option<[usize; N]> {
-        let suffix = format!("[{N}]");
-        let more = format!("[{}]", N + 1);
-        let stems = self.names.iter().filter_map(|name| name.strip_suffix(suffix.as_str()));
-        let stem = stems
-            .filter(|stem| stem.starts_with("c_") || stem.starts_with("f_"))
-            .find(|stem| !self.names.contains(&format!("{stem}{more}").as_str()))?
-            .to_owned();
-        let names: [String; N] = std::array::from_fn(|index| format!("{stem}[{}]", index + 1));
-        self.all(names.each_ref().map(String::as_str))
-    }
+/// The stem and the columns of `c_NAME[1]` to `c_NAME[N]` (or `f_`, `v_`) where NAME has one of the
+/// words.
+fn array<'a, const N: usize>(names: Names<'a>, words: &[&str]) -> Option<(&'a str, [usize; N])> {
+    let has_word = |stem: &str| {
+        let stem = stem.to_ascii_lowercase();
+        ["c_", "f_", "v_"].iter().any(|kind| stem.starts_with(kind))
+            && words.iter().any(|word| stem.contains(word))
+    };
+    let stems = names.0.iter().filter_map(|name| name.strip_suffix("[1]")).filter(|stem| has_word(stem));
+    stems.into_iter().find_map(|stem| {
+        let own: [String; N] = std::array::from_fn(|index| format!("{stem}[{}]", index + 1));
+        let columns = names.all(own.each_ref().map(String::as_str))?;
+        names.one(&format!("{stem}[{}]", N + 1)).is_none().then_some((stem, columns))
+    })
 }
 
-impl Columns {
-    /// The meaning of columns in a format.
-    pub(super) fn of(names: &[&str], format: Format, options: &ReadOptions) -> Result<Self, ReadError> {
-        let mut wanted = Wanted { names, numbers: vec![None; names.len()], count: 0 };
-        let mut warnings = Vec::new();
-        let position = position(&mut wanted)?;
-        let id = wanted.one("id");
-        let (size, size_words) = size(&mut wanted, format)?;
-        let (exponents, power_words) = powers(&mut wanted);
-        let (rotation, rotation_words) = rotation(&mut wanted);
-        let is_sphere = matches!(size, Size::Radius(_) | Size::Diameter(_));
-        if matches!(rotation, Rotation::None) && !is_sphere {
+/// The meaning of the columns of a format, with warnings about it.
+///
+/// # Errors
+/// There are no positions, or a column that was asked for is not there.
+pub(super) fn layout(
+    names: Vec<String>,
+    format: Format,
+    options: &ReadOptions,
+) -> Result<(Layout, Vec<String>), ReadError> {
+    let held = Names(&names);
+    let (rotation, order_warning) = rotation(held);
+    let position = match (held.any(&PLAIN), held.any(&SCALED)) {
+        (Some(columns), _) => Some(Position::Plain(columns)),
+        (None, Some(columns)) => Some(Position::Scaled(columns)),
+        (None, None) => None,
+    };
+    let maps_position = options.columns.as_ref().is_some_and(|map| column_map::has_position(map));
+    if position.is_none() && !maps_position {
+        let message = "the dump has no position: columns x y z, xu yu zu, xs ys zs or xsu ysu zsu";
+        return Err(ReadError::part("x", message));
+    }
+    let extra = held
+        .extra(&options.extra, options.all_extra)
+        .map_err(|(name, message)| ReadError::part(name, message))?;
+    let mut layout = Layout {
+        id: held.one("id"),
+        position: position.unwrap_or(Position::Plain([0; 3])),
+        size: size(held, format),
+        powers: powers(held),
+        rotation,
+        color: held.all(["ColorR", "ColorG", "ColorB"]),
+        extra,
+        skips_points: format == Format::LammpsDump && options.min_axis.is_none(),
+        names,
+    };
+    if let Some(map) = &options.columns {
+        column_map::assign(map, &mut layout)?;
+    }
+    let mut warnings = Vec::new();
+    match layout.rotation {
+        Rotation::Identity if matches!(layout.size, Size::SemiAxes(_) | Size::Diameters(_)) => {
             warnings.push("the dump has no quaternion columns; no particle is turned".to_owned());
         }
-        let mut extra = Vec::new();
-        let all = if options.all_extra { names.to_vec() } else { Vec::new() };
-        for name in options.extra.iter().map(String::as_str).chain(all) {
-            match wanted.one(name) {
-                Some(number) if extra.iter().all(|(held, _)| held != name) => {
-                    extra.push((name.to_owned(), number));
-                }
-                Some(_) => {}
-                None => {
-                    let known = names.join(", ");
-                    return Err(ReadError::part(
-                        name,
-                        format!("the dump has no such column; it has {known}"),
-                    ));
-                }
-            }
-        }
-        let reading = format!("sizes from {size_words}; {power_words}; {rotation_words}");
-        Ok(Self { wanted: wanted.numbers, id, position, size, exponents, rotation, extra, reading, warnings })
+        found if found == rotation => warnings.extend(order_warning),
+        _ => {}
     }
-
-    /// The number of columns of the file.
-    pub(super) fn count(&self) -> usize {
-        self.wanted.len().max(1)
+    if layout.size == Size::Point {
+        warnings.push("the dump has no size columns; particles are shown as points".to_owned());
     }
-
-    /// The number of wanted columns.
-    pub(super) fn wanted_count(&self) -> usize {
-        self.wanted.iter().flatten().count()
-    }
-
-    /// Reads the wanted numbers of a row.
-    pub(super) fn parse(&self, row: &[u8], numbers: &mut [f64]) -> Result<(), String> {
-        let mut rest = row;
-        for (column, wanted) in self.wanted.iter().enumerate() {
-            rest = skip_blanks(rest);
-            if rest.is_empty() {
-                let (found, count) = (column, self.wanted.len());
-                return Err(format!("the row has {found} columns instead of {count}"));
-            }
-            let Some(index) = *wanted else {
-                rest = &rest[number::word_length(rest)..];
-                continue;
-            };
-            let parsed = number::parse_word(rest);
-            let Some((value, length)) = parsed else {
-                let word = String::from_utf8_lossy(&rest[..number::word_length(rest)]);
-                return Err(format!("column {}: '{word}' is not a number", column + 1));
-            };
-            numbers[index] = value;
-            rest = &rest[length..];
-        }
-        match skip_blanks(rest) {
-            [] => Ok(()),
-            _ => Err(format!("the row has more than {} columns", self.wanted.len())),
-        }
-    }
+    Ok((layout, warnings))
 }
 
-#[inline]
-fn skip_blanks(bytes: &[u8]) -> &[u8] {
-    let blanks = bytes.iter().position(|byte| !number::is_blank(*byte)).unwrap_or(bytes.len());
-    &bytes[blanks..]
+fn size(names: Names<'_>, format: Format) -> Size {
+    let columns = names.all(SHAPE).or_else(|| array::<3>(names, &SHAPE_WORDS).map(|(_, columns)| columns));
+    if let Some(columns) = columns {
+        return if format == Format::LammpsDump { Size::Diameters(columns) } else { Size::SemiAxes(columns) };
+    }
+    if let Some(radius) = names.one("radius") {
+        return Size::Radius(radius);
+    }
+    names.one("diameter").map_or(Size::Point, Size::Diameter)
 }
 
-fn position(wanted: &mut Wanted<'_>) -> Result<Position, ReadError> {
-    for plain in [["x", "y", "z"], ["xu", "yu", "zu"]] {
-        if let Some(axes) = wanted.all(plain) {
-            return Ok(Position::Plain(axes));
-        }
+fn powers(names: Names<'_>) -> Powers {
+    if let Some(columns) = names.all(ROUNDNESS) {
+        return Powers::Roundness(columns);
     }
-    for scaled in [["xs", "ys", "zs"], ["xsu", "ysu", "zsu"]] {
-        if let Some(axes) = wanted.all(scaled) {
-            return Ok(Position::Scaled(axes));
-        }
-    }
-    Err(ReadError::part("x", "the dump has no position: columns x y z, xu yu zu, xs ys zs or xsu ysu zsu"))
+    let columns = names.any(&BLOCKINESS).or_else(|| names.all(BLOCK));
+    let columns = columns.or_else(|| array::<2>(names, &BLOCK_WORDS).map(|(_, columns)| columns));
+    columns.map_or(Powers::Round, Powers::Blockiness)
 }
 
-fn size(wanted: &mut Wanted<'_>, format: Format) -> Result<(Size, &'static str), ReadError> {
-    let axes = wanted.all(SHAPE).or_else(|| wanted.array::<3>());
-    if let Some(axes) = axes {
-        return Ok(match format {
-            Format::LammpsDump => (Size::Diameters(axes), "shapex, shapey, shapez as diameters"),
-            _ => (Size::SemiAxes(axes), "shapex, shapey, shapez as semi-axes"),
-        });
+/// The columns of the rotation, and a warning if the file does not say their order.
+fn rotation(names: Names<'_>) -> (Rotation, Option<String>) {
+    if let Some(columns) = names.all(QUATERNION).or_else(|| names.all(NAMED_QUATERNION)) {
+        return (Rotation::Quaternion(columns), None);
     }
-    if let Some(radius) = wanted.one("radius").or_else(|| wanted.one("Radius")) {
-        return Ok((Size::Radius(radius), "radius"));
-    }
-    if let Some(diameter) = wanted.one("diameter") {
-        return Ok((Size::Diameter(diameter), "diameter"));
-    }
-    let message = "the dump has no size: columns shapex shapey shapez, radius or diameter";
-    Err(ReadError::part("shapex", message))
-}
-
-fn powers(wanted: &mut Wanted<'_>) -> (Option<Powers>, String) {
-    if let Some(columns) = wanted.all(ROUNDNESS) {
-        let words = "exponents e = roundness phi, n = roundness theta".to_owned();
-        return (Some(Powers::Roundness(columns)), words);
-    }
-    for names in POWERS {
-        if let Some(columns) = wanted.all(names) {
-            let [first, second] = names;
-            return (Some(Powers::Blockiness(columns)), format!("exponents e = 2/{second}, n = 2/{first}"));
-        }
-    }
-    (None, "ellipsoids (no exponents)".to_owned())
-}
-
-fn rotation(wanted: &mut Wanted<'_>) -> (Rotation, &'static str) {
-    if let Some(columns) = wanted.all(QUATERNION) {
-        return (Rotation::Quaternion(columns), "rotation from quat1..4 as w x y z");
-    }
-    if let Some(columns) = wanted.all(NAMED_QUATERNION) {
-        return (Rotation::Quaternion(columns), "rotation from quatw, quati, quatj, quatk");
-    }
-    match wanted.array::<4>() {
-        Some([x, y, z, w]) => {
-            (Rotation::Quaternion([w, x, y, z]), "rotation from the array of four numbers as x y z w")
-        }
-        None => (Rotation::None, "no rotation"),
-    }
+    let Some((stem, [first, second, third, fourth])) = array::<4>(names, &ROTATION_WORDS) else {
+        return (Rotation::Identity, None);
+    };
+    // OVITO's manual has c_orient as x y z w; LAMMPS lists its attributes as quatw quati quatj quatk.
+    let (columns, order) = if stem.to_ascii_lowercase().contains("orient") {
+        ([fourth, first, second, third], "x y z w")
+    } else {
+        ([first, second, third, fourth], "w x y z")
+    };
+    let warning = format!(
+        "{stem}[1] to {stem}[4] are taken as {order}; the file does not say their order: \
+         --columns quaternion=W,X,Y,Z sets another"
+    );
+    (Rotation::Quaternion(columns), Some(warning))
 }

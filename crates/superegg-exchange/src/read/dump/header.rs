@@ -1,10 +1,10 @@
 //! The header of a frame: the sections before its rows.
 
-use superegg_geom::glam::{DMat3, DVec3};
+use superegg_geom::glam::DVec3;
 
 use super::super::error::ReadError;
+use super::super::lines::Lines;
 use super::super::particles::SimulationBox;
-use super::lines::Lines;
 
 /// What stands before the rows of a frame.
 pub(super) struct Header {
@@ -12,16 +12,39 @@ pub(super) struct Header {
     pub(super) count: u64,
     pub(super) bounds: Option<SimulationBox>,
     /// The names of the columns.
-    pub(super) columns: String,
+    pub(super) columns: Vec<String>,
 }
 
-impl Header {
-    /// The position of coordinates that are fractions of the box.
-    pub(super) fn unscaled(&self, fractions: DVec3) -> Result<DVec3, String> {
-        let bounds = self.bounds.ok_or("scaled coordinates need the bounds of the box")?;
-        let [a, b, c] = bounds.edges;
-        Ok(bounds.origin + DMat3::from_cols(a, b, c) * fractions)
+/// How the bounds of the box are written: a trait of the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Style {
+    /// Sixteen digits and an exponent, as LAMMPS writes them.
+    Lammps,
+    /// Edges and origin, as OVITO writes them.
+    General,
+    /// As other programs, and hands, write them.
+    Plain,
+}
+
+impl Style {
+    /// The style of the section that begins with the line `bounds`, before its first number.
+    pub(super) fn of(bounds: &str, number: &str) -> Self {
+        let is_lammps = number.split_once("e").is_some_and(|(digits, power)| {
+            digits.trim_start_matches('-').len() == 18 && power.starts_with(['+', '-'])
+        });
+        if is_lammps {
+            Self::Lammps
+        } else if bounds.contains("abc") {
+            Self::General
+        } else {
+            Self::Plain
+        }
     }
+}
+
+/// The names behind `ITEM: ATOMS`.
+pub(super) fn column_names(text: &str) -> Vec<String> {
+    text.split_whitespace().map(str::to_owned).collect()
 }
 
 /// Reads the header and leaves the stream at the first row.
@@ -39,7 +62,7 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Header, ReadError> {
             let count = count.ok_or_else(|| {
                 ReadError::line(lines.line(), "ITEM: NUMBER OF ATOMS is missing before the rows")
             })?;
-            return Ok(Header { count, bounds, columns: columns.to_owned() });
+            return Ok(Header { count, bounds, columns: column_names(columns) });
         } else if item == "NUMBER OF ATOMS" {
             count = Some(number_line(lines)?);
         } else if let Some(kind) = item.strip_prefix("BOX BOUNDS") {

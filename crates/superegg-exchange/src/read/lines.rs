@@ -4,8 +4,8 @@ use std::io::SeekFrom;
 
 use memchr::{memchr, memchr_iter, memmem};
 
-use super::super::error::ReadError;
-use super::super::import::Input;
+use super::error::ReadError;
+use super::import::Input;
 
 /// The number of bytes of a block.
 const BLOCK: usize = 1 << 18;
