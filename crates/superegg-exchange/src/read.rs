@@ -1,12 +1,11 @@
 //! Readers: what other programs wrote, in our conventions.
 
 mod arrays;
-#[allow(dead_code, reason = "readers that use all of it come next")]
 mod check;
 mod clouds;
+mod column_map;
 mod columns;
 mod course_yaml;
-mod column_map;
 mod data;
 mod dump;
 mod eigen;
@@ -18,29 +17,29 @@ mod frame;
 mod glyph;
 mod import;
 mod layout;
-mod lines;
-mod number;
 mod liggghts_vtk;
+mod lines;
 mod mercury;
 mod nrrd;
+mod number;
 mod options;
 mod particles;
-mod scalars;
 mod povray;
+mod quantity;
+mod rows;
+mod scalars;
 mod script;
 mod source;
 mod spacing;
+mod sudodem;
+mod table;
 mod tensor_field;
 mod vtk;
 mod vtk_columns;
 mod vtk_programs;
 mod vtk_tensors;
-mod yaml;
-mod quantity;
-mod rows;
-mod sudodem;
-mod table;
 mod xyz;
+mod yaml;
 
 pub use column_map::ColumnMap;
 pub use error::ReadError;

@@ -3,7 +3,6 @@
 //! [`flatten::flatten`] lists the instances below a root; the other modules write them. Each returns
 //! [`written::Written`], which says what the format loses.
 
-pub mod points;
 mod baked;
 pub mod ems;
 pub mod flatten;
@@ -16,6 +15,7 @@ pub mod meshes;
 pub mod obj;
 mod particles;
 pub mod ply;
+pub mod points;
 pub mod povray;
 pub mod rigid;
 pub mod stl;

@@ -25,7 +25,7 @@ fn scene() -> Scene {
     let stretch = TransformStep::Scale(DVec3::new(2.0, 1.0, -0.5));
     let shift = TransformStep::Translate(DVec3::new(10.0, 20.0, 30.0));
     for (alias, target, steps) in [
-        ("turned, stretched", "grain", vec![stretch, turn, shift]),
+        ("turned, stretched", "grain", vec![stretch.clone(), turn.clone(), shift]),
         ("sheared", "grain", vec![turn, stretch]),
         ("spiky", "star", vec![]),
     ] {

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::fmt::Write;
 
-use superegg_geom::glam::DVec3;
+use superegg_geom::glam::{DQuat, DVec3};
 use superegg_geom::{Superquadric, TransformStep};
 use superegg_scene::{
     Camera, Entity, Floor, InstanceTable, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Sky,
@@ -379,9 +379,9 @@ fn write_table(text: &mut String, scene: &Scene, name: &str, table: &InstanceTab
             alias.push('_');
         }
         line(text, &format!("addPrimitive {prefix}{} {alias}", table.shape_index(row)));
-        let (axis, radians) = table.rotation(row).to_axis_angle();
-        if radians != 0.0 {
-            line(text, &format!("rotate {} {}", vector(axis), format_number(radians.to_degrees())));
+        let rotation = table.raw_rotation(row);
+        if rotation != DQuat::IDENTITY {
+            line(text, &format!("orient {}", quaternion_words(rotation)));
         }
         if table.position(row) != DVec3::ZERO {
             line(text, &format!("translate {}", vector(table.position(row))));

@@ -153,7 +153,7 @@ mod tests {
         scene.add_child("pair", "first", "egg").unwrap();
         let turn = TransformStep::Rotate { axis: DVec3::new(ax, ay, az + 3.0), angle_deg: angle };
         scene.transform_child("pair", TransformStep::Scale(DVec3::new(1.0, -2.0, 0.5))).unwrap();
-        scene.transform_child("pair", turn).unwrap();
+        scene.transform_child("pair", turn.clone()).unwrap();
         scene.add_child("pair", "second", "ball").unwrap();
         scene.transform_child("pair", TransformStep::Translate(DVec3::new(x, y, z))).unwrap();
         scene.ensure_object("tree").unwrap();

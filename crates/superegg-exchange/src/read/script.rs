@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use superegg_geom::TransformStep;
-use superegg_geom::glam::DVec3;
+use superegg_geom::glam::{DAffine3, DVec3};
 
 /// The recursion depth of a scene that sets none.
 const DEFAULT_DEPTH: usize = 25;
@@ -66,12 +66,14 @@ impl Script {
     /// Appends transforms; `suffix` is "All" for those of the whole object.
     pub(crate) fn steps(&mut self, steps: &[TransformStep], suffix: &str) {
         for step in steps {
-            let (command, numbers) = match *step {
+            let (command, numbers) = match step {
                 TransformStep::Translate(by) => ("translate", by.to_array().to_vec()),
                 TransformStep::Scale(factors) => ("scale", factors.to_array().to_vec()),
                 TransformStep::Rotate { axis, angle_deg } => {
-                    ("rotate", vec![axis.x, axis.y, axis.z, angle_deg])
+                    ("rotate", vec![axis.x, axis.y, axis.z, *angle_deg])
                 }
+                TransformStep::Orient(q) => ("orient", vec![q.w, q.x, q.y, q.z]),
+                TransformStep::Affine(map) => ("matrix", rows_of(map)),
             };
             self.numbers(&format!("{command}{suffix}"), "", &numbers);
         }
@@ -94,6 +96,14 @@ impl Script {
     pub(crate) fn into_text(self) -> String {
         self.text
     }
+}
+
+/// The twelve numbers of a map, row by row.
+fn rows_of(map: &DAffine3) -> Vec<f64> {
+    let rows = map.matrix3.transpose();
+    let by = map.translation.to_array();
+    let rows = [rows.x_axis, rows.y_axis, rows.z_axis].into_iter().zip(by);
+    rows.flat_map(|(row, by)| [row.x, row.y, row.z, by]).collect()
 }
 
 /// A word that is a name: without blanks, comment signs, quotes and what cannot be seen.

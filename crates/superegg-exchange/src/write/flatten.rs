@@ -162,7 +162,7 @@ impl<'a> Walk<'a> {
     fn table(&mut self, name: &'a str, table: &InstanceTable, world: &Transform) -> Result<(), WriteError> {
         let first = *self.parts.entry(name).or_insert_with(|| {
             let first = self.instances.parts.len();
-            for (number, shape) in table.shapes().iter().enumerate() {
+            for (number, shape) in table.shapes().enumerate() {
                 self.instances.parts.push(Part {
                     name: format!("{name}-{}", number + 1),
                     shape: Superquadric::new(shape.radii, shape.exponents)

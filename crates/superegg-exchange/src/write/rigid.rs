@@ -94,7 +94,7 @@ mod tests {
         let shape = Superquadric::new(DVec3::new(1.0, 2.0, 3.0), Exponents::new(0.5, 1.0).unwrap()).unwrap();
         let turn = TransformStep::Rotate { axis: DVec3::new(1.0, 2.0, -0.5), angle_deg: 77.0 };
         let scale = TransformStep::Scale(DVec3::new(2.0, -1.0, 0.5));
-        let folded = Transform::from_steps(&[scale, turn]).unwrap();
+        let folded = Transform::from_steps(&[scale.clone(), turn.clone()]).unwrap();
         let rigid = Rigid::of(&shape, folded.forward()).unwrap();
         assert!((rigid.radii - DVec3::new(2.0, 2.0, 1.5)).length() < 1e-12);
         // The same points, up to the shape's symmetry.

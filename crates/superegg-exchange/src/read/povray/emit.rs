@@ -177,8 +177,10 @@ impl Emitter {
             let command = if *is_primitive { "addPrimitive" } else { "addObject" };
             let alias = aliases.add(name);
             self.script.line(&[command, name, &alias]);
-            let seen: Vec<TransformStep> =
-                steps.iter().map(|step| if self.is_mirrored { mirrored(step) } else { *step }).collect();
+            let seen: Vec<TransformStep> = steps
+                .iter()
+                .map(|step| if self.is_mirrored { mirrored(step) } else { step.clone() })
+                .collect();
             self.script.steps(&seen, "");
         }
     }
@@ -199,7 +201,7 @@ impl Emitter {
             }
             NodeKind::Use(target) => {
                 let mut placement = self.place(target, own, inherited);
-                placement.steps.extend(&node.steps);
+                placement.steps.extend(node.steps.iter().cloned());
                 placement
             }
             NodeKind::Union(children) => {

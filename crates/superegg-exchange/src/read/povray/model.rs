@@ -124,12 +124,14 @@ pub(crate) struct PovScene {
 /// The map of steps, the first acting first.
 pub(crate) fn map_of(steps: &[TransformStep]) -> DAffine3 {
     steps.iter().fold(DAffine3::IDENTITY, |map, step| {
-        let next = match *step {
-            TransformStep::Translate(by) => DAffine3::from_translation(by),
-            TransformStep::Scale(factors) => DAffine3::from_scale(factors),
+        let next = match step {
+            TransformStep::Translate(by) => DAffine3::from_translation(*by),
+            TransformStep::Scale(factors) => DAffine3::from_scale(*factors),
             TransformStep::Rotate { axis, angle_deg } => {
                 DAffine3::from_axis_angle(axis.normalize_or_zero(), angle_deg.to_radians())
             }
+            TransformStep::Orient(rotation) => DAffine3::from_quat(rotation.normalize()),
+            TransformStep::Affine(map) => **map,
         };
         next * map
     })
@@ -203,10 +205,17 @@ fn rotation_step(rotation: &DMat3) -> Option<TransformStep> {
 
 /// A step seen in the mirror z -> -z.
 pub(crate) fn mirrored(step: &TransformStep) -> TransformStep {
-    match *step {
-        TransformStep::Translate(by) => TransformStep::Translate(mirror(by)),
-        TransformStep::Scale(factors) => TransformStep::Scale(factors),
-        TransformStep::Rotate { axis, angle_deg } => TransformStep::Rotate { axis: -mirror(axis), angle_deg },
+    match step {
+        TransformStep::Translate(by) => TransformStep::Translate(mirror(*by)),
+        TransformStep::Scale(factors) => TransformStep::Scale(*factors),
+        TransformStep::Rotate { axis, angle_deg } => {
+            TransformStep::Rotate { axis: -mirror(*axis), angle_deg: *angle_deg }
+        }
+        TransformStep::Orient(q) => TransformStep::Orient(DQuat::from_xyzw(-q.x, -q.y, q.z, q.w)),
+        TransformStep::Affine(map) => {
+            let flip = DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
+            TransformStep::Affine(Box::new(flip * **map * flip))
+        }
     }
 }
 

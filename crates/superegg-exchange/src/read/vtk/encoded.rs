@@ -174,7 +174,7 @@ mod tests {
         }
         assert_eq!(LITTLE.decode(Encoded::Base64(b"AQAAAAc="), 1).unwrap()[..], [7]);
         assert_eq!(LITTLE.decode(Encoded::Base64(b"AQAAAA==Bw=="), 1).unwrap()[..], [7]);
-        assert_eq!(LITTLE.decode(Encoded::Base64(b"AAAAAA=="), 0).unwrap()[..], []);
+        assert_eq!(LITTLE.decode(Encoded::Base64(b"AAAAAA=="), 0).unwrap()[..], *b"");
     }
 
     #[test]
