@@ -588,6 +588,7 @@ objects:
         assert_eq!(recognize(b"{\"camera\": 1}").unwrap(), None);
     }
 
+    #[allow(clippy::print_stderr, reason = "a test that is skipped says so")]
     #[test]
     fn real_scenes_load_without_errors() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes");

@@ -97,10 +97,15 @@ pub fn sniff(head: &[u8]) -> Option<Format> {
 /// The format of a file with these first bytes. Named columns make a table of what else is none.
 fn recognize(head: &[u8], options: &ReadOptions) -> Result<Format, ReadError> {
     for recognizer in RECOGNIZERS {
-        match recognizer(head)? {
-            Some(Format::Xyz) if options.columns.is_some() => return Ok(Format::Table),
-            Some(format) => return Ok(format),
-            None => {}
+        let is_named = options.columns.is_some();
+        match recognizer(head) {
+            Ok(None) => {}
+            Ok(Some(Format::Xyz | Format::Ems | Format::SuperquadricLib)) if is_named => {
+                return Ok(Format::Table);
+            }
+            Err(ReadError::Ambiguous { .. }) if is_named => return Ok(Format::Table),
+            Ok(Some(format)) => return Ok(format),
+            Err(error) => return Err(error),
         }
     }
     options.columns.as_ref().map(|_| Format::Table).ok_or(ReadError::Unrecognized)

@@ -142,7 +142,7 @@ impl Parts {
         for index in 0..count {
             let probability = probability.get(index).copied();
             // A probability that is no number shows nothing.
-            if probability.is_some_and(|value| !(value > LEAST_PROBABILITY)) {
+            if probability.is_some_and(|value| value.is_nan() || value <= LEAST_PROBABILITY) {
                 continue;
             }
             let [w, x, y, z] = [0, 1, 2, 3].map(|at| rotation[4 * index + at]);

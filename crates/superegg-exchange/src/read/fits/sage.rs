@@ -108,6 +108,7 @@ mod tests {
     }
 
     /// The file has exact points of the true superquadric.
+    #[allow(clippy::print_stderr, reason = "a test that is skipped says so")]
     #[test]
     fn a_real_fit_is_where_its_points_are() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/exchange/fits/sage_fit.json");

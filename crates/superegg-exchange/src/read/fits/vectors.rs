@@ -83,6 +83,9 @@ pub(crate) fn recognize(head: &[u8]) -> Vec<Format> {
     let Ok(text) = std::str::from_utf8(head.get(..head.len().min(4096)).unwrap_or_default()) else {
         return Vec::new();
     };
+    if names_columns(text) {
+        return Vec::new();
+    }
     // The last line may be cut off.
     let whole =
         if head.len() > text.len() { text.rsplit_once('\n').map_or("", |(whole, _)| whole) } else { text };
@@ -90,6 +93,16 @@ pub(crate) fn recognize(head: &[u8]) -> Vec<Format> {
         Ok(rows) if !rows.is_empty() => vec![Format::Ems, Format::SuperquadricLib],
         _ => Vec::new(),
     }
+}
+
+/// Whether the text begins with a comment that names a table's columns: one word for each of eleven.
+fn names_columns(text: &str) -> bool {
+    let first = text.trim_start().lines().next().and_then(|line| line.strip_prefix('#'));
+    let is_name = |word: &str| word.parse::<f64>().is_err();
+    first.is_some_and(|names| {
+        let words = names.split([' ', '\t', ',']).filter(|word| !word.is_empty());
+        words.clone().count() == WIDTH && words.clone().all(is_name)
+    })
 }
 
 /// Reads vectors of EMS.

@@ -90,7 +90,7 @@ impl Emitter {
         }
         let unit = |v: DVec3| v.normalize_or_zero();
         let square = unit(right).cross(unit(up)).dot(unit(direction)).abs();
-        if !(square > 1.0 - 1e-6) {
+        if square.is_nan() || square <= 1.0 - 1e-6 {
             self.warnings.push("the camera's vectors are not at right angles, which is not kept".to_owned());
         }
         let fov_deg = (2.0 * (0.5 * height / reach).atan().to_degrees()).clamp(1e-6, 179.999);

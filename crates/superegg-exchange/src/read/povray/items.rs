@@ -44,6 +44,9 @@ impl Modifiers {
     }
 }
 
+/// The exponents (e, n) of a shape, and the transforms of the unit shape that its numbers mean.
+type ShapeNumbers = ([f64; 2], Vec<TransformStep>);
+
 /// Copies a part of a surface.
 fn apply(part: Part, from: &Surface, to: &mut Surface) {
     match part {
@@ -248,10 +251,7 @@ impl Parser {
     }
 
     /// Reads the block of a shape: its numbers, then its modifiers.
-    fn shape(
-        &mut self,
-        numbers: &mut dyn FnMut(&mut Self) -> Parsed<([f64; 2], Vec<TransformStep>)>,
-    ) -> Parsed<Node> {
+    fn shape(&mut self, numbers: &mut dyn FnMut(&mut Self) -> Parsed<ShapeNumbers>) -> Parsed<Node> {
         let mut modifiers = Modifiers::default();
         let mut exponents = None;
         self.block(&mut |parser| {
