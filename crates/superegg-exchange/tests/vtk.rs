@@ -595,10 +595,43 @@ fn files_that_are_not_read_are_refused_with_a_reason() {
         ("type=\"vtkMultiBlockDataSet\"", "names other files"),
         ("type=\"Collection\"", "names other files"),
         ("type=\"HyperTreeGrid\"", "no points"),
-        ("type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\"", "vtkLZ4DataCompressor"),
         ("type=\"PolyData\" byte_order=\"Middle\"", "byte_order"),
     ] {
         let error = import(file(attributes).as_bytes()).unwrap_err().to_string();
         assert!(error.contains(reason) && error.contains("line 1"), "{error}");
     }
+}
+
+#[test]
+fn only_binary_data_need_the_compressor() {
+    for (layout, is_read) in [(Layout::Ascii, true), (Layout::Inline, false)] {
+        let (points, arrays, _) = two_particles();
+        let writer = Writer { layout, is_wide: false, is_big: false, is_compressed: true };
+        let bytes = writer.file("PolyData", ["", "NumberOfPoints=\"2\""], &points, &arrays);
+        let text = String::from_utf8(bytes).unwrap().replace("vtkZLib", "vtkLZ4");
+        match import(text.as_bytes()) {
+            Ok(_) => assert!(is_read),
+            Err(error) => {
+                let error = error.to_string();
+                assert!(
+                    !is_read && error.contains("vtkLZ4DataCompressor") && error.contains("zlib"),
+                    "{error}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn texts_and_bits_of_legacy_files_are_skipped() {
+    let (points, text, bits) = ("0 0 0 1 1 1", "a b c\nd%20e", "0 1");
+    let file = format!(
+        "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n{points}\nPOINT_DATA 2\n\
+         SCALARS flags bit\nLOOKUP_TABLE default\n{bits}\nFIELD FieldData 3\nlabels 1 2 string\n{text}\n\
+         odd%20name 2 2 float\n1 2 3 4\nradius 1 2 float\n5 6\n"
+    );
+    let options = ReadOptions { extra: vec!["odd name[2]".to_owned()], ..ReadOptions::default() };
+    let particles = particles(import_with(file.as_bytes(), &options).unwrap().1);
+    assert_eq!(particles.radii, [DVec3::splat(5.0), DVec3::splat(6.0)]);
+    assert_eq!(particles.extra, [("odd name[2]".to_owned(), vec![2.0, 4.0])]);
 }

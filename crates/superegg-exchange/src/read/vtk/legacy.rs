@@ -320,7 +320,11 @@ impl Reader<'_, '_> {
             }
             (true, Entry::Bit) => self.cursor.take(name, Some(count.div_ceil(8))).map(drop),
             (true, Entry::Text) => (0..count).try_for_each(|_| self.cursor.skip_text(name)),
-            (false, Entry::Text) => (0..count).try_for_each(|_| self.cursor.skip_line(name)),
+            (false, Entry::Text) => {
+                // The rest of the array's own line; then each text has a line.
+                self.cursor.line();
+                (0..count).try_for_each(|_| self.cursor.skip_line(name))
+            }
             (false, Entry::Number(_) | Entry::Bit) => (0..count).try_for_each(|found| {
                 let message = || format!("'{name}': expected {count} numbers, found {found}");
                 self.cursor.word().map(drop).ok_or_else(|| self.cursor.error(message()))

@@ -78,6 +78,8 @@ struct Piece<'a> {
 struct Document<'a> {
     kind: Kind,
     encoding: Encoding,
+    /// The compressor, if it is not zlib. ASCII arrays do not need it.
+    unknown_compressor: Option<String>,
     pieces: Vec<Piece<'a>>,
     /// Arrays of the whole data set.
     fields: Vec<DataArray<'a>>,
@@ -220,6 +222,10 @@ impl Decoder<'_, '_> {
                 rest.ok_or_else(|| format!("the offset {offset} is beyond the appended data"))?
             }
         };
+        if let Some(name) = &self.document.unknown_compressor {
+            let name = shortened(name.as_bytes());
+            return Err(format!("data of the compressor '{name}' cannot be read; write them with zlib"));
+        }
         let length = count.checked_mul(scalar.size()).ok_or(too_large)?;
         if encoding.is_compressed {
             // In memory each number takes eight bytes.
@@ -390,20 +396,13 @@ fn document<'a>(attributes: &Attributes<'_>) -> Result<Document<'a>, ReadError> 
         Some("UInt64") => 8,
         Some(_) => return Err(attributes.error("header_type is neither UInt32 nor UInt64")),
     };
-    let is_compressed = match attributes.text("compressor")?.as_deref() {
-        None | Some("") => false,
-        Some("vtkZLibDataCompressor") => true,
-        Some(other) => {
-            let name = shortened(other.as_bytes());
-            let message = format!(
-                "data of the compressor '{name}' cannot be read; write them with zlib or uncompressed"
-            );
-            return Err(attributes.error(message));
-        }
-    };
+    let compressor = attributes.text("compressor")?.filter(|name| !name.is_empty());
+    let is_compressed = compressor.is_some();
+    let unknown_compressor = compressor.filter(|name| name != "vtkZLibDataCompressor");
     Ok(Document {
         kind,
         encoding: Encoding { length_size, order, is_compressed },
+        unknown_compressor,
         pieces: Vec::new(),
         fields: Vec::new(),
         lattice: Lattice { extent: [[0; 2]; 3], origin: DVec3::ZERO, steps: [DVec3::X, DVec3::Y, DVec3::Z] },
