@@ -28,8 +28,7 @@ impl MassProperties {
         }
         let center = first / volume;
         let about_center = *second - outer(center, center) * volume;
-        let trace = about_center.x_axis.x + about_center.y_axis.y + about_center.z_axis.z;
-        Self { volume, center, inertia: DMat3::from_diagonal(DVec3::splat(trace)) - about_center }
+        Self { volume, center, inertia: inertia_of(&about_center) }
     }
 
     /// The principal moments of inertia, in ascending order.
@@ -56,6 +55,14 @@ impl MassProperties {
         moments.sort_by(f64::total_cmp);
         moments
     }
+}
+
+/// The inertia tensor from the integral of `r r^T`. The diagonal is summed, not the trace without an entry, so that a
+/// long row of instances loses no digits.
+fn inertia_of(second: &DMat3) -> DMat3 {
+    let diagonal = DVec3::new(second.x_axis.x, second.y_axis.y, second.z_axis.z);
+    let DVec3 { x, y, z } = diagonal;
+    DMat3::from_diagonal(DVec3::new(y + z, x + z, x + y)) - (*second - DMat3::from_diagonal(diagonal))
 }
 
 /// a b^T.
@@ -121,9 +128,7 @@ impl<'a> SceneMeasures<'a> {
     pub fn mass_of(&self, placed: &PlacedPrimitive) -> MassProperties {
         let (volume, about_center) = self.moments(placed);
         let center = placed.world_from_unit.translation;
-        let trace = about_center.x_axis.x + about_center.y_axis.y + about_center.z_axis.z;
-        let inertia = DMat3::from_diagonal(DVec3::splat(trace)) - about_center;
-        MassProperties { volume, center, inertia }
+        MassProperties { volume, center, inertia: inertia_of(&about_center) }
     }
 
     /// The volume and the second moments about the centre.

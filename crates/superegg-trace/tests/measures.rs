@@ -89,8 +89,7 @@ fn the_measures_of_each_instance_and_of_the_sum_are_exact() {
     assert!((total.volume / (mass.volume + other.volume) - 1.0).abs() < 1e-13);
     let center = (mass.volume * mass.center + other.volume * other.center) / total.volume;
     assert!((total.center - center).length() < 1e-11);
-    let parts = [mass, other];
-    let about_x = parts.iter().map(|part| {
+    let about_x = [mass, other].into_iter().map(|part| {
         let offset = part.center - center;
         part.inertia.x_axis.x + part.volume * (offset.y * offset.y + offset.z * offset.z)
     });
