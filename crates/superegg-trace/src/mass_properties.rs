@@ -157,7 +157,7 @@ impl<'a> SceneMeasures<'a> {
         // About the centre of the box, so that scenes far from the origin lose no digits.
         let middle = self.bounds().center();
         let middle = if middle.is_finite() { middle } else { DVec3::ZERO };
-        let mut sum = Moments::default();
+        let mut sum = Moments::NONE;
         for placed in self.instances() {
             let (volume, second) = self.moments(placed);
             let offset = placed.world_from_unit.translation - middle;
@@ -165,7 +165,7 @@ impl<'a> SceneMeasures<'a> {
                 weight: volume,
                 first: offset * volume,
                 second: second + outer(offset, offset) * volume,
-                ..Moments::default()
+                ..Moments::NONE
             });
         }
         let mass = MassProperties::of_moments(sum.weight, sum.first, &sum.second);
@@ -193,7 +193,7 @@ impl<'a> SceneMeasures<'a> {
             .zip(&seeds)
             .map(|(&(instance, count), &seed)| self.sampled_moments(instance, count, seed, middle))
             .collect();
-        let mut sum = Moments::default();
+        let mut sum = Moments::NONE;
         parts.iter().for_each(|part| sum.add(part));
         let count = sum.count.max(1.0);
         let scale = total / count;
@@ -211,7 +211,7 @@ impl<'a> SceneMeasures<'a> {
     fn sampled_moments(&self, instance: usize, count: usize, seed: u64, middle: DVec3) -> Moments {
         let placed = &self.instances()[instance];
         let shape = self.scene.primitive(placed.primitive).unit_shape();
-        let mut sum = Moments::default();
+        let mut sum = Moments::NONE;
         for point in InteriorSampler::new(&shape, seed).take(count) {
             let point = placed.world_from_unit.transform_point3(point);
             let (holders, _) = self.scene.primitives_holding(point, MOST_HOLDERS, &PointLimits::default());
@@ -237,7 +237,7 @@ impl<'a> SceneMeasures<'a> {
 const MOST_HOLDERS: usize = 10_000;
 
 /// Sums over samples of weight w at r.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Moments {
     count: f64,
     weight: f64,
@@ -252,6 +252,17 @@ struct Moments {
 }
 
 impl Moments {
+    /// No samples.
+    const NONE: Self = Self {
+        count: 0.0,
+        weight: 0.0,
+        first: DVec3::ZERO,
+        second: DMat3::ZERO,
+        weight_squared: 0.0,
+        weighted_first: DVec3::ZERO,
+        weighted_second: DVec3::ZERO,
+    };
+
     fn of_sample(offset: DVec3, weight: f64) -> Self {
         let square = weight * weight;
         Self {
