@@ -7,7 +7,7 @@ use superegg_scene::{InstanceTable, Material, TableColumns, TableShape};
 use twox_hash::XxHash3_128;
 
 use super::bytes::Fixed;
-use super::{BinaryScene, END, SIGNATURE, SqbError, TABLE, TEXT};
+use super::layout::{BinaryScene, END, SIGNATURE, SqbError, TABLE, TEXT};
 use crate::read::Input;
 
 /// The number of bytes that are read at a time.

@@ -6,7 +6,7 @@ use superegg_scene::InstanceTable;
 use twox_hash::XxHash3_128;
 
 use super::bytes::Fixed;
-use super::{END, SIGNATURE, TABLE, TEXT};
+use super::layout::{END, SIGNATURE, TABLE, TEXT};
 
 /// The number of bytes that are collected before they are written.
 const BLOCK: usize = 1 << 16;
