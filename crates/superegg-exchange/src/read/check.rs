@@ -40,15 +40,12 @@ pub(super) fn semi_axes(radii: DVec3, options: &ReadOptions) -> Result<DVec3, St
 pub(super) fn exponents(e: f64, n: f64) -> Result<[f64; 2], String> {
     let is_valid = |x: f64| x.is_finite() && x >= 0.0;
     if is_valid(e) && is_valid(n) {
-        // 0 is the limit of a box or a cylinder, which the smallest exponents reach.
-        Ok([e, n].map(|x| x.max(LEAST_EXPONENT)))
+        // 0 is the limit: a box or a cylinder. Adding 0 turns -0 into 0.
+        Ok([e + 0.0, n + 0.0])
     } else {
         Err(format!("the exponents e = {e}, n = {n} are not finite numbers from 0 up"))
     }
 }
-
-/// The exponent that stands for 0.
-const LEAST_EXPONENT: f64 = 1e-12;
 
 /// Exponents from the powers of programs that write |x|^N: e = 2 / `across`, n = 2 / `along`.
 ///
