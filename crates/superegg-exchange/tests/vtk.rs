@@ -1,5 +1,7 @@
 //! VTK files: the real ones of LIGGGHTS and MercuryDPM, all encodings, and hostile bytes.
 
+#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
+
 use std::fmt::Write as _;
 use std::io::{Cursor, Write as _};
 use std::path::PathBuf;
@@ -34,7 +36,7 @@ fn real(name: &str) -> Option<Vec<u8>> {
     let path = folder.join(name);
     let bytes = std::fs::read(&path).ok();
     if bytes.is_none() {
-        println!("skipped: {} is missing", path.display());
+        eprintln!("skipped: {} is missing", path.display());
     }
     bytes
 }

@@ -142,7 +142,7 @@ proptest! {
         let near = shape(RADII, e.max(1e-12), n.max(1e-12));
         let directions: Vec<DVec3> =
             directions.into_iter().map(|d| if d.length() > 0.1 { d } else { DVec3::ONE }).collect();
-        let columns = |vs: &[DVec3]| -> Vec<[f64; 3]> { vs.iter().map(|v| v.to_array()).collect() };
+        let columns = |vs: &[DVec3]| -> Vec<[f64; 3]> { vs.iter().map(superegg_geom::glam::DVec3::to_array).collect() };
         let (origin_rows, direction_rows) = (columns(&origins), columns(&directions));
         let rays = RayBatch::new(&origin_rows, &direction_rows).unwrap();
         let mut hits = HitBatch::new();

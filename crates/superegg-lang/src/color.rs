@@ -47,7 +47,7 @@ fn hexadecimal(digits: &str) -> Option<u32> {
     match digits.len() {
         6 => Some(value),
         3 => Some(
-            [value >> 8, value >> 4 & 0xf, value & 0xf].into_iter().fold(0, |rgb, d| rgb << 8 | d * 0x11),
+            [value >> 8, value >> 4 & 0xf, value & 0xf].into_iter().fold(0, |rgb, d| (rgb << 8) | (d * 0x11)),
         ),
         _ => None,
     }

@@ -8,6 +8,9 @@ use rayon::prelude::*;
 use crate::console;
 use crate::files::csv::{CsvRow, CsvRows, CsvText, RowFault, write_rows};
 
+/// One field for each column of an answer, and a warning.
+pub(crate) type Answer = (Vec<String>, Option<&'static str>);
+
 /// The questions of a table and their answers.
 pub(crate) struct Answers<'a, T, const N: usize> {
     /// The columns of numbers that a question is made of.
@@ -17,7 +20,7 @@ pub(crate) struct Answers<'a, T, const N: usize> {
     /// The question of a row's numbers, or what is wrong with them.
     pub(crate) make: &'a (dyn Fn([f64; N]) -> Result<T, RowFault> + Sync),
     /// The answer to a question: one field for each column, and a warning.
-    pub(crate) answer: &'a (dyn Fn(&T) -> (Vec<String>, Option<&'static str>) + Sync),
+    pub(crate) answer: &'a (dyn Fn(&T) -> Answer + Sync),
 }
 
 /// The rows that are answered at a time, on all cores.

@@ -51,11 +51,9 @@ fn rotate(a: &mut [[f64; 3]; 3], vectors: &mut [[f64; 3]; 3], p: usize, q: usize
     a[other][q] = sine * to_p + cosine * to_q;
     a[p][other] = a[other][p];
     a[q][other] = a[other][q];
-    for axis in 0..3 {
-        let (of_p, of_q) = (vectors[p][axis], vectors[q][axis]);
-        vectors[p][axis] = cosine * of_p - sine * of_q;
-        vectors[q][axis] = sine * of_p + cosine * of_q;
-    }
+    let (of_p, of_q) = (vectors[p], vectors[q]);
+    vectors[p] = std::array::from_fn(|axis| cosine * of_p[axis] - sine * of_q[axis]);
+    vectors[q] = std::array::from_fn(|axis| sine * of_p[axis] + cosine * of_q[axis]);
 }
 
 #[cfg(test)]

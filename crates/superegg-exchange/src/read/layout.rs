@@ -83,7 +83,7 @@ impl Layout {
         match &self.powers {
             Powers::Round => {}
             Powers::Exponents(columns) | Powers::Blockiness(columns) | Powers::Roundness(columns) => {
-                want(columns)
+                want(columns);
             }
         }
         match &self.rotation {

@@ -50,8 +50,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Import, ReadEr
         let at: usize = index.iter().zip(&layout.axes).map(|(index, axis)| index * axis.stride).sum();
         let number = |component: usize| numbers[at + component * layout.stride];
         let (confidence, tensor) = layout.order.tensor(number);
-        // Of a nan the comparison is false.
-        if !(confidence >= CONFIDENCE) {
+        if confidence.is_nan() || confidence < CONFIDENCE {
             doubted += 1;
             continue;
         }

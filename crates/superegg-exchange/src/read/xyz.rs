@@ -63,7 +63,7 @@ impl Shape {
         };
         let rows = lines[skipped..].iter().filter(|line| !is_comment(line)).take(DECIDING);
         let is_right_count = COUNTS.contains(&columns) || is_forced && columns >= 3;
-        (is_right_count && (is_forced || rows.into_iter().all(|line| fits(line)))).then_some(Self {
+        (is_right_count && (is_forced || rows.into_iter().all(fits))).then_some(Self {
             skipped,
             columns,
             separator,

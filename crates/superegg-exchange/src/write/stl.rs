@@ -28,7 +28,7 @@ pub fn to_stl(scene: &Scene, instances: &Instances, tolerance: Tolerance) -> Res
         let positions = rounding.round(&baked.positions, within, path)?;
         for triangle in distinct(mesh, &positions) {
             let corners = triangle.map(|corner| positions[corner as usize]);
-            let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+            let [a, b, c] = corners.map(superegg_geom::glam::Vec3::as_dvec3);
             let normal = superegg_geom::unit_vector((b - a).cross(c - a)).unwrap_or_default().as_vec3();
             for vector in [normal, corners[0], corners[1], corners[2]] {
                 vector.to_array().iter().for_each(|x| bytes.extend_from_slice(&x.to_le_bytes()));

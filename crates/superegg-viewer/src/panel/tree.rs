@@ -62,7 +62,7 @@ impl<'a> Tree<'a, '_> {
             }
             // An object within itself is a leaf, or the tree would be infinite.
             Entity::Object(_) | Entity::Primitive(_) | Entity::Table(_) => {
-                self.label(ui, alias, name, entity)
+                self.label(ui, alias, name, entity);
             }
         }
     }

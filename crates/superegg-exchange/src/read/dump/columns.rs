@@ -105,7 +105,7 @@ pub(super) fn layout(
         (None, Some(columns)) => Some(Position::Scaled(columns)),
         (None, None) => None,
     };
-    let maps_position = options.columns.as_ref().is_some_and(|map| column_map::has_position(map));
+    let maps_position = options.columns.as_ref().is_some_and(column_map::has_position);
     if position.is_none() && !maps_position {
         let message = "the dump has no position: columns x y z, xu yu zu, xs ys zs or xsu ysu zsu";
         return Err(ReadError::part("x", message));

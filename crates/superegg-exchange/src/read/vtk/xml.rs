@@ -107,7 +107,7 @@ impl<'a> Document<'a> {
                     parser.end(element.name().as_ref());
                 }
                 Event::End(element) => parser.end(element.name().as_ref()),
-                Event::Text(text) => parser.text(text.into_inner()),
+                Event::Text(text) => parser.text(&text.into_inner()),
                 Event::Eof => break,
                 Event::CData(_)
                 | Event::Comment(_)
@@ -315,9 +315,9 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn text(&mut self, text: Cow<'a, [u8]>) {
+    fn text(&mut self, text: &Cow<'a, [u8]>) {
         // Text of a slice is never copied.
-        let Cow::Borrowed(text) = text else { return };
+        let &Cow::Borrowed(text) = text else { return };
         if let Some(array) = &mut self.array
             && text.iter().any(|byte| !byte.is_ascii_whitespace())
         {
@@ -342,7 +342,7 @@ impl<'a> Parser<'a> {
         match (array.section, document.pieces.last_mut()) {
             (Section::FieldData, _) => document.fields.push(array),
             (Section::PointData | Section::Points | Section::Coordinates, Some(piece)) => {
-                piece.arrays.push(array)
+                piece.arrays.push(array);
             }
             (Section::PointData | Section::Points | Section::Coordinates | Section::Other, _) => {}
         }
