@@ -1,6 +1,4 @@
 #![expect(clippy::print_stderr, reason = "a skipped test says so")]
-#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
-
 //! Data files, tables, SudoDEM's text and points: real files against their truth, made ones against
 //! what was written, broken ones.
 

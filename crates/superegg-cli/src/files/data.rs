@@ -276,6 +276,12 @@ impl Framing {
             for by in image_offsets(bounds, options) {
                 framing.join(&Self { least: one.least + by, most: one.most + by });
             }
+            if options.shows_box {
+                let SimulationBox { origin, edges: [a, b, c], .. } = *bounds;
+                for corner in [origin, origin + a, origin + b, origin + c, origin + a + b + c] {
+                    framing.join(&Self { least: corner, most: corner });
+                }
+            }
         }
         framing
     }
@@ -358,7 +364,7 @@ fn framing_lines(least: DVec3, most: DVec3) -> String {
     // Over the left shoulder, so that the three faces that are in sight get different light.
     let light = center + (0.45 * backwards + 0.75 * up - 0.35 * right) * (6.0 * radius);
     format!(
-        "camera {} {} {FIELD_OF_VIEW}\ncameraUp 0 0 1\nlight {KEY_LIGHT} {} 1.1 1.1 1.1 0\n",
+        "camera {} {} {FIELD_OF_VIEW}\ncameraUp 0 0 1\nbackground 1 1 1\nlight {KEY_LIGHT} {} 1.1 1.1 1.1 0\n",
         text(position),
         text(center),
         text(light)

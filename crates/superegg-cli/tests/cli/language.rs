@@ -83,7 +83,7 @@ fn frame_and_up_are_commands_that_are_saved() {
     let out = sandbox
         .run_with("", "up z\nprm ball\ncoeff 100 100 100\nfloor -100\nframe\nsave s.scn\nundo\ninfo\n")
         .fine();
-    assert!(out.contains("camera 0 0 10"), "undone: {out}");
+    assert!(out.contains("camera at 0 0 10"), "undone: {out}");
     let saved = sandbox.read("s.scn");
     assert!(saved.contains("up 0 0 1\ncamera 0 -"), "{saved}");
     assert!(saved.contains("floor -100\n") && saved.contains("light light"), "{saved}");
@@ -127,10 +127,17 @@ fn a_quaternion_of_another_length_is_taken_and_reported() {
 #[test]
 fn files_that_are_no_scenes_are_named_in_one_line_and_faults_are_capped() {
     let sandbox = Sandbox::new();
-    let cloud = "ply\nformat ascii 1.0\nelement vertex 1\nend_header\n".to_owned() + &"1 2 3\n".repeat(5000);
-    sandbox.write("cloud.ply", cloud);
+    sandbox.write("mesh.stl", "solid thing\n".to_owned() + &"facet normal 0 0 1\n".repeat(5000));
+    let err = sandbox.run("check mesh.stl").failed(2);
+    assert!(err.contains("an STL mesh") && err.lines().count() == 1, "{err}");
+    // A file that can be read is loaded; what is wrong with it is one line, too.
+    let head = "ply\nformat ascii 1.0\nelement vertex 1\n";
+    sandbox.write("cloud.ply", format!("{head}end_header\n1 2 3\n"));
     let err = sandbox.run("check cloud.ply").failed(2);
-    assert!(err.contains("PLY") && err.contains("superegg import") && err.lines().count() == 1, "{err}");
+    assert!(err.contains("'vertex'") && err.lines().count() == 1, "{err}");
+    let properties = "property float x\nproperty float y\nproperty float z\n";
+    sandbox.write("cloud.ply", format!("{head}{properties}end_header\n1 2 3\n"));
+    assert_eq!(sandbox.run("check cloud.ply").code, Some(0));
     sandbox.write("words.scn", "so it goes\n".repeat(5000));
     let answer = sandbox.run("check words.scn");
     assert!(answer.err.contains("4900 more errors in this file"), "{}", answer.err);
