@@ -152,6 +152,11 @@ proptest! {
         for i in 0..origins.len() {
             let ray = Ray::new(origins[i], directions[i]);
             let single = limit.intersect(&ray, RayStart::Free);
+            // A ray that touches an edge hits or misses by rounding.
+            let is_hit = |factor: f64| shape(RADII * factor, e, n).intersect(&ray, RayStart::Free).is_some();
+            if is_hit(1.0 - 1e-9) != is_hit(1.0 + 1e-9) {
+                continue;
+            }
             prop_assert_eq!(hits.hit(i).is_some(), single.is_some());
             prop_assert_eq!(near_hits.hit(i).is_some(), single.is_some());
             if let (Some(hit), Some(single)) = (hits.hit(i), single) {
@@ -177,7 +182,8 @@ proptest! {
         let inside = (RADII - point.abs()).min_element();
         let expected = if most > 1.0 { outside.length() } else { inside };
         let closest = cube.closest_point(point).unwrap();
-        prop_assert!((closest.distance.abs() - expected).abs() < 1e-9, "{} {}", closest.distance, expected);
+        let tolerance = 1e-9 + closest.error;
+        prop_assert!((closest.distance.abs() - expected).abs() < tolerance, "{} {}", closest.distance, expected);
     }
 }
 
