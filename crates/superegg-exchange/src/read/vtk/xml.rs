@@ -107,7 +107,12 @@ impl<'a> Document<'a> {
                     parser.end(element.name().as_ref());
                 }
                 Event::End(element) => parser.end(element.name().as_ref()),
-                Event::Text(text) => parser.text(&text.into_inner()),
+                Event::Text(text) => {
+                    // Text of a slice is never copied.
+                    if let Cow::Borrowed(text) = text.into_inner() {
+                        parser.text(text);
+                    }
+                }
                 Event::Eof => break,
                 Event::CData(_)
                 | Event::Comment(_)
@@ -315,9 +320,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn text(&mut self, text: &Cow<'a, [u8]>) {
-        // Text of a slice is never copied.
-        let &Cow::Borrowed(text) = text else { return };
+    fn text(&mut self, text: &'a [u8]) {
         if let Some(array) = &mut self.array
             && text.iter().any(|byte| !byte.is_ascii_whitespace())
         {
