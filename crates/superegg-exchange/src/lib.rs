@@ -6,7 +6,7 @@
 //!   language.
 //! - [`coloring`]: particles as a table of instances, coloured by a column.
 //! - [`sqb`]: the binary scene file, for tables of instances.
-//! - [`write`]: one module for each format; [`povray`] traces superquadrics natively.
+//! - [`mod@write`]: one module for each format; [`povray`] traces superquadrics natively.
 
 pub mod coloring;
 pub mod read;
