@@ -6,7 +6,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::{Aabb, SearchLimits, Superquadric, Transform, inverse_of, unit_vector};
 
 use crate::point::{PointAnswer, PointLimits, PrimitiveAtPoint};
@@ -75,7 +75,8 @@ impl CompiledScene {
         search.refine_to_the_end(leaf);
         let Bounds { lower, upper } = search.leaves[leaf].bounds;
         let is_complete = is_complete && search.is_complete;
-        Some(SceneDistance { distance: upper, error: upper - lower, path: search.path(leaf), is_complete })
+        let error = upper - lower.min(search.unopened);
+        Some(SceneDistance { distance: upper, error, path: search.path(leaf), is_complete })
     }
 
     /// The greatest depth of a point in the primitives that hold it.
@@ -134,7 +135,7 @@ struct Bounds {
 enum Level {
     /// Two evaluations of N.
     Quick,
-    /// A search to a hundredth of the distance.
+    /// A search to a twentieth of the gap that quick bounds leave.
     Coarse,
     /// A search to the last digits that it can find.
     Fine,
@@ -213,6 +214,8 @@ struct Search<'a> {
     /// The candidate of the least upper bound.
     best: Option<usize>,
     queue_left: usize,
+    /// The least lower bound of the parts that were given up; infinite where there are none.
+    unopened: f64,
     is_complete: bool,
 }
 
@@ -229,7 +232,17 @@ impl<'a> Search<'a> {
         pending.push(Pending { bound: 0.0, depth: 0, part: Part::Node { frame: 0, node: 0 } });
         let (frames, leaves) = (vec![root], Vec::new());
         let queue_left = limits.queued;
-        Some(Self { scene, point, frames, leaves, pending, best: None, queue_left, is_complete: true })
+        Some(Self {
+            scene,
+            point,
+            frames,
+            leaves,
+            pending,
+            best: None,
+            queue_left,
+            unopened: f64::INFINITY,
+            is_complete: true,
+        })
     }
 
     /// The index of the nearest candidate.
@@ -240,7 +253,7 @@ impl<'a> Search<'a> {
             }
             if self.queue_left == 0 {
                 // The best answer so far, or else the first one on the way down from here.
-                self.is_complete = false;
+                self.unopened = self.unopened.min(bound);
                 self.pending.clear();
                 if self.best.is_some() {
                     break;
@@ -254,6 +267,8 @@ impl<'a> Search<'a> {
                 Part::Bounded(leaf) => self.refine(leaf),
             }
         }
+        // What was given up matters only if it may be nearer by more than the error of a distance.
+        self.is_complete = self.unopened >= self.enough() * (1.0 - DISTANCE_ERROR);
         self.first_of_the_nearest()
     }
 
@@ -310,7 +325,8 @@ impl<'a> Search<'a> {
         let shape = self.scene.primitives[leaf.primitive as usize].unit_shape();
         let value = shape.inside_outside(unit_point);
         let value = if value.is_nan() { f64::INFINITY } else { value };
-        let quick = quick_bounds(&shape, &world_from_unit, unit_point);
+        let unit_from_world = leaf.unit_from_group.matrix3 * world_from_group.inverse().matrix3;
+        let quick = quick_bounds(&shape, &world_from_unit.matrix3, &unit_from_world, unit_point);
         let bounds = Bounds { lower: quick.lower.max(bound).min(quick.upper), upper: quick.upper };
         self.leaves.push(Candidate {
             leaf,
@@ -328,7 +344,12 @@ impl<'a> Search<'a> {
     fn refine(&mut self, leaf: usize) {
         let candidate = &mut self.leaves[leaf];
         let (level, limits) = match candidate.level {
-            Level::Quick => (Level::Coarse, SearchLimits { relative_tolerance: 0.01, most_cells: 2_000 }),
+            Level::Quick => {
+                // To a twentieth of what is open, so that a small shape far away is narrowed too.
+                let Bounds { lower, upper } = candidate.bounds;
+                let relative_tolerance = (0.05 * (upper - lower) / upper).clamp(1e-9, 0.01);
+                (Level::Coarse, SearchLimits { relative_tolerance, most_cells: 2_000 })
+            }
             Level::Coarse => (Level::Fine, SearchLimits::default()),
             Level::Fine => return,
         };
@@ -382,6 +403,8 @@ impl<'a> Search<'a> {
 
 /// Distances that differ by less, relatively, are equal.
 const TIE: f64 = 1e-11;
+/// The relative error of a distance that counts as none.
+const DISTANCE_ERROR: f64 = 1e-9;
 
 fn distance_to_box(point: DVec3, bounds: &Aabb) -> f64 {
     let outside = (bounds.min - point).max(point - bounds.max).max(DVec3::ZERO);
@@ -392,23 +415,23 @@ fn distance_to_box(point: DVec3, bounds: &Aabb) -> f64 {
 
 /// Bounds on the distance from a point outside to the image of a unit shape under a map.
 ///
-/// With m = M p for the unit point p, the surface point p / N(p) towards the centre is `|m| (1 - 1/N)` away. The plane
-/// whose normal u is that of the surface there separates the point from the shape, whose support function h gives the
-/// lower bound `u . m - h(M^T u)`.
-fn quick_bounds(shape: &Superquadric, world_from_unit: &DAffine3, unit_point: DVec3) -> Bounds {
+/// With m = M p for the unit point p, the surface point p / N(p) towards the centre is `|m| (1 - 1/N)` away. Any plane
+/// with a unit normal u and beyond the shape, whose support function is h, gives the lower bound `u . m - h(M^T u)`. Tried
+/// are the normal of the surface at that point, which is good near the shape, and the direction of m, good far away.
+fn quick_bounds(shape: &Superquadric, matrix: &DMat3, unit_from_world: &DMat3, unit_point: DVec3) -> Bounds {
     let nothing = Bounds { lower: 0.0, upper: f64::INFINITY };
-    let matrix = world_from_unit.matrix3;
-    let from_center = matrix * unit_point;
+    let from_center = *matrix * unit_point;
     let (norm, gradient) = shape.norm().value_and_gradient(unit_point);
     if !from_center.is_finite() || norm.is_nan() {
         return nothing;
     }
     let length = from_center.length();
     let upper = (length * (1.0 - 1.0 / norm)).max(0.0);
-    let rows_of_inverse = inverse_of(world_from_unit).matrix3.transpose();
-    let Some(normal) = unit_vector(rows_of_inverse * gradient) else { return Bounds { upper, ..nothing } };
-    let support = shape.norm().support(matrix.transpose() * normal);
-    // The rounding of both terms.
-    let lower = normal.dot(from_center) - support - 16.0 * f64::EPSILON * (length + support);
-    Bounds { lower: if lower.is_nan() { 0.0 } else { lower.max(0.0) }, upper }
+    let normals = [unit_vector(unit_from_world.transpose() * gradient), unit_vector(from_center)];
+    let lower = normals.into_iter().flatten().fold(0.0, |best: f64, normal| {
+        let support = shape.norm().support(matrix.transpose() * normal);
+        // Less the rounding of both terms. `max` ignores a bound that is NaN.
+        best.max(normal.dot(from_center) - support - 16.0 * f64::EPSILON * (length + support))
+    });
+    Bounds { lower, upper }
 }

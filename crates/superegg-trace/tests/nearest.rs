@@ -120,3 +120,28 @@ fn an_empty_scene_and_points_that_are_not_finite_have_no_answer() {
         assert!((far.distance / x - 1.0).abs() < 1e-8, "{far:?}");
     }
 }
+
+/// The answer of a search that its limits have ended is true within the error that it gives.
+#[test]
+fn a_search_that_is_ended_gives_an_error_that_holds() {
+    let children: String =
+        (0..30).map(|i| format!("ap p c{i}\nxs {} {} {}\n", (7 * i) % 11, (5 * i) % 7, i % 3)).collect();
+    let scene = load(&format!("prm p\nexp .3 .7\ncoeff .3 .2 .4\nobj o0\n{children}"));
+    let flat = reference::flatten(&scene, "o0", 1, 100).unwrap();
+    let compiled = CompiledScene::compile(&scene, Some("o0"), 1);
+    let mut ended = 0;
+    for queued in [0, 1, 8, 16, 24] {
+        let mut limits = PointLimits::default();
+        limits.queued = queued;
+        for point in [DVec3::new(-3.0, 2.0, 9.0), DVec3::new(4.4, 3.3, 1.5), DVec3::new(30.0, -1.0, 0.0)] {
+            let (_, least) = reference::nearest(&flat, point).unwrap();
+            let answer = compiled.signed_distance(point, &limits).unwrap();
+            assert!(
+                answer.distance >= least - 1e-9 && answer.distance - answer.error <= least + 1e-9,
+                "{answer:?} {least}"
+            );
+            ended += u32::from(!answer.is_complete);
+        }
+    }
+    assert!(ended > 0);
+}
