@@ -8,6 +8,7 @@ use superegg_geom::glam::DVec3;
 use superegg_scene::{InstanceTable, Material, TableBuilder};
 
 use crate::read::{Particles, ReadError};
+use crate::srgb::linear_of_srgb;
 
 /// The number of colours of a colour map in a picture.
 const STEPS: usize = 256;
@@ -277,7 +278,7 @@ impl<'a> Colors<'a> {
                 let index = types[row].rem_euclid(TYPE_COLORS.len() as f64) as usize;
                 // Types count from 1.
                 let before = (index + TYPE_COLORS.len() - 1) % TYPE_COLORS.len();
-                DVec3::from(TYPE_COLORS[before].map(|byte| linear(f64::from(byte) / 255.0)))
+                DVec3::from(TYPE_COLORS[before].map(|byte| linear_of_srgb(f64::from(byte) / 255.0)))
             }
             Self::Scaled { values, range: [low, high], palette } => {
                 let value = values.at(row);
@@ -296,11 +297,6 @@ impl<'a> Colors<'a> {
             Self::Scaled { range, .. } => Some(*range),
         }
     }
-}
-
-/// The linear value of an sRGB value in [0, 1] (IEC 61966-2-1).
-fn linear(encoded: f64) -> f64 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 fn column<'a>(particles: &'a Particles, name: &str) -> Result<&'a [f64], ReadError> {

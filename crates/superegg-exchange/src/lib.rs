@@ -11,6 +11,7 @@
 pub mod coloring;
 pub mod read;
 pub mod sqb;
+mod srgb;
 pub mod write;
 
 pub use write::{points, povray};

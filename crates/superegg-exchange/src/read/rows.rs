@@ -326,10 +326,7 @@ fn unscaled(bounds: Option<SimulationBox>, fractions: DVec3) -> Result<DVec3, St
 /// Colours of 0 to 255 (if one is above 1) as sRGB, others as they are.
 fn linear_colors(mut colors: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
     if colors.iter().flatten().any(|part| *part > 1.0) {
-        let linear = |part: f32| {
-            let part = part / 255.0;
-            if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
-        };
+        let linear = |part: f32| crate::srgb::linear_of_srgb(f64::from(part) / 255.0) as f32;
         colors.iter_mut().for_each(|color| *color = color.map(linear));
     }
     colors

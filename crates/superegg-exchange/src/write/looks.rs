@@ -6,6 +6,7 @@ use superegg_geom::glam::DVec3;
 use superegg_scene::Material;
 
 use super::flatten::Instances;
+use crate::srgb::srgb_of_linear;
 
 /// A material as mesh formats describe it.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,8 +71,5 @@ pub(super) fn srgb_bytes(color: DVec3) -> [u8; 3] {
 
 /// A linear colour in the sRGB encoding (IEC 61966-2-1), each channel in [0, 1].
 pub(super) fn srgb(color: DVec3) -> [f64; 3] {
-    color.to_array().map(|x| {
-        let x = x.clamp(0.0, 1.0);
-        if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
-    })
+    color.to_array().map(|x| srgb_of_linear(x.clamp(0.0, 1.0)))
 }

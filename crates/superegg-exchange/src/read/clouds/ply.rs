@@ -128,8 +128,7 @@ fn linear(value: f64, scalar: &ScalarType) -> f32 {
         ScalarType::Float | ScalarType::Double => 1.0,
     };
     let encoded = if value.is_nan() { 0.0 } else { (value / most).clamp(0.0, 1.0) };
-    let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-    linear as f32
+    crate::srgb::linear_of_srgb(encoded) as f32
 }
 
 /// Checks that the bytes can hold the items that the header claims.

@@ -1,5 +1,6 @@
 //! Numbers, vectors and colours.
 
+use crate::srgb::linear_of_srgb;
 use superegg_geom::glam::DVec3;
 
 use super::lexer::TokenKind;
@@ -257,7 +258,7 @@ impl Parser {
                     word.strip_prefix('s').map_or((false, word.as_str()), |kind| (true, kind));
                 color = arranged(self.expression()?, kind);
                 if is_srgb {
-                    color[..3].iter_mut().for_each(|channel| *channel = linear(*channel));
+                    color[..3].iter_mut().for_each(|channel| *channel = linear_of_srgb(*channel));
                 }
             } else if is_given {
                 break;
@@ -307,11 +308,6 @@ fn arranged(value: Value, kind: &str) -> [f64; 5] {
         },
     };
     [red, green, blue, filter, transmit]
-}
-
-/// The linear value of an sRGB one.
-fn linear(encoded: f64) -> f64 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 #[cfg(test)]
