@@ -16,7 +16,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<Outcome> {
     }
     let loaded = load_files(&args.files, &args.data.options(args.frame))?;
     for note in &loaded.notes {
-        if !args.quiet || note.contains(": warning: ") {
+        if !args.quiet || note.is_warning() {
             console::warn(format_args!("superegg: {note}"));
         }
     }

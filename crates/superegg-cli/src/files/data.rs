@@ -1,5 +1,6 @@
 //! Loads data of other programs as scenes.
 
+use std::fmt;
 use std::io::{Read, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -70,10 +71,37 @@ pub(super) fn kind_of(input: &mut dyn Input, options: &DataOptions) -> Result<Fi
     })
 }
 
-/// A data file as a scene, with one line about how it was read and the warnings.
+/// A line about how data was read.
+#[derive(Clone, Debug)]
+pub(crate) enum Note {
+    /// What was recognized, and what the numbers mean.
+    Reading(String),
+    /// What was skipped or cannot be trusted.
+    Warning(String),
+}
+
+impl Note {
+    /// Whether a quiet command prints the note.
+    pub(crate) fn is_warning(&self) -> bool {
+        match self {
+            Self::Reading(_) => false,
+            Self::Warning(_) => true,
+        }
+    }
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Reading(text) | Self::Warning(text) => f.write_str(text),
+        }
+    }
+}
+
+/// A data file as a scene, with notes about how it was read.
 pub(crate) struct LoadedData {
     pub(crate) session: Session,
-    pub(crate) notes: Vec<String>,
+    pub(crate) notes: Vec<Note>,
     /// What a camera has to show.
     pub(crate) framing: Framing,
     /// The values at the ends of the colour map.
@@ -162,10 +190,13 @@ pub(super) fn load_named(
         }
         _ => bail!("cannot read '{name}': it holds nothing that can be shown"),
     };
-    let mut notes = vec![format!("{name}: {}{of_frames}: {count}; {reading}", format.description())];
-    notes.extend(warnings.into_iter().map(|warning| format!("{name}: warning: {warning}")));
+    let recognized = format.description();
+    let mut notes = vec![Note::Reading(format!("{name}: {recognized}{of_frames}: {count}; {reading}"))];
+    let warning = |text: String| Note::Warning(format!("{name}: warning: {text}"));
+    notes.extend(warnings.into_iter().map(warning));
     if let Some([low, high]) = range {
-        notes.push(format!("{name}: colours from {} to {}", format_number(low), format_number(high)));
+        let (low, high) = (format_number(low), format_number(high));
+        notes.push(Note::Reading(format!("{name}: colours from {low} to {high}")));
     }
     Ok(LoadedData { session, notes, framing, range })
 }

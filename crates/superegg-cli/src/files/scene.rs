@@ -12,7 +12,7 @@ use superegg_lang::{
 use crate::console;
 use crate::files::access;
 use crate::files::binary_scene::{self, open_input};
-use crate::files::data::{self, DataOptions, FileKind, LoadedData};
+use crate::files::data::{self, DataOptions, FileKind, LoadedData, Note};
 use crate::files::folders::Folders;
 use crate::files::no_scene::kind_of_no_scene;
 
@@ -30,7 +30,7 @@ pub(crate) struct Loaded {
     /// The output of the lines.
     pub(crate) prints: Vec<String>,
     /// How data of another program was read, one line each.
-    pub(crate) notes: Vec<String>,
+    pub(crate) notes: Vec<Note>,
     /// Whether the user interrupted the load.
     pub(crate) is_interrupted: bool,
 }
@@ -43,7 +43,7 @@ impl Loaded {
 
     /// Prints how data was read; if `is_quiet`, only its warnings.
     fn print_notes(&self, is_quiet: bool) {
-        let notes = self.notes.iter().filter(|note| !is_quiet || note.contains(": warning: "));
+        let notes = self.notes.iter().filter(|note| !is_quiet || note.is_warning());
         notes.for_each(|note| console::warn(format_args!("superegg: {note}")));
     }
 

@@ -46,7 +46,7 @@ impl Modeller {
         files::check_plain_file(path).map_err(|error| not_loadable(&error, file))?;
         let loaded = load_into(path, self.session().settings, &self.interrupt)
             .map_err(|error| not_loadable(&error, file))?;
-        loaded.notes.iter().for_each(|note| self.print(note));
+        loaded.notes.iter().for_each(|note| self.print(&note.to_string()));
         for diagnostic in loaded.diagnostics.iter().take(MOST_REPORTED) {
             self.report_diagnostic(diagnostic);
         }
