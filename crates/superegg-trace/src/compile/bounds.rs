@@ -83,8 +83,8 @@ impl Ord for Candidate<'_> {
     }
 }
 
-/// An upper bound on `u . p` over the points p of a group. It is the only loop over nodes besides [`Group::walk`], since it
-/// has one queue for all groups.
+/// An upper bound on `u . p` over the points p of a group. Its loop over nodes is its own, not [`Group::walk`], since it
+/// has one queue for all groups; so is that of `nearest.rs`.
 fn extent(group: &Group, primitives: &[CompiledPrimitive], u: DVec3) -> f64 {
     let mut open = BinaryHeap::new();
     open.push(Candidate { bound: f64::INFINITY, part: Part::Node(group, 0, u, 0.0) });
