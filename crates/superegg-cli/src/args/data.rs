@@ -6,7 +6,7 @@ use clap::builder::PossibleValuesParser;
 use superegg_exchange::coloring::{ColorBy, Coloring, Colormap};
 use superegg_exchange::read::{ColumnMap, Format, ReadOptions};
 
-use crate::args::values::{finite, positive};
+use crate::args::values::{Size, finite, positive};
 use crate::files::data::DataOptions;
 
 #[derive(Debug, clap::Args)]
@@ -68,8 +68,8 @@ pub(crate) struct DataArgs {
 }
 
 impl DataArgs {
-    /// The options of the loader, with a frame.
-    pub(crate) fn options(&self, frame: Option<usize>) -> DataOptions {
+    /// The options of the loader, with a frame and the size of the picture.
+    pub(crate) fn options(&self, frame: Option<usize>, size: Option<Size>) -> DataOptions {
         let map = self
             .colormap
             .as_deref()
@@ -92,7 +92,8 @@ impl DataArgs {
             ..ReadOptions::default()
         };
         let images = self.images.unwrap_or([1; 3]);
-        DataOptions { read, coloring, frame, images, shows_box: self.shows_box }
+        let size = size.map(|Size { width, height }| (width, height));
+        DataOptions { read, coloring, frame, images, shows_box: self.shows_box, size }
     }
 }
 

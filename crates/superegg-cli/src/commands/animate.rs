@@ -34,7 +34,7 @@ use frame_folder::FrameFolder;
 
 pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     let target = Target::from_args(args)?;
-    let options = args.data.options(None);
+    let options = args.data.options(None, args.size);
     let series = Series::of(&args.scene, &options)?;
     let loaded = load_with(&args.scene, &options)?;
     loaded.print_warnings(args.quiet);

@@ -14,7 +14,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<Outcome> {
     for file in &args.files {
         files::check_output(Some(&args.output), file)?;
     }
-    let loaded = load_files(&args.files, &args.data.options(args.frame))?;
+    let loaded = load_files(&args.files, &args.data.options(args.frame, None))?;
     for note in &loaded.notes {
         if !args.quiet || note.is_warning() {
             console::warn(format_args!("superegg: {note}"));

@@ -79,7 +79,7 @@ impl<'a> Job<'a> {
 
     fn run(&self) -> Result<Outcome> {
         let mut clock = Clock::start();
-        let loaded = load_with(&self.args.scene, &self.args.data.options(self.data_frame()))?;
+        let loaded = load_with(&self.args.scene, &self.args.data.options(self.data_frame(), self.args.size))?;
         let parse = clock.lap();
         loaded.print_warnings(self.args.quiet);
         let prepared = self.prepare(&loaded)?;

@@ -17,7 +17,7 @@ use crate::outcome::Outcome;
 use crate::text::counted;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
-    let mut loaded = load_with(&args.scene, &args.data.options(None))?;
+    let mut loaded = load_with(&args.scene, &args.data.options(None, None))?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let scene = loaded.session.scene();

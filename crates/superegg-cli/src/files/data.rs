@@ -11,9 +11,10 @@ use superegg_exchange::read::{
 };
 use superegg_exchange::sqb;
 use superegg_geom::glam::{DQuat, DVec3};
-use superegg_geom::{Exponents, TransformStep, unit_vector};
+use superegg_geom::{Aabb, Exponents, TransformStep, unit_vector};
 use superegg_lang::{Session, format_number, load_text};
-use superegg_scene::{InstanceTable, Material, Scene, TableBuilder};
+use superegg_render::Framing;
+use superegg_scene::{Camera, InstanceTable, Light, LightKind, Material, Scene, TableBuilder};
 
 use crate::text::counted;
 
@@ -31,12 +32,15 @@ pub(crate) struct DataOptions {
     pub(crate) images: [u32; 3],
     /// Whether the edges of the simulation box are shown.
     pub(crate) shows_box: bool,
+    /// The width and height of the picture that all data is to be seen in; by default those of a
+    /// scene.
+    pub(crate) size: Option<(u32, u32)>,
 }
 
 impl DataOptions {
     /// Whether the options only make sense for data.
     pub(crate) fn are_for_data(&self) -> bool {
-        let Self { read, coloring, images, shows_box, .. } = self;
+        let Self { read, coloring, images, shows_box, frame: _, size: _ } = self;
         read.from.is_some()
             || read.columns.is_some()
             || *coloring != Coloring::Own
@@ -102,8 +106,8 @@ impl fmt::Display for Note {
 pub(crate) struct LoadedData {
     pub(crate) session: Session,
     pub(crate) notes: Vec<Note>,
-    /// What a camera has to show.
-    pub(crate) framing: Framing,
+    /// The box that the camera shows.
+    pub(crate) bounds: Aabb,
     /// The values at the ends of the colour map.
     pub(crate) range: Option<[f64; 2]>,
 }
@@ -121,13 +125,13 @@ pub(crate) fn load_files(paths: &[PathBuf], options: &DataOptions) -> Result<Loa
     if loaded.len() == 1 {
         return loaded.pop().ok_or_else(|| anyhow!("no file"));
     }
-    join(loaded)
+    join(loaded, options)
 }
 
 /// Puts the tables of several files into one scene.
-fn join(loaded: Vec<LoadedData>) -> Result<LoadedData> {
+fn join(loaded: Vec<LoadedData>, options: &DataOptions) -> Result<LoadedData> {
     let (mut scene, mut notes) = (Scene::default(), Vec::new());
-    let mut framing = Framing::default();
+    let mut bounds = Aabb::EMPTY;
     scene.ensure_object("all")?;
     for data in loaded {
         let root = data.session.selected().map(str::to_owned);
@@ -143,10 +147,10 @@ fn join(loaded: Vec<LoadedData>) -> Result<LoadedData> {
             bail!("'{}' holds a scene; import it alone", root.unwrap_or_default());
         }
         notes.extend(data.notes);
-        framing.join(&data.framing);
+        bounds = bounds.union(&data.bounds);
     }
-    framing.apply(&mut scene)?;
-    Ok(LoadedData { session: Session::with_scene(scene, Some("all")), notes, framing, range: None })
+    frame(&mut scene, &bounds, options);
+    Ok(LoadedData { session: Session::with_scene(scene, Some("all")), notes, bounds, range: None })
 }
 
 /// Loads one data file from a stream.
@@ -169,17 +173,17 @@ pub(super) fn load_named(
     let frames = source.frames().len();
     let of_frames = if frames > 1 { format!(", frame {frame} of 0..{}", frames - 1) } else { String::new() };
     let name = path.display();
-    let (mut framing, mut range) = (Framing::default(), None);
+    let (mut bounds, mut range) = (Aabb::EMPTY, None);
     let (session, count) = match content {
         Content::Particles(particles) => {
             let count = counted(particles.len(), "shape");
-            framing = Framing::of(&particles, options);
+            bounds = bounds_of(&particles, options);
             let ColoredTable { table, range: found } =
                 to_table(&particles, &options.coloring).with_context(cannot_read)?;
             range = found;
-            let bounds = particles.bounds;
+            let simulation = particles.bounds;
             drop(particles);
-            (particle_scene(object, table, bounds, &framing, options).with_context(cannot_read)?, count)
+            (particle_scene(object, table, simulation, &bounds, options).with_context(cannot_read)?, count)
         }
         Content::Script(text) => {
             let (session, diagnostics) = load_text(&name.to_string(), &text);
@@ -198,7 +202,7 @@ pub(super) fn load_named(
         let (low, high) = (format_number(low), format_number(high));
         notes.push(Note::Reading(format!("{name}: colours from {low} to {high}")));
     }
-    Ok(LoadedData { session, notes, framing, range })
+    Ok(LoadedData { session, notes, bounds, range })
 }
 
 /// The wanted frame, or the first one with particles.
@@ -235,23 +239,23 @@ pub(super) fn scene_name(path: &Path) -> String {
 fn particle_scene(
     name: &str,
     table: InstanceTable,
-    bounds: Option<SimulationBox>,
-    framing: &Framing,
+    simulation: Option<SimulationBox>,
+    bounds: &Aabb,
     options: &DataOptions,
 ) -> Result<Session> {
     let mut scene = Scene::default();
-    framing.apply(&mut scene)?;
+    frame(&mut scene, bounds, options);
     if options.images.iter().all(|count| *count <= 1) && !options.shows_box {
         scene.add_table(name, table)?;
         return Ok(Session::with_scene(scene, Some(name)));
     }
-    let Some(bounds) = bounds else {
+    let Some(simulation) = simulation else {
         bail!("the file has no simulation box, which --images and --box need");
     };
     let held = format!("{name}_particles");
     scene.add_table(&held, table)?;
     scene.ensure_object(name)?;
-    let offsets = image_offsets(&bounds, options);
+    let offsets = image_offsets(&simulation, options);
     for (number, by) in offsets.iter().enumerate() {
         let alias = if number == 0 { held.clone() } else { format!("{held}_{number}") };
         scene.add_child(name, &alias, &held)?;
@@ -261,7 +265,7 @@ fn particle_scene(
     }
     if options.shows_box {
         let edges = format!("{name}_box");
-        scene.add_table(&edges, box_edges(&bounds)?)?;
+        scene.add_table(&edges, box_edges(&simulation)?)?;
         scene.add_child(name, &edges, &edges)?;
     }
     Ok(Session::with_scene(scene, Some(name)))
@@ -281,71 +285,60 @@ fn image_offsets(bounds: &SimulationBox, options: &DataOptions) -> Vec<DVec3> {
     offsets
 }
 
-/// What a camera has to show: a box around particles.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Framing {
-    least: DVec3,
-    most: DVec3,
+/// The box around particles, their images and the edges of the simulation box.
+fn bounds_of(particles: &Particles, options: &DataOptions) -> Aabb {
+    let of_particle = |(position, radii): (&DVec3, &DVec3)| {
+        Aabb::around(*position, DVec3::splat(radii.max_element()))
+    };
+    let one = particles.positions.iter().zip(&particles.radii).map(of_particle);
+    let one = one.fold(Aabb::EMPTY, |all, next| all.union(&next));
+    let Some(bounds) = &particles.bounds else { return one };
+    let mut all = one;
+    for by in image_offsets(bounds, options) {
+        all = all.union(&Aabb { min: one.min + by, max: one.max + by });
+    }
+    if options.shows_box {
+        let SimulationBox { origin, edges: [a, b, c], .. } = *bounds;
+        for corner in [origin, origin + a, origin + b, origin + c, origin + a + b + c] {
+            all = all.union(&Aabb::around(corner, DVec3::ZERO));
+        }
+    }
+    all
 }
 
-impl Default for Framing {
-    fn default() -> Self {
-        Self { least: DVec3::INFINITY, most: DVec3::NEG_INFINITY }
-    }
-}
-
-impl Framing {
-    fn of(particles: &Particles, options: &DataOptions) -> Self {
-        let mut framing = Self::default();
-        for (position, radii) in particles.positions.iter().zip(&particles.radii) {
-            let reach = DVec3::splat(radii.max_element());
-            framing.least = framing.least.min(*position - reach);
-            framing.most = framing.most.max(*position + reach);
-        }
-        if let Some(bounds) = &particles.bounds {
-            let one = framing;
-            for by in image_offsets(bounds, options) {
-                framing.join(&Self { least: one.least + by, most: one.most + by });
-            }
-            if options.shows_box {
-                let SimulationBox { origin, edges: [a, b, c], .. } = *bounds;
-                for corner in [origin, origin + a, origin + b, origin + c, origin + a + b + c] {
-                    framing.join(&Self { least: corner, most: corner });
-                }
-            }
-        }
-        framing
-    }
-
-    pub(super) fn join(&mut self, other: &Self) {
-        self.least = self.least.min(other.least);
-        self.most = self.most.max(other.most);
-    }
-
-    /// Gives a scene a camera and a light that show the box: seen from the front, a little from the
-    /// right and above, z up. An empty box changes nothing.
-    fn apply(&self, scene: &mut Scene) -> Result<()> {
-        if !self.least.cmple(self.most).all() {
-            return Ok(());
-        }
-        let mut session = Session::with_scene(std::mem::take(scene), None);
-        for line in framing_lines(self.least, self.most).lines() {
-            session.run_line(line).map_err(|fault| anyhow!("{}", fault.message))?;
-        }
-        *scene = session.scene().clone();
-        Ok(())
-    }
-
-    /// A scene with only the camera and the light.
-    pub(super) fn scene(&self) -> Result<Scene> {
-        let mut scene = Scene::default();
-        self.apply(&mut scene)?;
-        Ok(scene)
-    }
-}
-
+/// The direction from data to its camera: from the front, a little from the right and above.
+const BACKWARDS: DVec3 = DVec3::new(0.55, -0.75, 0.42);
+/// The vertical field of view of the camera, in degrees.
+const FIELD_OF_VIEW: f64 = 40.0;
 /// The name of the light of data.
 pub(super) const KEY_LIGHT: &str = "key";
+
+/// Gives a scene a camera and a light that show a box, z up, on white. An empty box changes nothing.
+pub(super) fn frame(scene: &mut Scene, bounds: &Aabb, options: &DataOptions) {
+    let direction = Camera {
+        position: BACKWARDS,
+        target: DVec3::ZERO,
+        up: DVec3::Z,
+        fov_deg: FIELD_OF_VIEW,
+        ..Camera::default()
+    };
+    let size = options.size.unwrap_or((scene.picture.width, scene.picture.height));
+    let Some(Framing { camera, .. }) = Framing::of_box(&direction, bounds, size) else { return };
+    scene.set_up(DVec3::Z);
+    (scene.camera, scene.sets_camera) = (camera, true);
+    scene.background = DVec3::ONE;
+    // Over the left shoulder, so that the three faces that are in sight get different light.
+    let (right, up, forward) = camera.frame();
+    let aside = 0.75 * up - 0.45 * forward - 0.35 * right;
+    let position = bounds.center() + 6.0 * bounds.half_extent().length() * aside;
+    let light = Light {
+        kind: LightKind::Point { position },
+        color: DVec3::splat(1.1),
+        falloff: 0.0,
+        ..Light::DEFAULT
+    };
+    scene.set_light(KEY_LIGHT, light);
+}
 
 /// The twelve edges of a box as thin cylinders.
 fn box_edges(bounds: &SimulationBox) -> Result<InstanceTable> {
@@ -367,37 +360,4 @@ fn box_edges(bounds: &SimulationBox) -> Result<InstanceTable> {
         }
     }
     Ok(builder.finish())
-}
-
-/// The vertical field of view of the camera, in degrees.
-const FIELD_OF_VIEW: f64 = 40.0;
-/// The width of the default picture as a multiple of its height.
-const ASPECT: f64 = 4.0 / 3.0;
-
-/// The camera and the light as lines of the modelling language. All corners of the box are in the
-/// picture, with a margin.
-fn framing_lines(least: DVec3, most: DVec3) -> String {
-    let center = 0.5 * (least + most);
-    let half = 0.5 * (most - least);
-    let radius = half.length();
-    let text = |v: DVec3| v.to_array().map(format_number).join(" ");
-    let backwards = DVec3::new(0.55, -0.75, 0.42).normalize();
-    let right = DVec3::Z.cross(backwards).normalize();
-    let up = backwards.cross(right);
-    let slope = (0.5 * FIELD_OF_VIEW).to_radians().tan();
-    let distance = (0..8).fold(0.0_f64, |distance, corner| {
-        let sign = |bit: u32| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
-        let at = half * DVec3::new(sign(0), sign(1), sign(2));
-        let aside = (at.dot(up).abs() / slope).max(at.dot(right).abs() / (slope * ASPECT));
-        distance.max(at.dot(backwards) + 1.04 * aside)
-    });
-    let position = center + backwards * distance;
-    // Over the left shoulder, so that the three faces that are in sight get different light.
-    let light = center + (0.45 * backwards + 0.75 * up - 0.35 * right) * (6.0 * radius);
-    format!(
-        "camera {} {} {FIELD_OF_VIEW}\ncameraUp 0 0 1\nbackground 1 1 1\nlight {KEY_LIGHT} {} 1.1 1.1 1.1 0\n",
-        text(position),
-        text(center),
-        text(light)
-    )
 }

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use superegg_exchange::coloring::Coloring;
 use superegg_exchange::read::open;
+use superegg_geom::Aabb;
 use superegg_scene::{Camera, Light, Scene};
 
 use crate::files::binary_scene::open_input;
-use crate::files::data::{self, DataOptions, FileKind, Framing, LoadedData};
+use crate::files::data::{self, DataOptions, FileKind, LoadedData};
 
 /// Frames of data that are shown one after the other, with one camera and one range of colours.
 pub(crate) struct Series {
@@ -63,11 +64,11 @@ impl Series {
 
     /// Sets the camera and the range of colours from the first, the middle and the last frame.
     fn frame_all(&mut self) -> Result<()> {
-        let mut framing = Framing::default();
+        let mut bounds = Aabb::EMPTY;
         let mut range: Option<[f64; 2]> = None;
         for frame in [0, self.len() / 2, self.len() - 1] {
             let loaded = self.load(frame)?;
-            framing.join(&loaded.framing);
+            bounds = bounds.union(&loaded.bounds);
             range = match (range, loaded.range) {
                 (Some([a, b]), Some([c, d])) => Some([a.min(c), b.max(d)]),
                 (held, found) => held.or(found),
@@ -76,7 +77,8 @@ impl Series {
         if let Coloring::ByColumn(by) = &mut self.options.coloring {
             by.range = by.range.or(range);
         }
-        let scene = framing.scene()?;
+        let mut scene = Scene::default();
+        data::frame(&mut scene, &bounds, &self.options);
         self.camera = scene.camera;
         self.light = scene.lights().first().copied();
         Ok(())

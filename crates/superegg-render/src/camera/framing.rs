@@ -1,5 +1,6 @@
 //! A camera that shows a whole scene.
 
+use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 use superegg_scene::{Camera, Lens, Light, LightKind, Scene};
 use superegg_trace::CompiledScene;
@@ -45,7 +46,33 @@ impl Framing {
     ///
     /// Each side of the view is moved until it touches the scene: the camera is as near as it can be.
     pub fn of(camera: &Camera, compiled: &CompiledScene, size: (u32, u32)) -> Option<Self> {
-        let extent = |u: DVec3| compiled.extent(u);
+        Self::of_extent(camera, &|u| compiled.extent(u), size)
+    }
+
+    /// As [`Framing::of`], for everything in a box. `None` for an empty box too.
+    ///
+    /// ```
+    /// use superegg_geom::Aabb;
+    /// use superegg_geom::glam::DVec3;
+    /// use superegg_render::Framing;
+    /// use superegg_scene::Camera;
+    ///
+    /// let cube = Aabb::around(DVec3::X, DVec3::ONE);
+    /// let framing = Framing::of_box(&Camera::default(), &cube, (640, 480)).expect("a cube is in sight");
+    /// assert!((framing.camera.position - DVec3::new(1.0, 0.0, 2.92)).length() < 0.01);
+    /// ```
+    pub fn of_box(camera: &Camera, bounds: &Aabb, size: (u32, u32)) -> Option<Self> {
+        let (center, half) = (bounds.center(), bounds.half_extent());
+        let extent = |u: DVec3| (!bounds.is_empty()).then(|| u.dot(center) + u.abs().dot(half));
+        Self::of_extent(camera, &extent, size)
+    }
+
+    /// Frames what has this extent along each direction; see [`CompiledScene::extent`].
+    fn of_extent(
+        camera: &Camera,
+        extent: &dyn Fn(DVec3) -> Option<f64>,
+        size: (u32, u32),
+    ) -> Option<Self> {
         let basis = Basis::of(camera);
         let aspect = f64::from(size.0) / f64::from(size.1);
         let middle = |axis: DVec3| Some(0.5 * (extent(axis)? - extent(-axis)?));
