@@ -131,13 +131,13 @@ fn folders_are_printed_changed_and_listed() {
 #[test]
 fn the_two_tests_answer_at_the_prompt() {
     let sandbox = Sandbox::new();
-    let lines = "prm ball\niotest 0 0 .5\niotest 1 0 0\niotest 9 9 9\niotest\nset ioStep 1\nset ioHalf 1\niotest\nintersect\n\
+    let lines = "prm ball\niotest 0 0 .5\niotest 1 0 0\niotest 2 2 2\niotest\nset ioStep 1\nset ioHalf 1\niotest\nintersect\n\
         intersect 0 5 0 0 -1 0\nintersect 5 5 5 1 0 0\n";
     let out = sandbox.session(lines).fine();
     assert_eq!(
         out,
         "inside: the function is -0.75 for ball\non the surface: the function is 0 for ball\n\
-        outside: the point is in no shape's box\n9261 points from -5 to 5 in steps of 0.5: 27 inside, 9234 outside\n\
+        outside: the function is 11 for ball, the nearest primitive\n9261 points from -5 to 5 in steps of 0.5: 27 inside, 9234 outside\n\
         27 points from -1 to 1 in steps of 1: 1 inside, 26 outside\n\
         the ray from the camera at 0 0 10 along 0 0 -1\nmeets ball\nat t = 9\nat the point 0 0 1\nwhere the normal is 0 0 1\n\
         the ray meets ball\nat t = 4\nat the point 0 1 0\nwhere the normal is 0 1 0\nthe ray meets nothing\n"

@@ -232,8 +232,8 @@ impl Writer {
                 let exponent = |key: &str| {
                     let node = item.needed(key)?;
                     let value = node.number()?;
-                    if value <= 0.0 {
-                        return Err(node.error(format!("an exponent must be above 0, found {value}")));
+                    if value < 0.0 {
+                        return Err(node.error(format!("an exponent must not be below 0, found {value}")));
                     }
                     Ok(value)
                 };
@@ -559,10 +559,17 @@ objects:
     }
 
     #[test]
+    fn an_exponent_of_0_is_the_limit() {
+        let session = session(&import(&SCENE.replace("exp0: 0.1", "exp0: 0")));
+        let zero = |primitive: &superegg_scene::Primitive| primitive.shape.exponents().e() == 0.0;
+        assert_eq!(session.scene().primitives().filter(|(_, primitive)| zero(primitive)).count(), 1);
+    }
+
+    #[test]
     fn wrong_values_are_named_by_their_line() {
         let with = |from: &str, to: &str| message(&SCENE.replace(from, to));
         assert_eq!(with("exp0: 0.1", "exp0: zero"), "line 20: expected a number, found 'zero'");
-        assert_eq!(with("exp0: 0.1", "exp0: -1"), "line 20: an exponent must be above 0, found -1");
+        assert_eq!(with("exp0: 0.1", "exp0: -1"), "line 20: an exponent must not be below 0, found -1");
         assert_eq!(with("  exp1: 1.5\n", ""), "line 17: expected the key 'exp1'");
         assert_eq!(with("scale: [2, 3, 4]", "scale: [2, 3]"), "line 16: expected 3 numbers, found 2");
         assert_eq!(with("children: [box]", "children: [bax]"), "line 16: no object is named 'bax'");

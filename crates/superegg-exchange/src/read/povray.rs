@@ -333,7 +333,8 @@ mod tests {
         let warnings = |text: &str| import(&format!("{ball}{text}")).warnings.join("; ");
         assert!(warnings("mesh { triangle { 0, x, y } }").contains("line 2: 'mesh'"));
         assert!(warnings("sphere { 0, rand(S) }").contains("line 2: 'rand' has no value"));
-        assert!(warnings("superellipsoid { <0, 1> }").contains("line 2: the exponents must be above 0"));
+        assert!(warnings("superellipsoid { <-1, 1> }").contains("line 2: the exponents must not be below 0"));
+        assert_eq!(warnings("superellipsoid { <0, 1> }"), "");
         assert!(warnings("object { Nobody }").contains("'Nobody' is no object"));
         assert!(
             warnings("#macro M(A)\n sphere { A, 1 }\n#end\nM(1)").contains("'#macro' is not carried out")

@@ -8,6 +8,14 @@ use crate::parse::parser::Parsed;
 use crate::suggest::did_you_mean;
 use crate::text::shorten;
 
+/// The help of a fault about a table that was to be changed.
+pub(super) fn table_help(table: &str) -> String {
+    let table = shorten(table);
+    format!(
+        "its rows come from data and stay; 'object NAME', then 'addObject {table}' make an object of it, which can be moved"
+    )
+}
+
 /// The fault of a scene error, with the columns of the word that caused it.
 pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) -> Fault {
     let names = || scene.entities().map(|(name, _)| name);
@@ -24,7 +32,7 @@ pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) ->
             1,
             "addPrimitive adds a primitive, and 'primitive NAME' selects one".to_owned(),
         ),
-        SceneError::NotAPrimitive(_) if parsed.spec.name == "floor" => {
+        SceneError::NotAPrimitive(_) | SceneError::IsTable(_) if parsed.spec.name == "floor" => {
             (FaultCode::WrongKind, named, "a floor has the surface of a primitive".to_owned())
         }
         SceneError::NotAPrimitive(_) => (
@@ -32,11 +40,7 @@ pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) ->
             named,
             "addObject adds an object, and 'object NAME' selects one".to_owned(),
         ),
-        SceneError::IsTable(_) => (
-            FaultCode::WrongKind,
-            named,
-            "its rows come from data; addObject adds it to an object, which can be moved".to_owned(),
-        ),
+        SceneError::IsTable(name) => (FaultCode::WrongKind, named, table_help(name)),
         SceneError::AliasExists { .. } => (
             FaultCode::AliasExists,
             parsed.columns.len() - 1,

@@ -11,7 +11,7 @@ use crate::grammar::table::{COMMANDS, commands_spelt};
 use crate::parse::number::{format_number, parse_number};
 use crate::parse::parser::{Parsed, parse_line};
 use crate::session::checks::{check_camera, check_direction, check_light, pattern, target_distance};
-use crate::session::faults::scene_fault;
+use crate::session::faults::{scene_fault, table_help};
 use crate::session::keys::{ALL_FRAMES, subject_of};
 use crate::session::selection::Selection;
 use crate::session::settings::{self, Settings};
@@ -341,6 +341,10 @@ impl Session {
             | (Needs::Object, Some((_, Entity::Object(_)))) => return Ok(()),
             (Needs::Primitive, _) => ("primitive", "'primitive NAME' selects one, or makes it"),
             (Needs::Object, _) => ("object", "'object NAME' selects one, or makes it"),
+        };
+        let how = match selected {
+            Some((name, Entity::Table(_))) => table_help(name),
+            _ => how.to_owned(),
         };
         let found = match selected {
             Some((name, entity)) => format!("'{}', which is selected, is {}", shorten(name), entity.kind()),

@@ -4,7 +4,7 @@ use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::{Fault, FaultCode, format_number};
 use superegg_render::{Framing, facing};
-use superegg_trace::CompiledScene;
+use superegg_trace::{CompiledScene, InstancePath, PointLimits};
 
 use crate::inspect::framing::framing_lines;
 use crate::inspect::grid::Grid;
@@ -85,12 +85,16 @@ impl Modeller {
             Some((0.0, _)) => "on the surface",
             Some(_) | None => "outside",
         };
+        let describe = |value: f64, path: &InstancePath| {
+            format!("{verdict}: the function is {} for {}", format_number(value), compiled.path_name(path))
+        };
         let text = match answer.least {
-            None => format!("{verdict}: the point is in no shape's box"),
-            Some((value, path)) => {
-                let (value, name) = (format_number(value), compiled.path_name(&path));
-                format!("{verdict}: the function is {value} for {name}")
-            }
+            Some((value, path)) => describe(value, &path),
+            // No box holds the point.
+            None => match compiled.nearest_primitive(point, &PointLimits::default()) {
+                Some(nearest) => describe(nearest.value, &nearest.path) + ", the nearest primitive",
+                None => format!("{verdict}: there is no primitive"),
+            },
         };
         self.print(&text);
         Ok(())

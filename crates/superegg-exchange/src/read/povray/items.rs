@@ -212,8 +212,9 @@ impl Parser {
                 self.advance()?;
                 self.shape(&mut |parser| {
                     let [e, n, ..] = parser.expression()?.five();
-                    if !(e > 0.0 && n > 0.0 && e.is_finite() && n.is_finite()) {
-                        return parser.trouble(format!("the exponents must be above 0, found {e} and {n}"));
+                    if !(e >= 0.0 && n >= 0.0 && e.is_finite() && n.is_finite()) {
+                        return parser
+                            .trouble(format!("the exponents must not be below 0, found {e} and {n}"));
                     }
                     Ok(([e, n], Vec::new()))
                 })?
