@@ -9,6 +9,8 @@ mod progress;
 mod system;
 mod text;
 
+mod annotate;
+
 mod files;
 mod inspect;
 mod long;

@@ -23,3 +23,4 @@ mod input;
 pub(crate) use input::LONGEST_LINE;
 pub(crate) use reporter::{Message, Reporter, console_reporter, visible};
 pub(crate) use state::{Input, Modeller, Reply};
+pub(crate) use viewer_link::ShownFrame;

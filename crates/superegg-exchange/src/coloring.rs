@@ -160,13 +160,85 @@ impl Coloring {
     }
 }
 
-/// A table with the range of the column that colours it.
+/// A table with the meaning of its colours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColoredTable {
     /// The rows.
     pub table: InstanceTable,
-    /// The values at the ends of the colour map; `None` without [`Coloring::ByColumn`].
-    pub range: Option<[f64; 2]>,
+    /// The meaning of the colours.
+    pub key: ColorKey,
+}
+
+/// The meaning of the colours of a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum ColorKey {
+    /// None that a number has.
+    #[default]
+    None,
+    /// The types of the rows, in order; each has the colour [`type_color`].
+    Types(Vec<f64>),
+    /// The values at the ends of the colour map.
+    Range([f64; 2]),
+}
+
+impl ColorKey {
+    /// The key of two tables together.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Range([a, b]), Self::Range([c, d])) => Self::Range([a.min(c), b.max(d)]),
+            (Self::Types(types), Self::Types(others)) => Self::of_types(types.into_iter().chain(others)),
+            (Self::None, key) | (key, _) => key,
+        }
+    }
+
+    fn of_types(types: impl Iterator<Item = f64>) -> Self {
+        let mut types: Vec<f64> = types.collect();
+        types.sort_by(f64::total_cmp);
+        types.dedup_by_key(|value| value.to_bits());
+        Self::Types(types)
+    }
+}
+
+/// The linear colour of rows of a type: one of eight, in turn. Types count from 1.
+pub fn type_color(value: f64) -> DVec3 {
+    let index = value.rem_euclid(TYPE_COLORS.len() as f64) as usize;
+    let before = (index + TYPE_COLORS.len() - 1) % TYPE_COLORS.len();
+    DVec3::from(TYPE_COLORS[before].map(|byte| linear_of_srgb(f64::from(byte) / 255.0)))
+}
+
+/// The position of a value in a range, from 0 to 1; the middle for a range without width. NaN for
+/// NaN.
+///
+/// ```
+/// use superegg_exchange::coloring::share_of;
+/// assert_eq!([share_of(3.0, [2.0, 4.0]), share_of(9.0, [2.0, 4.0])], [0.5, 1.0]);
+/// ```
+pub fn share_of(value: f64, [low, high]: [f64; 2]) -> f64 {
+    let share = match high - low {
+        width if width.is_finite() && width > 0.0 => (value - low) / width,
+        // The width overflows.
+        width if width > 0.0 => (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low),
+        _ => 0.5,
+    };
+    if value.is_nan() { value } else { share.clamp(0.0, 1.0) }
+}
+
+/// The colours of a colour map, as tables have them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Palette(Vec<DVec3>);
+
+impl Palette {
+    /// The palette of a colour map.
+    pub fn of(map: Colormap) -> Self {
+        Self(map.colors(STEPS))
+    }
+
+    /// The linear colour of a share from 0 to 1; `None` for NaN.
+    pub fn color(&self, share: f64) -> Option<DVec3> {
+        let index = ((share.clamp(0.0, 1.0) * STEPS as f64) as usize).min(STEPS - 1);
+        (!share.is_nan()).then(|| self.0[index])
+    }
 }
 
 /// The colour of particles without one: a light grey.
@@ -212,7 +284,7 @@ pub fn to_table(particles: &Particles, coloring: &Coloring) -> Result<ColoredTab
         let id = particles.ids.get(row).copied();
         builder.push(shape, particles.positions[row], particles.rotations[row], id);
     }
-    Ok(ColoredTable { table: builder.finish(), range: colors.range() })
+    Ok(ColoredTable { table: builder.finish(), key: colors.key() })
 }
 
 /// The colours of rows.
@@ -220,7 +292,7 @@ enum Colors<'a> {
     Plain,
     File(&'a [[f32; 3]]),
     Types(&'a [f64]),
-    Scaled { values: Values<'a>, range: [f64; 2], palette: Vec<DVec3> },
+    Scaled { values: Values<'a>, range: [f64; 2], palette: Palette },
 }
 
 /// The values of a column: one column, ids, or the length of a vector.
@@ -267,34 +339,25 @@ impl<'a> Colors<'a> {
             if least > most { [0.0, 1.0] } else { [least, most] }
         };
         let range = by.range.unwrap_or_else(of_data);
-        Ok(Self::Scaled { values, range, palette: by.map.colors(STEPS) })
+        Ok(Self::Scaled { values, range, palette: Palette::of(by.map) })
     }
 
     fn of_row(&self, row: usize) -> DVec3 {
         match self {
             Self::Plain => PLAIN,
             Self::File(colors) => DVec3::from(colors[row].map(f64::from)).clamp(DVec3::ZERO, DVec3::ONE),
-            Self::Types(types) => {
-                let index = types[row].rem_euclid(TYPE_COLORS.len() as f64) as usize;
-                // Types count from 1.
-                let before = (index + TYPE_COLORS.len() - 1) % TYPE_COLORS.len();
-                DVec3::from(TYPE_COLORS[before].map(|byte| linear_of_srgb(f64::from(byte) / 255.0)))
-            }
-            Self::Scaled { values, range: [low, high], palette } => {
-                let value = values.at(row);
-                let share = if high > low { (value - low) / (high - low) } else { 0.5 };
-                if share.is_nan() {
-                    return NOT_A_NUMBER;
-                }
-                palette[((share.clamp(0.0, 1.0) * STEPS as f64) as usize).min(STEPS - 1)]
+            Self::Types(types) => type_color(types[row]),
+            Self::Scaled { values, range, palette } => {
+                palette.color(share_of(values.at(row), *range)).unwrap_or(NOT_A_NUMBER)
             }
         }
     }
 
-    fn range(&self) -> Option<[f64; 2]> {
+    fn key(&self) -> ColorKey {
         match self {
-            Self::Plain | Self::File(_) | Self::Types(_) => None,
-            Self::Scaled { range, .. } => Some(*range),
+            Self::Plain | Self::File(_) => ColorKey::None,
+            Self::Types(types) => ColorKey::of_types(types.iter().copied()),
+            Self::Scaled { range, .. } => ColorKey::Range(*range),
         }
     }
 }

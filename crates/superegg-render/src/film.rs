@@ -4,6 +4,7 @@ pub(crate) mod accumulate;
 pub(crate) mod adaptive;
 pub(crate) mod buffer;
 pub(crate) mod develop;
+pub(crate) mod encoded;
 #[cfg(feature = "exr")]
 pub(crate) mod exr;
 pub(crate) mod first;

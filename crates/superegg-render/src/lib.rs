@@ -16,7 +16,8 @@ mod stats;
 pub use camera::framing::{Framing, facing};
 pub use camera::view::View;
 pub use film::buffer::Film;
-pub use film::develop::{Development, ImageError};
+pub use film::develop::Development;
+pub use film::encoded::{EncodedPicture, ImageError};
 #[cfg(feature = "exr")]
 pub use film::exr::{ExrError, exr_file};
 pub use film::pixel::Pixel;

@@ -68,6 +68,16 @@ impl<V: Clone> OrderedMap<V> {
         self.entries.insert(number, (name, Arc::new(value)));
     }
 
+    /// Shares the value that another map has under a name, at its position here. Does nothing unless
+    /// both maps have the name.
+    pub(crate) fn share(&mut self, name: &str, other: &Self) {
+        let shared = other.number_of.get(name).and_then(|number| other.entries.get(number));
+        let held = self.number_of.get(name).and_then(|number| self.entries.get_mut(number));
+        if let (Some((_, value)), Some((_, shared))) = (held, shared) {
+            *value = Arc::clone(shared);
+        }
+    }
+
     /// Removes an entry; the others keep their order. Returns whether it existed.
     pub(crate) fn remove(&mut self, name: &str) -> bool {
         let number = self.number_of.remove(name);

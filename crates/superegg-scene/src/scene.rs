@@ -222,6 +222,36 @@ impl Scene {
         Ok(())
     }
 
+    /// Replaces each table by that of the same name in another scene, if there is one. The tables
+    /// are shared, not copied.
+    ///
+    /// ```
+    /// use superegg_geom::glam::{DQuat, DVec3};
+    /// use superegg_geom::Exponents;
+    /// use superegg_scene::{Material, Scene, TableBuilder};
+    ///
+    /// let scene = |count: u32| {
+    ///     let mut builder = TableBuilder::default();
+    ///     let material = builder.material(Material::default());
+    ///     let grain = builder.shape(DVec3::ONE, Exponents::ROUND, material)?;
+    ///     (0..count).for_each(|_| builder.push(grain, DVec3::ZERO, DQuat::IDENTITY, None));
+    ///     let mut scene = Scene::default();
+    ///     scene.add_table("grains", builder.finish())?;
+    ///     Ok::<_, Box<dyn std::error::Error>>(scene)
+    /// };
+    /// let mut shown = scene(1)?;
+    /// shown.share_tables(&scene(3)?);
+    /// assert_eq!(shown.tables().map(|(_, table)| table.len()).sum::<usize>(), 3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn share_tables(&mut self, other: &Self) {
+        for (name, _) in other.tables() {
+            if matches!(self.get(name), Some(Entity::Table(_))) {
+                self.entities.share(name, &other.entities);
+            }
+        }
+    }
+
     /// The primitive or object of this name.
     pub fn get(&self, name: &str) -> Option<&Entity> {
         self.entities.get(name)

@@ -48,7 +48,7 @@ mod viewer;
 mod window;
 
 pub use frame_stats::{DrawStats, FrameTimes, PreviewBench, TraceBench, ViewerBench};
-pub use protocol::{FromViewer, NoWindow, Shown};
+pub use protocol::{Frames, FromViewer, NoWindow, Shown};
 
 #[cfg(not(feature = "window"))]
 pub use absent::{Viewer, ViewerHandle, bench};

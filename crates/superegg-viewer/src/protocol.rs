@@ -12,6 +12,17 @@ pub struct Shown {
     pub selected: Option<String>,
     /// The switches of the view.
     pub settings: ViewSettings,
+    /// The frames that the user can choose from; `None` if the scene does not move.
+    pub frames: Option<Frames>,
+}
+
+/// The frames of a series.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frames {
+    /// The number of frames, at least 1.
+    pub count: usize,
+    /// The index of the frame of the snapshot, less than `count`.
+    pub current: usize,
 }
 
 /// A message from the window to the session.
@@ -21,6 +32,8 @@ pub enum FromViewer {
     Command(String),
     /// A key or the panel has changed the switches of the view.
     Settings(ViewSettings),
+    /// Show the frame of this index.
+    Frame(usize),
     /// A text for the user at the prompt.
     Message(String),
     /// Return the keyboard to the prompt.

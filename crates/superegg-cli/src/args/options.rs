@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use anyhow::{Result, ensure};
 use clap::value_parser;
 use superegg_scene::Picture;
 
+use crate::annotate::{Annotations, Legend};
 use crate::args::data::DataArgs;
 use crate::args::values::{
     AovArg, EncodingArg, FilterArg, FrameRange, GridValueArg, Size, ToneArg, bits, depth, exposure, finite,
@@ -70,7 +72,65 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) long: LongArgs,
     #[command(flatten)]
+    pub(crate) annotations: AnnotationArgs,
+    #[command(flatten)]
     pub(crate) data: DataArgs,
+}
+
+/// What is drawn into finished pictures.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Annotations")]
+pub(crate) struct AnnotationArgs {
+    /// Draw a legend into the PNG picture: the colour map of --color-by with its values, or the
+    /// types of --type-colors
+    #[arg(long)]
+    pub(crate) legend: bool,
+    /// Draw a bar into the PNG picture that is as long as a round number of units at the depth of
+    /// the camera's target
+    #[arg(long)]
+    pub(crate) scale_bar: bool,
+}
+
+impl AnnotationArgs {
+    /// Whether anything is drawn.
+    pub(crate) fn is_any(self) -> bool {
+        self.legend || self.scale_bar
+    }
+
+    /// The size of the middle part of a picture that data fills, so that a legend has room beside it.
+    pub(crate) fn framed(self, size: Option<Size>) -> Option<Size> {
+        if !self.legend {
+            return size;
+        }
+        let Picture { width, height, .. } = Picture::default();
+        let Size { width, height } = size.unwrap_or(Size { width, height });
+        Some(Size { width: (width - width / 5).max(1), height })
+    }
+
+    /// Checks that there are colours for a legend.
+    ///
+    /// # Errors
+    /// No argument colours data.
+    pub(crate) fn check(self, data: &DataArgs) -> Result<()> {
+        let is_colored = data.color_by.is_some() || data.type_colors;
+        ensure!(
+            is_colored || !self.legend,
+            "--legend shows what the colours of data mean: name them by --color-by COLUMN or --type-colors"
+        );
+        Ok(())
+    }
+
+    /// The annotations, with the legend of the data if it has one.
+    ///
+    /// # Errors
+    /// There is no legend, and the arguments want one.
+    pub(crate) fn with_legend(self, legend: Option<Legend>) -> Result<Annotations> {
+        ensure!(
+            legend.is_some() || !self.legend,
+            "--legend shows the colours of a data file, and this scene has its own colours"
+        );
+        Ok(Annotations { legend: legend.filter(|_| self.legend), scale_bar: self.scale_bar })
+    }
 }
 
 /// The conversion of a film to a picture.
@@ -140,6 +200,8 @@ pub(crate) struct MergeArgs {
 pub(crate) struct AnimateArgs {
     /// The scene file, a data file with several frames, or one of a series numbered by step
     pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) annotations: AnnotationArgs,
     #[command(flatten)]
     pub(crate) data: DataArgs,
     /// Orbit the camera once around its target in N frames, from its position in the scene

@@ -14,11 +14,11 @@ use superegg_render::{Framing, RenderOptions, RenderSettings, Shard, render};
 use superegg_scene::{Picture, Scene, Track};
 use superegg_trace::CompiledScene;
 
+use crate::annotate::Annotations;
 use crate::args::{AnimateArgs, FrameRange};
 use crate::commands::input::still_at;
 use crate::console;
 use crate::files;
-use crate::files::picture::PictureFormat;
 use crate::files::scene::load_with;
 use crate::files::series::Series;
 use crate::inspect::framing::framed_root;
@@ -34,12 +34,15 @@ use frame_folder::FrameFolder;
 
 pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     let target = Target::from_args(args)?;
-    let options = args.data.options(None, args.size);
+    args.annotations.check(&args.data)?;
+    let options = args.data.options(None, args.annotations.framed(args.size));
     let series = Series::of(&args.scene, &options)?;
     let loaded = load_with(&args.scene, &options)?;
     loaded.print_warnings(args.quiet);
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let root = series.as_ref().map_or(root, |series| Some(series.root.clone()));
+    let legend = series.as_ref().map_or(&loaded.legend, |series| &series.legend);
+    let annotations = args.annotations.with_legend(legend.clone())?;
     let scene = loaded.session.scene();
     let mut plan = Plan::from_args(args, scene, series.as_ref())?;
     let stills = Stills { session: &loaded.session, series: series.as_ref() };
@@ -52,7 +55,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     let interrupt = Interrupt::listen()?;
 
     let start = Instant::now();
-    let renderer = FrameRenderer { args, plan: &plan, stills, root: root.as_deref() };
+    let renderer = FrameRenderer { args, plan: &plan, stills, root: root.as_deref(), annotations };
     let counts = renderer.render_frames(&mut folder, interrupt.flag())?;
     interrupt.work_ended();
     if interrupt.flag().load(Ordering::Relaxed) {
@@ -259,6 +262,7 @@ struct FrameRenderer<'a> {
     plan: &'a Plan,
     stills: Stills<'a>,
     root: Option<&'a str>,
+    annotations: Annotations,
 }
 
 impl FrameRenderer<'_> {
@@ -276,7 +280,7 @@ impl FrameRenderer<'_> {
             bar.set_message(frame.to_string());
             let still = self.plan.still(&self.stills, frame)?;
             let depth = self.args.depth.unwrap_or(still.depth);
-            let signature = signature(&still, self.root, depth);
+            let signature = signature(&still, self.root, depth, &self.annotations);
             if folder.has(frame, signature) {
                 counts.kept += 1;
                 continue;
@@ -286,6 +290,7 @@ impl FrameRenderer<'_> {
                 None => CompiledScene::compile(&still, self.root, depth),
             };
             let settings = RenderSettings::of(&still).with_layers(false);
+            self.annotations.check(&settings)?;
             if previous.is_none() {
                 warn_of_frame(frame, &compiled, &settings, &bar);
             }
@@ -296,7 +301,7 @@ impl FrameRenderer<'_> {
             if cancel.load(Ordering::Relaxed) {
                 break;
             }
-            folder.write(frame, signature, &PictureFormat::Png.encode(&rendered.film, &settings)?)?;
+            folder.write(frame, signature, &self.annotations.png(&rendered.film, &settings)?)?;
             counts.rendered += 1;
             previous = Some(compiled);
         }
@@ -313,7 +318,8 @@ fn warn_of_frame(frame: u32, compiled: &CompiledScene, settings: &RenderSettings
 }
 
 /// A hash of everything that determines the picture of a frame.
-fn signature(still: &Scene, root: Option<&str>, depth: u32) -> u64 {
-    let text = format!("{} {root:?} {depth}\n{}", env!("CARGO_PKG_VERSION"), fingerprint_text(still, root));
+fn signature(still: &Scene, root: Option<&str>, depth: u32, annotations: &Annotations) -> u64 {
+    let of_scene = fingerprint_text(still, root);
+    let text = format!("{} {root:?} {depth} {annotations:?}\n{of_scene}", env!("CARGO_PKG_VERSION"));
     frame_folder::hash(text.as_bytes())
 }

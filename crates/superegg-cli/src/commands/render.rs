@@ -12,6 +12,7 @@ use superegg_render::{Film, Output, PartHeader, RenderOptions, RenderSettings, S
 use superegg_scene::{Picture, Scene};
 use superegg_trace::CompiledScene;
 
+use crate::annotate::Annotations;
 use crate::args::RenderArgs;
 use crate::commands::input::still_at;
 use crate::console;
@@ -73,19 +74,25 @@ impl<'a> Job<'a> {
             files::check_output(path, &args.scene)?;
         }
         let format = format_of(&output, shard)?;
+        check_annotations(args, format)?;
         let threads = args.threads.map_or_else(available_threads, usize::from);
         Ok(Self { args, shard, output, format, threads })
     }
 
     fn run(&self) -> Result<Outcome> {
         let mut clock = Clock::start();
-        let loaded = load_with(&self.args.scene, &self.args.data.options(self.data_frame(), self.args.size))?;
+        let loaded = load_with(
+            &self.args.scene,
+            &self.args.data.options(self.data_frame(), self.args.annotations.framed(self.args.size)),
+        )?;
         let parse = clock.lap();
         loaded.print_warnings(self.args.quiet);
         let prepared = self.prepare(&loaded)?;
+        let annotations = self.args.annotations.with_legend(loaded.legend.clone())?;
+        annotations.check(&prepared.settings)?;
         let compile = clock.lap();
         self.warn(&prepared);
-        let finished = self.render(&loaded, &prepared)?;
+        let finished = self.render(&loaded, &prepared, &annotations)?;
 
         let picture = &prepared.settings.picture;
         let mut stats = Stats::new(&prepared.scene, &prepared.compiled, picture, self.threads).with_render(
@@ -160,7 +167,12 @@ impl<'a> Job<'a> {
     }
 
     /// Renders and writes the output.
-    fn render(&self, loaded: &Loaded, prepared: &Prepared<'_>) -> Result<Finished> {
+    fn render(
+        &self,
+        loaded: &Loaded,
+        prepared: &Prepared<'_>,
+        annotations: &Annotations,
+    ) -> Result<Finished> {
         let mut clock = Clock::start();
         let Prepared { scene, root, depth, compiled, settings } = prepared;
         let header = || {
@@ -190,12 +202,35 @@ impl<'a> Job<'a> {
         let (film, trace) = rendered?;
         let render_seconds = clock.lap();
         let message = work.finish(&self.output, &film, || match self.format {
-            Some(format) => files::write(&self.output, &format.encode(&film, settings)?),
+            Some(format) => {
+                files::write(&self.output, &format.encode_annotated(&film, settings, annotations)?)
+            }
             None => Ok(()),
         })?;
         let stopped = message.map(|message| (message, interrupt.exit_code()));
         Ok(Finished { film, trace, stopped, render_seconds, write_seconds: clock.lap() })
     }
+}
+
+/// Checks that the arguments want no annotation that the picture cannot have.
+fn check_annotations(args: &RenderArgs, format: Option<PictureFormat>) -> Result<()> {
+    args.annotations.check(&args.data)?;
+    if !args.annotations.is_any() {
+        return Ok(());
+    }
+    match format {
+        Some(PictureFormat::Png) => {}
+        Some(PictureFormat::Exr) => bail!(
+            "--legend and --scale-bar are drawn into PNG pictures, and an .exr keeps light alone; leave them out, or name a .png"
+        ),
+        None => bail!(
+            "--legend and --scale-bar are drawn into finished pictures, and a shard is a part of one; leave them out"
+        ),
+    }
+    if args.annotations.legend && args.aov.is_some() {
+        bail!("--legend shows the colours of data, and --aov replaces them; leave one of them out");
+    }
+    Ok(())
 }
 
 /// The settings of the scene, overridden by the arguments.

@@ -1,24 +1,35 @@
 //! `superegg view`: a window onto a scene, without a prompt.
 
+mod inbox;
+
+use std::path::Path;
 use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use superegg_scene::Scene;
-use superegg_viewer::{FrameTimes, FromViewer, Viewer, ViewerBench};
+use superegg_viewer::{FrameTimes, Frames, FromViewer, Viewer, ViewerBench};
 
 use crate::args::ViewArgs;
 use crate::console;
+use crate::files::data::DataOptions;
 use crate::files::scene::load_with;
+use crate::files::series::Series;
 use crate::inspect::framing::framed_root;
-use crate::modeller::{Input, Modeller, console_reporter};
+use crate::modeller::{Input, Modeller, ShownFrame, console_reporter};
 use crate::outcome::Outcome;
 use crate::text::counted;
+use inbox::Inbox;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
-    let mut loaded = load_with(&args.scene, &args.data.options(None, None))?;
+    let options = args.data.options(None, None);
+    let mut loaded = load_with(&args.scene, &options)?;
     loaded.print_diagnostics();
+    let series = if args.bench { None } else { series_of(&args.scene, &options) };
+    if let Some(series) = &series {
+        loaded.session = series.seen(&loaded.session);
+    }
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
     let scene = loaded.session.scene();
     let size = (args.size.width, args.size.height);
@@ -35,13 +46,23 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
     let source = Input::Lines("window".to_owned());
     let modeller = Modeller::new(source, false, console_reporter(), Arc::default());
     let mut modeller = modeller.with_scene(loaded.session, root.as_deref());
+    if let Some(series) = &series {
+        let first = series.index_of(&args.scene, loaded.frame).unwrap_or_default();
+        modeller.show_frame(load_frame(series, first)?);
+    }
     modeller.attach_viewer(handle.clone());
     let first = modeller.snapshot();
     let (events, from_viewer) = mpsc::channel();
     let session = std::thread::Builder::new()
         .name("session".to_owned())
         .spawn(move || {
-            for event in from_viewer {
+            for event in Inbox::new(from_viewer) {
+                if let (FromViewer::Frame(frame), Some(series)) = (&event, &series) {
+                    match load_frame(series, *frame) {
+                        Ok(frame) => modeller.show_frame(frame),
+                        Err(error) => modeller.report_viewer_error(format!("{error:#}")),
+                    }
+                }
                 // There is no prompt to return to.
                 let is_end = matches!(event, FromViewer::KeyboardBack | FromViewer::Closed);
                 modeller.handle_viewer_event(event);
@@ -66,6 +87,21 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
     });
     wait(&session);
     Ok(outcome)
+}
+
+/// The series that a file belongs to. Without one that can be read the file is shown alone.
+fn series_of(path: &Path, options: &DataOptions) -> Option<Series> {
+    Series::of(path, options).unwrap_or_else(|error| {
+        console::warn(format_args!("superegg: warning: the other frames are not shown: {error:#}"));
+        None
+    })
+}
+
+/// Loads a frame of a series.
+fn load_frame(series: &Series, current: usize) -> Result<ShownFrame> {
+    let count = series.len();
+    ensure!(current < count, "there is no frame {current}; the data has frames 0 to {}", count - 1);
+    Ok(ShownFrame { frames: Frames { count, current }, scene: series.scene(current)? })
 }
 
 /// Prints the frame times of the preview and of the ray-traced view.

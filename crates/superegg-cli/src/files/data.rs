@@ -5,7 +5,7 @@ use std::io::{Read, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use superegg_exchange::coloring::{ColoredTable, Coloring, to_table};
+use superegg_exchange::coloring::{ColorKey, ColoredTable, Coloring, to_table};
 use superegg_exchange::read::{
     Content, Import, Input, Particles, ReadOptions, SimulationBox, Source, open, sniff,
 };
@@ -32,8 +32,8 @@ pub(crate) struct DataOptions {
     pub(crate) images: [u32; 3],
     /// Whether the edges of the simulation box are shown.
     pub(crate) shows_box: bool,
-    /// The width and height of the picture that all data is to be seen in; by default those of a
-    /// scene.
+    /// The width and height of the middle part of the picture that all data is to be seen in; by
+    /// default those of a scene.
     pub(crate) size: Option<(u32, u32)>,
 }
 
@@ -108,8 +108,10 @@ pub(crate) struct LoadedData {
     pub(crate) notes: Vec<Note>,
     /// The box that the camera shows.
     pub(crate) bounds: Aabb,
-    /// The values at the ends of the colour map.
-    pub(crate) range: Option<[f64; 2]>,
+    /// The meaning of the colours.
+    pub(crate) key: ColorKey,
+    /// The index of the frame in its file.
+    pub(crate) frame: usize,
 }
 
 /// Loads data files as one scene: a table of instances for each, in an object if there are several.
@@ -150,7 +152,13 @@ fn join(loaded: Vec<LoadedData>, options: &DataOptions) -> Result<LoadedData> {
         bounds = bounds.union(&data.bounds);
     }
     frame(&mut scene, &bounds, options);
-    Ok(LoadedData { session: Session::with_scene(scene, Some("all")), notes, bounds, range: None })
+    Ok(LoadedData {
+        session: Session::with_scene(scene, Some("all")),
+        notes,
+        bounds,
+        key: ColorKey::None,
+        frame: 0,
+    })
 }
 
 /// Loads one data file from a stream.
@@ -173,14 +181,14 @@ pub(super) fn load_named(
     let frames = source.frames().len();
     let of_frames = if frames > 1 { format!(", frame {frame} of 0..{}", frames - 1) } else { String::new() };
     let name = path.display();
-    let (mut bounds, mut range) = (Aabb::EMPTY, None);
+    let (mut bounds, mut key) = (Aabb::EMPTY, ColorKey::None);
     let (session, count) = match content {
         Content::Particles(particles) => {
             let count = counted(particles.len(), "shape");
             bounds = bounds_of(&particles, options);
-            let ColoredTable { table, range: found } =
+            let ColoredTable { table, key: found } =
                 to_table(&particles, &options.coloring).with_context(cannot_read)?;
-            range = found;
+            key = found;
             let simulation = particles.bounds;
             drop(particles);
             (particle_scene(object, table, simulation, &bounds, options).with_context(cannot_read)?, count)
@@ -198,11 +206,11 @@ pub(super) fn load_named(
     let mut notes = vec![Note::Reading(format!("{name}: {recognized}{of_frames}: {count}; {reading}"))];
     let warning = |text: String| Note::Warning(format!("{name}: warning: {text}"));
     notes.extend(warnings.into_iter().map(warning));
-    if let Some([low, high]) = range {
+    if let ColorKey::Range([low, high]) = key {
         let (low, high) = (format_number(low), format_number(high));
         notes.push(Note::Reading(format!("{name}: colours from {low} to {high}")));
     }
-    Ok(LoadedData { session, notes, bounds, range })
+    Ok(LoadedData { session, notes, bounds, key, frame })
 }
 
 /// The wanted frame, or the first one with particles.
@@ -287,9 +295,8 @@ fn image_offsets(bounds: &SimulationBox, options: &DataOptions) -> Vec<DVec3> {
 
 /// The box around particles, their images and the edges of the simulation box.
 fn bounds_of(particles: &Particles, options: &DataOptions) -> Aabb {
-    let of_particle = |(position, radii): (&DVec3, &DVec3)| {
-        Aabb::around(*position, DVec3::splat(radii.max_element()))
-    };
+    let of_particle =
+        |(position, radii): (&DVec3, &DVec3)| Aabb::around(*position, DVec3::splat(radii.max_element()));
     let one = particles.positions.iter().zip(&particles.radii).map(of_particle);
     let one = one.fold(Aabb::EMPTY, |all, next| all.union(&next));
     let Some(bounds) = &particles.bounds else { return one };
@@ -311,7 +318,7 @@ const BACKWARDS: DVec3 = DVec3::new(0.55, -0.75, 0.42);
 /// The vertical field of view of the camera, in degrees.
 const FIELD_OF_VIEW: f64 = 40.0;
 /// The name of the light of data.
-pub(super) const KEY_LIGHT: &str = "key";
+const KEY_LIGHT: &str = "key";
 
 /// Gives a scene a camera and a light that show a box, z up, on white. An empty box changes nothing.
 pub(super) fn frame(scene: &mut Scene, bounds: &Aabb, options: &DataOptions) {

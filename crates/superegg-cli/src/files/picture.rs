@@ -5,6 +5,8 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use superegg_render::{Film, RenderSettings, exr_file};
 
+use crate::annotate::Annotations;
+
 /// A picture format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PictureFormat {
@@ -54,10 +56,23 @@ impl PictureFormat {
     /// # Errors
     /// The encoder fails.
     pub(crate) fn encode(self, film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
-        Ok(match self {
-            Self::Png => settings.development().png(&settings.output.colored(film))?,
-            Self::Exr => exr_file(film)?,
-        })
+        self.encode_annotated(film, settings, &Annotations::default())
+    }
+
+    /// As [`PictureFormat::encode`], with what is drawn into a PNG picture. OpenEXR has none of it.
+    ///
+    /// # Errors
+    /// The encoder fails, or an annotation cannot be drawn.
+    pub(crate) fn encode_annotated(
+        self,
+        film: &Film,
+        settings: &RenderSettings,
+        annotations: &Annotations,
+    ) -> Result<Vec<u8>> {
+        match self {
+            Self::Png => annotations.png(film, settings),
+            Self::Exr => Ok(exr_file(film)?),
+        }
     }
 }
 

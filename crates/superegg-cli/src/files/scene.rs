@@ -9,6 +9,7 @@ use superegg_lang::{
     run_script, write_session,
 };
 
+use crate::annotate::Legend;
 use crate::console;
 use crate::files::access;
 use crate::files::binary_scene::{self, open_input};
@@ -31,6 +32,10 @@ pub(crate) struct Loaded {
     pub(crate) prints: Vec<String>,
     /// How data of another program was read, one line each.
     pub(crate) notes: Vec<Note>,
+    /// The legend of data that a column colours.
+    pub(crate) legend: Option<Legend>,
+    /// The index of the frame of data.
+    pub(crate) frame: usize,
     /// Whether the user interrupted the load.
     pub(crate) is_interrupted: bool,
 }
@@ -114,19 +119,21 @@ fn load_data(path: &Path, options: &DataOptions) -> Result<Option<Loaded>> {
         return Ok(None);
     }
     let mut input = open_input(path)?;
-    let (session, diagnostics, notes) = match data::kind_of(&mut *input, options)? {
+    let (session, diagnostics, notes, legend, frame) = match data::kind_of(&mut *input, options)? {
         FileKind::Text => return Ok(None),
         FileKind::Binary => {
             let (session, diagnostics) = binary_scene::load(path, &mut *input)?;
-            (session, diagnostics, Vec::new())
+            (session, diagnostics, Vec::new(), None, 0)
         }
         FileKind::Data => {
-            let LoadedData { session, notes, .. } = data::load(path, &mut *input, options)?;
-            (session, Vec::new(), notes)
+            let LoadedData { session, notes, key, frame, bounds: _ } =
+                data::load(path, &mut *input, options)?;
+            (session, Vec::new(), notes, Legend::of(&options.coloring, &key), frame)
         }
     };
     let lines = lines_of(path, &session);
-    Ok(Some(Loaded { session, diagnostics, lines, prints: Vec::new(), notes, is_interrupted: false }))
+    let prints = Vec::new();
+    Ok(Some(Loaded { session, diagnostics, lines, prints, notes, legend, frame, is_interrupted: false }))
 }
 
 /// Tables of at most this many rows are journalled as lines; larger ones as the file to load again.
@@ -168,7 +175,8 @@ pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool)
     let mut diagnostics = Vec::new();
     loader.run(&mut session, path, &bytes, &mut diagnostics);
     let Loader { lines, prints, is_interrupted, .. } = loader;
-    Ok(Loaded { session, diagnostics, lines, prints, notes: Vec::new(), is_interrupted })
+    let (notes, legend) = (Vec::new(), None);
+    Ok(Loaded { session, diagnostics, lines, prints, notes, legend, frame: 0, is_interrupted })
 }
 
 /// The canonical path, equal for all names of a file.

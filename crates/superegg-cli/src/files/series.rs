@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use superegg_exchange::coloring::Coloring;
-use superegg_exchange::read::open;
+use superegg_exchange::coloring::{ColorKey, Coloring};
+use superegg_exchange::read::{Format, open};
 use superegg_geom::Aabb;
-use superegg_scene::{Camera, Light, Scene};
+use superegg_lang::Session;
+use superegg_scene::Scene;
 
+use crate::annotate::Legend;
 use crate::files::binary_scene::open_input;
 use crate::files::data::{self, DataOptions, FileKind, LoadedData};
 
@@ -16,8 +18,10 @@ pub(crate) struct Series {
     /// The file and the frame in it.
     frames: Vec<(PathBuf, usize)>,
     options: DataOptions,
-    camera: Camera,
-    light: Option<Light>,
+    /// A scene with the camera, the light and the background of all frames.
+    view: Scene,
+    /// The legend of all frames.
+    pub(crate) legend: Option<Legend>,
     /// The name of the object that holds the particles of each frame.
     pub(crate) root: String,
 }
@@ -38,6 +42,10 @@ impl Series {
         }
         let source =
             open(input, &options.read).with_context(|| format!("cannot read '{}'", path.display()))?;
+        // A scene has a camera and lights of its own, and keys if it moves.
+        if matches!(source.format(), Format::CourseYaml | Format::Povray) {
+            return Ok(None);
+        }
         let in_file = source.frames().len();
         let frames: Vec<(PathBuf, usize)> = if in_file > 1 {
             (0..in_file).map(|frame| (path.to_owned(), frame)).collect()
@@ -50,8 +58,8 @@ impl Series {
         let mut series = Self {
             frames,
             options: options.clone(),
-            camera: Camera::default(),
-            light: None,
+            view: Scene::default(),
+            legend: None,
             root: data::scene_name(path),
         };
         series.frame_all()?;
@@ -65,22 +73,17 @@ impl Series {
     /// Sets the camera and the range of colours from the first, the middle and the last frame.
     fn frame_all(&mut self) -> Result<()> {
         let mut bounds = Aabb::EMPTY;
-        let mut range: Option<[f64; 2]> = None;
+        let mut key = ColorKey::None;
         for frame in [0, self.len() / 2, self.len() - 1] {
             let loaded = self.load(frame)?;
             bounds = bounds.union(&loaded.bounds);
-            range = match (range, loaded.range) {
-                (Some([a, b]), Some([c, d])) => Some([a.min(c), b.max(d)]),
-                (held, found) => held.or(found),
-            };
+            key = key.union(loaded.key);
         }
-        if let Coloring::ByColumn(by) = &mut self.options.coloring {
-            by.range = by.range.or(range);
+        if let (Coloring::ByColumn(by), ColorKey::Range(range)) = (&mut self.options.coloring, &key) {
+            by.range = Some(*range);
         }
-        let mut scene = Scene::default();
-        data::frame(&mut scene, &bounds, &self.options);
-        self.camera = scene.camera;
-        self.light = scene.lights().first().copied();
+        self.legend = Legend::of(&self.options.coloring, &key);
+        data::frame(&mut self.view, &bounds, &self.options);
         Ok(())
     }
 
@@ -96,12 +99,22 @@ impl Series {
     /// # Errors
     /// The file cannot be read.
     pub(crate) fn scene(&self, index: usize) -> Result<Scene> {
-        let mut scene = self.load(index)?.session.scene().clone();
-        scene.camera = self.camera;
-        if let Some(light) = self.light {
-            scene.set_light(data::KEY_LIGHT, light);
-        }
-        Ok(scene)
+        Ok(self.seen(&self.load(index)?.session).scene().clone())
+    }
+
+    /// A session with the camera, the light and the background of all frames. A frame without
+    /// particles has none of its own.
+    pub(crate) fn seen(&self, session: &Session) -> Session {
+        let mut scene = session.scene().clone();
+        scene.set_up(self.view.up());
+        scene.background = self.view.background;
+        let root = session.selected().map(str::to_owned);
+        Session::with_scene(scene, root.as_deref()).with_view_of(&self.view)
+    }
+
+    /// The index of a frame of a file.
+    pub(crate) fn index_of(&self, path: &Path, frame: usize) -> Option<usize> {
+        self.frames.iter().position(|(file, held)| file.file_name() == path.file_name() && *held == frame)
     }
 }
 

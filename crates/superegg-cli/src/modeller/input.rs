@@ -108,7 +108,8 @@ impl Modeller {
                 self.timeline.set_settings(settings);
             }
             FromViewer::Message(text) => self.print(&text),
-            FromViewer::KeyboardBack | FromViewer::Closed => {}
+            // The frames belong to the program that opened the window.
+            FromViewer::Frame(_) | FromViewer::KeyboardBack | FromViewer::Closed => {}
         }
     }
 

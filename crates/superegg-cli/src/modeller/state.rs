@@ -13,7 +13,7 @@ use crate::modeller::journal::{Journal, Record, UnsavedSession, unsaved_sessions
 use crate::modeller::known_files::KnownFiles;
 use crate::modeller::render_queue::RenderQueue;
 use crate::modeller::reporter::{Message, Reporter, visible};
-use crate::modeller::viewer_link::{ViewerLink, snapshot};
+use crate::modeller::viewer_link::{ShownFrame, ViewerLink};
 
 /// The source of the input lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -140,12 +140,24 @@ impl Modeller {
 
     /// The scene and the settings that a viewer shows now.
     pub(crate) fn snapshot(&self) -> Shown {
-        snapshot(self.session())
+        self.viewer.snapshot(self.session())
     }
 
     /// Sends the scene to the viewer.
     pub(super) fn update_viewer(&self) {
         self.viewer.update(self.session());
+    }
+
+    /// Shows a frame of data in the viewer from now on, in place of the session's own tables.
+    pub(crate) fn show_frame(&mut self, frame: ShownFrame) {
+        self.viewer.set_frame(frame);
+        self.update_viewer();
+    }
+
+    /// Reports in the window and on the console that a request of the viewer has failed.
+    pub(crate) fn report_viewer_error(&mut self, text: String) {
+        self.report(Message::Diagnostic(format!("superegg: {}", visible(&text))));
+        self.viewer.notice(text);
     }
 
     /// The lines that came from the viewer since the last call.

@@ -1,7 +1,8 @@
 //! The link from a session to its viewer: snapshots of the scene go out.
 
 use superegg_lang::{Fault, FaultCode, Session};
-use superegg_viewer::{Shown, ViewerHandle};
+use superegg_scene::Scene;
+use superegg_viewer::{Frames, Shown, ViewerHandle};
 
 /// The viewer of a session, if there is one.
 #[derive(Default)]
@@ -11,6 +12,16 @@ pub(super) struct ViewerLink {
     unavailable: Option<String>,
     /// Lines from the viewer that are not yet in the history of the prompt.
     lines: Vec<String>,
+    /// The frame that the viewer shows.
+    frame: Option<ShownFrame>,
+}
+
+/// A frame of data. The viewer shows it in place of the session's own tables, so that all else that
+/// the user has changed stays.
+pub(crate) struct ShownFrame {
+    pub(crate) frames: Frames,
+    /// The scene of the frame.
+    pub(crate) scene: Scene,
 }
 
 impl ViewerLink {
@@ -26,7 +37,7 @@ impl ViewerLink {
 
     pub(super) fn update(&self, session: &Session) {
         if let Some(handle) = &self.handle {
-            handle.show(snapshot(session));
+            handle.show(self.snapshot(session));
         }
     }
 
@@ -46,6 +57,25 @@ impl ViewerLink {
         })
     }
 
+    /// Shows a frame from now on.
+    pub(super) fn set_frame(&mut self, frame: ShownFrame) {
+        self.frame = Some(frame);
+    }
+
+    /// The scene and the settings that the viewer shows.
+    pub(super) fn snapshot(&self, session: &Session) -> Shown {
+        let mut scene = session.scene().clone();
+        if let Some(frame) = &self.frame {
+            scene.share_tables(&frame.scene);
+        }
+        Shown {
+            scene,
+            selected: session.selected().map(str::to_owned),
+            settings: session.settings.view,
+            frames: self.frame.as_ref().map(|frame| frame.frames),
+        }
+    }
+
     pub(super) fn push_line(&mut self, line: String) {
         self.lines.push(line);
     }
@@ -53,14 +83,5 @@ impl ViewerLink {
     /// The lines that came from the viewer since the last call.
     pub(super) fn drain_lines(&mut self) -> Vec<String> {
         std::mem::take(&mut self.lines)
-    }
-}
-
-/// The scene and the settings that the viewer shows.
-pub(super) fn snapshot(session: &Session) -> Shown {
-    Shown {
-        scene: session.scene().clone(),
-        selected: session.selected().map(str::to_owned),
-        settings: session.settings.view,
     }
 }

@@ -4,6 +4,7 @@
 #![allow(clippy::print_stderr)]
 
 mod animate;
+mod annotations;
 mod crashes;
 mod film;
 mod gallery;

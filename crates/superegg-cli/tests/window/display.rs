@@ -85,10 +85,15 @@ pub(crate) struct Viewer {
 impl Viewer {
     /// Opens a scene, or says why that cannot be tried here.
     pub(crate) fn open(scene: &str) -> Result<Self, String> {
+        Self::open_file("scene.scn", scene)
+    }
+
+    /// Opens a file of this name and text, or says why that cannot be tried here.
+    pub(crate) fn open_file(name: &str, text: &str) -> Result<Self, String> {
         let folder = tempfile::tempdir().expect("a folder");
-        std::fs::write(folder.path().join("scene.scn"), scene).expect("a scene");
+        std::fs::write(folder.path().join(name), text).expect("a file");
         let mut program = Command::new(env!("CARGO_BIN_EXE_superegg"));
-        program.args(["view", "scene.scn"]);
+        program.args(["view", name]);
         Self::start(program, folder)
     }
 

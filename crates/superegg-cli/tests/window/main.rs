@@ -257,6 +257,64 @@ fn the_window_follows_the_prompt_and_the_prompt_outlives_it() {
     assert_eq!(viewer.exit_code(), Some(0), "{}", viewer.report());
 }
 
+/// A dump of five frames with a ball of another size in each.
+fn growing() -> String {
+    let frame = |(step, radius): (u32, &str)| {
+        format!(
+            "ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n-4 4\n-4 4\n-4 4\n\
+             ITEM: ATOMS id x y z radius\n1 0 0 0 {radius}\n2 3.9 3.9 3.9 0.1\n"
+        )
+    };
+    [(0, "0.5"), (1, "1"), (2, "2"), (3, "0.1"), (4, "3")].map(frame).concat()
+}
+
+#[test]
+fn the_frames_of_data_are_shown_by_keys_and_by_the_slider() {
+    let mut viewer = match Viewer::open_file("grow.dump", &growing()) {
+        Ok(viewer) => viewer,
+        Err(reason) => return eprintln!("skipped: {reason}"),
+    };
+    // Grey pixels of the ball beside the white background; tests and axes are away.
+    for key in ["o", "i", "a"] {
+        viewer.key(key);
+    }
+    let grey = |picture: &RgbImage| {
+        let scene = image::imageops::crop_imm(picture, 0, 0, 640, 700).to_image();
+        count(&scene, |r, g, b| r < 200 && (r - g).abs() < 12 && (g - b).abs() < 12)
+    };
+    let first = viewer.settled();
+    let small = grey(&first);
+    let second =
+        viewer.until("the next frame", |viewer| viewer.key("period"), |picture| grey(picture) > 2 * small);
+    let third = viewer.until(
+        "the one after it",
+        |viewer| viewer.key("period"),
+        |picture| grey(picture) > 2 * grey(&second),
+    );
+    viewer.until("the one before", |viewer| viewer.key("comma"), |picture| is_same(picture, &second));
+    for _ in 0..9 {
+        viewer.key("period");
+    }
+    let last = viewer.until("the last", |_| (), |picture| grey(picture) > grey(&third));
+    viewer.until("no frame after the last", |viewer| viewer.key("period"), |picture| is_same(picture, &last));
+    for _ in 0..9 {
+        viewer.key("comma");
+    }
+    viewer.until("the first", |_| (), |picture| is_same(picture, &first));
+    // The slider, from its left end to the right one; each step is a frame of the window.
+    for step in [&["mousemove", "742", "58"][..], &["mousedown", "1"], &["mousemove", "840", "58"]] {
+        viewer.xdotool(step);
+        viewer.settled();
+    }
+    viewer.xdotool(&["mouseup", "1"]);
+    viewer.until("the end of the slider", |_| (), |picture| grey(picture) == grey(&last));
+    // A click beside everything, so that keys are the window's.
+    viewer.xdotool(&["mousemove", "30", "30", "click", "1"]);
+    viewer.settled();
+    viewer.key("q");
+    assert_eq!(viewer.exit_code(), Some(0));
+}
+
 #[test]
 fn without_a_display_there_is_a_sentence() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -68,11 +68,7 @@ impl Framing {
     }
 
     /// Frames what has this extent along each direction; see [`CompiledScene::extent`].
-    fn of_extent(
-        camera: &Camera,
-        extent: &dyn Fn(DVec3) -> Option<f64>,
-        size: (u32, u32),
-    ) -> Option<Self> {
+    fn of_extent(camera: &Camera, extent: &dyn Fn(DVec3) -> Option<f64>, size: (u32, u32)) -> Option<Self> {
         let basis = Basis::of(camera);
         let aspect = f64::from(size.0) / f64::from(size.1);
         let middle = |axis: DVec3| Some(0.5 * (extent(axis)? - extent(-axis)?));

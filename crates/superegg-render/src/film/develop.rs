@@ -7,16 +7,10 @@
 //! The division by alpha applies to transparent backgrounds only. The colour of PNG files is not
 //! premultiplied, so that edges have no dark fringe.
 
-use png::{BitDepth, ColorType};
 use superegg_scene::{Encoding, Picture, Tone};
-use thiserror::Error;
 
 use crate::film::buffer::Film;
-
-/// The PNG encoder rejected a picture.
-#[derive(Debug, Error)]
-#[error("the picture could not be encoded: {0}")]
-pub struct ImageError(#[from] png::EncodingError);
+use crate::film::encoded::{EncodedPicture, ImageError};
 
 /// How a film becomes a picture: exposure, tone mapping, encoding and the layout of the file.
 ///
@@ -118,25 +112,23 @@ impl Development {
         values.flat_map(|value| ((65535.0 * value).round() as u16).to_be_bytes()).collect()
     }
 
+    /// The encoded picture.
+    pub fn encode(&self, film: &Film) -> EncodedPicture {
+        let values = match (self.bits > 8, self.transparent) {
+            (false, false) => self.rgb8(film),
+            (false, true) => self.rgba8(film),
+            (true, _) => self.channels16(film),
+        };
+        let size = (film.width(), film.height());
+        EncodedPicture { size, is_deep: self.bits > 8, has_alpha: self.transparent, values }
+    }
+
     /// Encodes the picture as a PNG file.
     ///
     /// # Errors
     /// The encoder rejects the picture, for instance for its size.
     pub fn png(&self, film: &Film) -> Result<Vec<u8>, ImageError> {
-        let color = if self.transparent { ColorType::Rgba } else { ColorType::Rgb };
-        let (values, depth) = match (self.bits > 8, self.transparent) {
-            (false, false) => (self.rgb8(film), BitDepth::Eight),
-            (false, true) => (self.rgba8(film), BitDepth::Eight),
-            (true, _) => (self.channels16(film), BitDepth::Sixteen),
-        };
-        let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, film.width(), film.height());
-        encoder.set_color(color);
-        encoder.set_depth(depth);
-        encoder.set_compression(png::Compression::Fast);
-        encoder.set_filter(png::Filter::Adaptive);
-        encoder.write_header()?.write_image_data(&values)?;
-        Ok(file)
+        self.encode(film).png()
     }
 }
 

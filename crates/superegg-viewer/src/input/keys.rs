@@ -43,6 +43,10 @@ pub enum Action {
     Undo,
     /// Redo the command undone last.
     Redo,
+    /// Show the frame before.
+    PreviousFrame,
+    /// Show the next frame.
+    NextFrame,
 }
 
 /// Factor of [`Action::Larger`] and [`Action::Smaller`].
@@ -86,6 +90,8 @@ pub const BINDINGS: &[Binding] = &[
     row(&["h", "?"], Action::ToggleHelp, "these keys"),
     row(&["Ctrl+z"], Action::Undo, "undo the last command"),
     row(&["Ctrl+y", "Ctrl+Shift+z"], Action::Redo, "redo"),
+    row(&[","], Action::PreviousFrame, "the frame before, of a series"),
+    row(&["."], Action::NextFrame, "the next frame"),
 ];
 
 /// Actions of the pointer, for the help on screen.

@@ -80,6 +80,8 @@ pub enum Request {
     Screenshot,
     /// Run these lines of the language.
     Commands(Vec<String>),
+    /// Show the frame this many frames later.
+    StepFrame(isize),
 }
 
 impl ViewState {
@@ -145,6 +147,8 @@ impl ViewState {
             }
             Action::Undo => Some(Request::Commands(vec![commands::undo()])),
             Action::Redo => Some(Request::Commands(vec![commands::redo()])),
+            Action::PreviousFrame => Some(Request::StepFrame(-1)),
+            Action::NextFrame => Some(Request::StepFrame(1)),
         }
     }
 

@@ -4,6 +4,7 @@ use superegg_scene::Scene;
 
 use crate::input::keys::Action;
 use crate::overlay::cast::CastHit;
+use crate::protocol::Frames;
 
 /// Everything that the panel shows.
 pub(crate) struct PanelModel<'a> {
@@ -12,6 +13,8 @@ pub(crate) struct PanelModel<'a> {
     pub(crate) selected: Option<&'a str>,
     /// Name of the entity that the window shows.
     pub(crate) root: Option<&'a str>,
+    /// The frames, if there are any.
+    pub(crate) frames: Option<Frames>,
     /// The hit of the intersection test.
     pub(crate) hit: Option<&'a CastHit>,
     /// Lines at the bottom of the scene.
@@ -33,4 +36,6 @@ pub(crate) enum PanelEvent {
     Action(Action),
     /// A setting of the view was changed in place.
     SettingsChanged,
+    /// The frame of this index.
+    Frame(usize),
 }

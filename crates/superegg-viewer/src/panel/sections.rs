@@ -10,7 +10,7 @@ use super::fields::{color, number, vector};
 use super::model::{PanelEvent, PanelModel};
 use super::texts::{help, texts};
 use super::tree::{MOST_LISTED, tree};
-use super::view::{intersection, io_settings, switches};
+use super::view::{frame_slider, intersection, io_settings, switches};
 use crate::commands;
 use crate::input::ViewState;
 use crate::input::keys::Action;
@@ -108,6 +108,9 @@ impl Panel {
                 }
             }
         });
+        if let Some(frames) = model.frames {
+            section(ui, "Frames", true, |ui| frame_slider(ui, frames, events));
+        }
         section(ui, "Objects", true, |ui| tree(ui, model, events));
         let title = match model.selected {
             Some(name) => format!("Selected: {name}"),

@@ -8,6 +8,7 @@ use crate::commands::DECIMALS;
 use crate::input::ViewState;
 use crate::input::keys::Action;
 use crate::overlay::cast::CastHit;
+use crate::protocol::Frames;
 use crate::text::{number_text, vector_text};
 
 /// The switches of the view.
@@ -26,6 +27,25 @@ pub(super) fn switches(ui: &mut Ui, view: &mut ViewState, events: &mut Vec<Panel
             events.push(PanelEvent::Action(action));
         }
     }
+}
+
+/// The slider over the frames of a series.
+pub(super) fn frame_slider(ui: &mut Ui, frames: Frames, events: &mut Vec<PanelEvent>) {
+    let last = frames.count.saturating_sub(1);
+    let mut frame = frames.current;
+    ui.horizontal(|ui| {
+        for (text, action, help) in [
+            ("<", Action::PreviousFrame, "the frame before (,)"),
+            (">", Action::NextFrame, "the next frame (.)"),
+        ] {
+            if ui.button(text).on_hover_text(help).clicked() {
+                events.push(PanelEvent::Action(action));
+            }
+        }
+        if ui.add(Slider::new(&mut frame, 0..=last).text(format!("of 0 to {last}"))).changed() {
+            events.push(PanelEvent::Frame(frame));
+        }
+    });
 }
 
 /// The inside-outside test.

@@ -153,6 +153,11 @@ impl App {
             }
             Some(Request::Screenshot) => self.write_screenshot(),
             Some(Request::Commands(lines)) => lines.into_iter().for_each(|line| self.outbox.command(line)),
+            Some(Request::StepFrame(by)) => {
+                if let Some(frame) = self.content.step_frame(by) {
+                    self.outbox.send(FromViewer::Frame(frame));
+                }
+            }
         }
         self.redraw();
     }
@@ -239,6 +244,7 @@ impl App {
             scene: self.content.scene(),
             selected: self.content.selected(),
             root: self.content.root(),
+            frames: self.content.frames(),
             hit: test.as_ref().and_then(|(_, hit)| hit.as_ref()),
             status: &status,
             notice: self.notice.text(),
@@ -269,6 +275,11 @@ impl App {
             }
             PanelEvent::Action(action) => self.act(action),
             PanelEvent::SettingsChanged => self.send_settings(),
+            PanelEvent::Frame(frame) => {
+                if let Some(frame) = self.content.want_frame(frame) {
+                    self.outbox.send(FromViewer::Frame(frame));
+                }
+            }
         }
     }
 
@@ -317,6 +328,7 @@ impl ApplicationHandler<Event> for App {
             Event::Show(shown) => self.show(*shown),
             Event::Notice(text) => {
                 self.content.drop_draft();
+                self.content.drop_wanted_frame();
                 self.notice.show(text);
                 self.redraw();
             }

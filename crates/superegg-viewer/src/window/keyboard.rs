@@ -8,7 +8,12 @@ use crate::input::keys::{Action, action_of};
 /// The action of a pressed key. A held key repeats only where that is useful.
 pub(super) fn action(event: &KeyEvent, modifiers: ModifiersState) -> Option<Action> {
     let action = action_of_key(&event.logical_key, modifiers)?;
-    (!event.repeat || matches!(action, Action::Larger | Action::Smaller)).then_some(action)
+    (!event.repeat || repeats(action)).then_some(action)
+}
+
+/// Whether a held key goes on with its action.
+fn repeats(action: Action) -> bool {
+    matches!(action, Action::Larger | Action::Smaller | Action::PreviousFrame | Action::NextFrame)
 }
 
 fn action_of_key(key: &Key, modifiers: ModifiersState) -> Option<Action> {

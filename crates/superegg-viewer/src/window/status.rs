@@ -21,7 +21,10 @@ pub(super) fn lines(
         None if view.is_traced => "ray tracing …".to_owned(),
         _ => drawn(background.preview().instances.len(), stats, view.settings.wireframe),
     };
-    let mut lines = vec![format!("{root}  |  {renderer}  |  h: keys")];
+    let frame = content
+        .frames()
+        .map(|frames| format!("  |  frame {} of 0 to {}", frames.current, frames.count.saturating_sub(1)));
+    let mut lines = vec![format!("{root}{}  |  {renderer}  |  h: keys", frame.unwrap_or_default())];
     let unpaid = background.preview().unpaid_branches;
     if unpaid > 0 {
         let most = PreviewBudget::WINDOW_INSTANCES;
