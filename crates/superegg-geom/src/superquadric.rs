@@ -209,6 +209,14 @@ impl Superquadric {
         )
     }
 
+    /// As [`Superquadric::half_extent_under`], but up to 1e-5 of it too large, in a fraction of the
+    /// time: for boxes of many shapes.
+    pub fn half_extent_bound_under(&self, linear: &DMat3) -> DVec3 {
+        let rows = linear.transpose();
+        let directions = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row * self.radii);
+        DVec3::from_array(self.norm.support_bounds(directions))
+    }
+
     /// The first crossing of the ray with the surface at t >= 0, inwards or outwards. A ray that
     /// touches the surface without crossing it has no hit there.
     ///

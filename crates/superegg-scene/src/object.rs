@@ -3,53 +3,65 @@
 use std::sync::Arc;
 
 use imbl::Vector;
+use smol_str::SmolStr;
 use superegg_geom::{Transform, TransformError, TransformStep};
 
 use crate::ordered_map::OrderedMap;
 
-/// A list of transform steps, with the transform they compose to.
-#[derive(Clone, Debug, PartialEq)]
+/// A list of transform steps. Lists are short, and scenes have millions of them: the transform that
+/// the steps compose to is not kept.
+#[derive(Clone, Debug, Default, PartialEq)]
 struct StepList {
-    /// The last steps, at most [`MOST_RECENT`]. A plain vector is small, and scenes have millions
-    /// of short lists.
-    recent: Vec<TransformStep>,
-    /// The steps before those. Clones share them.
-    earlier: Vector<TransformStep>,
+    /// The last steps, at most [`MOST_RECENT`]; `None` for none.
+    recent: Option<Arc<[TransformStep]>>,
+    /// The steps before those.
+    earlier: Option<Arc<EarlierSteps>>,
+}
+
+/// The steps of a long list but for the last ones.
+#[derive(Clone, Debug, PartialEq)]
+struct EarlierSteps {
+    steps: Vector<TransformStep>,
     composed: Transform,
 }
 
-/// The number of steps that a clone copies.
+/// The number of steps that are composed, or copied, again and again.
 const MOST_RECENT: usize = 16;
 
-impl Default for StepList {
-    fn default() -> Self {
-        Self { recent: Vec::new(), earlier: Vector::new(), composed: Transform::IDENTITY }
-    }
-}
-
 impl StepList {
-    /// The composed transform with one more step appended.
-    fn composed_with(&self, step: &TransformStep) -> Result<Transform, TransformError> {
-        Transform::from_steps([step])?.after(&self.composed)
+    fn recent(&self) -> &[TransformStep] {
+        self.recent.as_deref().unwrap_or_default()
     }
 
-    fn push(&mut self, step: TransformStep, composed: Transform) {
-        if self.recent.len() == MOST_RECENT {
-            self.earlier.extend(self.recent.drain(..));
+    /// The transform that the steps compose to.
+    fn composed(&self) -> Result<Transform, TransformError> {
+        let mut composed = self.earlier.as_ref().map_or(Transform::IDENTITY, |earlier| earlier.composed);
+        self.recent().iter().try_for_each(|step| composed.append(step))?;
+        Ok(composed)
+    }
+
+    /// Appends a step. `composed` is the transform of the steps before it.
+    fn push(&mut self, step: TransformStep, composed: &Transform) {
+        if self.recent().len() < MOST_RECENT {
+            self.recent = Some(self.recent().iter().cloned().chain([step]).collect());
+            return;
         }
-        self.recent.push(step);
-        self.composed = composed;
+        let mut steps = self.earlier.take().map(|earlier| earlier.steps.clone()).unwrap_or_default();
+        steps.extend(self.recent().iter().cloned());
+        self.earlier = Some(Arc::new(EarlierSteps { steps, composed: *composed }));
+        self.recent = Some(Arc::new([step]));
     }
 
     fn steps(&self) -> impl Iterator<Item = &TransformStep> {
-        self.earlier.iter().chain(&self.recent)
+        let earlier = self.earlier.iter().flat_map(|earlier| &earlier.steps);
+        earlier.chain(self.recent())
     }
 }
 
 /// A reference to a primitive or object within an object, with its own transform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Child {
-    target: Arc<str>,
+    target: SmolStr,
     own: StepList,
 }
 
@@ -73,17 +85,37 @@ impl Child {
 #[derive(Clone, Debug, Default)]
 pub struct Object {
     children: OrderedMap<Child>,
-    overall: StepList,
-    cursor: Option<Arc<str>>,
+    /// The transform of the whole; `None` without steps.
+    overall: Option<Box<Overall>>,
+    cursor: Option<Box<Cursor>>,
     /// An upper bound of the [`extent`] of the children's own transforms; removed children may
     /// still count.
     child_extent: f64,
 }
 
+/// The transform of a whole object.
+#[derive(Clone, Debug, PartialEq)]
+struct Overall {
+    steps: StepList,
+    composed: Transform,
+}
+
+/// The child that transforms move.
+#[derive(Clone, Debug)]
+struct Cursor {
+    alias: SmolStr,
+    /// The number of the child in the map of children.
+    number: usize,
+    /// The child's own transform.
+    composed: Transform,
+}
+
 impl PartialEq for Object {
     fn eq(&self, other: &Self) -> bool {
         // The bound depends on history, not only on content.
-        self.children == other.children && self.overall == other.overall && self.cursor == other.cursor
+        self.children == other.children
+            && self.overall == other.overall
+            && self.cursor_alias() == other.cursor_alias()
     }
 }
 
@@ -103,14 +135,23 @@ impl Object {
 
     /// The steps of the transform of the whole, in order. It acts after each child's own transform.
     pub fn overall_steps(&self) -> impl Iterator<Item = &TransformStep> {
-        self.overall.steps()
+        self.overall.iter().flat_map(|overall| overall.steps.steps())
+    }
+
+    /// The transform of the whole.
+    fn overall(&self) -> &Transform {
+        self.overall.as_ref().map_or(&Transform::IDENTITY, |overall| &overall.composed)
+    }
+
+    fn cursor_alias(&self) -> Option<&str> {
+        self.cursor.as_ref().map(|cursor| &*cursor.alias)
     }
 
     /// The alias and child at the cursor: the child that transforms move. Each object has its own
     /// cursor.
     pub fn cursor(&self) -> Option<(&str, &Child)> {
-        let alias = self.cursor.as_deref()?;
-        Some((alias, self.children.get(alias)?))
+        let cursor = self.cursor.as_ref()?;
+        Some((&cursor.alias, self.children.get_at(cursor.number)?))
     }
 
     /// The child with this alias.
@@ -119,25 +160,47 @@ impl Object {
     }
 
     /// The transform from a child's space to the space of the object's parent: the child's own
-    /// steps, then the steps of the whole.
+    /// steps, then the steps of the whole. It is composed on each call.
     ///
     /// # Errors
     /// The composition leaves the range of f64. In a valid scene it never does.
     pub fn parent_from_child(&self, child: &Child) -> Result<Transform, TransformError> {
-        self.overall.composed.after(&child.own.composed)
+        let own = child.own.composed()?;
+        match &self.overall {
+            Some(overall) => overall.composed.after(&own),
+            None => Ok(own),
+        }
     }
 
-    pub(crate) fn push_child(&mut self, alias: &str, child: Child) {
-        self.child_extent = self.child_extent.max(extent(&child.own.composed));
-        self.children.insert(alias, child);
-        self.cursor = Some(alias.into());
+    /// Adds a child and moves the cursor to it. Returns whether the alias was free.
+    pub(crate) fn push_child(&mut self, alias: &str, child: Child) -> bool {
+        let is_free = !self.children.contains(alias);
+        if is_free {
+            self.child_extent = self.child_extent.max(extent(&Transform::IDENTITY));
+            let number = self.children.push(alias, child);
+            self.set_cursor(alias, number, Transform::IDENTITY);
+        }
+        is_free
+    }
+
+    fn set_cursor(&mut self, alias: &str, number: usize, composed: Transform) {
+        let cursor = Cursor { alias: alias.into(), number, composed };
+        match &mut self.cursor {
+            Some(held) => **held = cursor,
+            None => self.cursor = Some(Box::new(cursor)),
+        }
     }
 
     /// Removes a child. A cursor on it moves to the last child. Returns whether the alias existed.
     pub(crate) fn remove_child(&mut self, alias: &str) -> bool {
         let is_removed = self.children.remove(alias);
-        if is_removed && self.cursor.as_deref() == Some(alias) {
-            self.cursor = self.children.last_name().map(Into::into);
+        if is_removed {
+            // Numbers may have changed.
+            let cursor = self.cursor.take().map(|cursor| cursor.alias).filter(|held| held != alias);
+            let cursor = cursor.or_else(|| self.children.last_name().map(Into::into));
+            if let Some(alias) = cursor {
+                self.move_cursor(&alias);
+            }
         }
         is_removed
     }
@@ -159,35 +222,46 @@ impl Object {
 
     /// Moves the cursor to a child. Returns whether the alias exists.
     pub(crate) fn move_cursor(&mut self, alias: &str) -> bool {
-        let is_there = self.children.contains(alias);
-        if is_there {
-            self.cursor = Some(alias.into());
-        }
-        is_there
+        let Some(number) = self.children.number_of(alias) else { return false };
+        // The steps were composed when they were appended, so they can be composed.
+        let composed = self.children.get_at(number).and_then(|child| child.own.composed().ok());
+        self.set_cursor(alias, number, composed.unwrap_or(Transform::IDENTITY));
+        true
     }
 
     /// Appends a step to the child at the cursor. Returns false if there is no child.
     pub(crate) fn push_child_step(&mut self, step: TransformStep) -> Result<bool, TransformError> {
-        let child = self.cursor.as_deref().and_then(|alias| self.children.get_mut(alias));
-        let Some(child) = child else { return Ok(false) };
-        let composed = child.own.composed_with(&step)?;
-        self.overall.composed.after(&composed)?;
+        let Some(cursor) = &self.cursor else { return Ok(false) };
+        let (before, mut composed) = (cursor.composed, cursor.composed);
+        composed.append(&step)?;
+        if let Some(overall) = &self.overall {
+            overall.composed.after(&composed)?;
+        }
+        let number = cursor.number;
+        let Some(child) = self.children.get_mut_at(number) else { return Ok(false) };
+        child.own.push(step, &before);
         self.child_extent = self.child_extent.max(extent(&composed));
-        child.own.push(step, composed);
+        if let Some(cursor) = &mut self.cursor {
+            cursor.composed = composed;
+        }
         Ok(true)
     }
 
     /// Appends a step to the transform of the whole.
     pub(crate) fn push_overall_step(&mut self, step: TransformStep) -> Result<(), TransformError> {
-        let composed = self.overall.composed_with(&step)?;
+        let before = *self.overall();
+        let mut composed = before;
+        composed.append(&step)?;
         // Below this bound on the entries of both transforms and their inverses no product
         // overflows, and no column cancels to zero. Only above it is each child checked.
         const WELL_CONDITIONED: f64 = 1e12;
         let is_plain = extent(&composed) * self.child_extent < WELL_CONDITIONED;
         for (_, child) in self.children().filter(|_| !is_plain) {
-            composed.after(&child.own.composed)?;
+            composed.after(&child.own.composed()?)?;
         }
-        self.overall.push(step, composed);
+        let mut steps = self.overall.take().map_or_else(StepList::default, |overall| overall.steps);
+        steps.push(step, &before);
+        self.overall = Some(Box::new(Overall { steps, composed }));
         Ok(())
     }
 }
@@ -201,7 +275,7 @@ mod tests {
     #[test]
     fn steps_keep_their_order_and_clones_those_they_had() {
         let mut object = Object::default();
-        object.push_child("egg", Child::new("egg"));
+        assert!(object.push_child("egg", Child::new("egg")) && !object.push_child("egg", Child::new("egg")));
         let step = |i: usize| TransformStep::Translate(DVec3::new(i as f64, 0.0, 0.0));
         let mut before = Vec::new();
         for i in 0..3 * MOST_RECENT + 1 {

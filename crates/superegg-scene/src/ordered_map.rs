@@ -1,87 +1,164 @@
 //! A persistent map from names to values that keeps the order of insertion.
 
-use std::sync::Arc;
+use smol_str::SmolStr;
 
-use foldhash::fast::RandomState;
-use imbl::shared_ptr::DefaultSharedPtr;
-use imbl::{GenericHashMap, OrdMap};
+use crate::name_index::NameIndex;
+use crate::persistent_vector::{self, PersistentVector};
+
+/// The logarithm of the number of entries that a change after a clone copies.
+const LEAF_BITS: u32 = 6;
+
+/// Names of at most this many entries are compared one by one. Most objects have few children.
+const MOST_COMPARED: usize = 16;
 
 /// A persistent map: cloning takes constant time and memory, and clones share everything that
 /// neither changes. A snapshot of a scene, or a step of an undo history, is therefore cheap. Two
 /// maps are equal if they have equal names and values in the same order.
+///
+/// A change after a clone copies the values of 64 entries, so values should be small, or shared.
 #[derive(Clone, Debug)]
 pub(crate) struct OrderedMap<V> {
-    /// Entries by an increasing number, so that no entry moves when another is removed.
-    entries: OrdMap<u64, (Arc<str>, Arc<V>)>,
-    number_of: GenericHashMap<Arc<str>, u64, RandomState, DefaultSharedPtr>,
+    /// `None` where an entry was removed, so that no other one moves.
+    entries: PersistentVector<Option<Entry<V>>, LEAF_BITS>,
+    /// The number of entries that are not removed.
+    count: usize,
+    /// Empty as long as names are compared one by one.
+    index: NameIndex,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Entry<V> {
+    name: SmolStr,
+    value: V,
 }
 
 // Not derived: no value is needed for an empty map.
 impl<V> Default for OrderedMap<V> {
     fn default() -> Self {
-        Self { entries: OrdMap::new(), number_of: GenericHashMap::default() }
+        Self { entries: PersistentVector::default(), count: 0, index: NameIndex::default() }
     }
 }
 
 impl<V: PartialEq> PartialEq for OrderedMap<V> {
     fn eq(&self, other: &Self) -> bool {
-        // The numbers depend on history, not only on content.
-        self.entries.len() == other.entries.len() && self.entries.values().eq(other.entries.values())
+        // Where entries were removed depends on history, not on content.
+        self.count == other.count && (self.entries == other.entries || self.iter().eq(other.iter()))
     }
 }
 
 impl<V: PartialEq> OrderedMap<V> {
     /// Whether both have the same names with equal values, in any order.
     pub(crate) fn has_same_entries(&self, other: &Self) -> bool {
-        let in_other = |name: &str| Some(&other.entries.get(other.number_of.get(name)?)?.1);
-        self.entries.len() == other.entries.len()
-            && self.entries.values().all(|(name, value)| {
-                in_other(name).is_some_and(|other| Arc::ptr_eq(other, value) || other == value)
-            })
+        self.count == other.count
+            && (self.entries == other.entries
+                || self.iter().all(|(name, value)| other.get(name) == Some(value)))
+    }
+}
+
+impl<V> OrderedMap<V> {
+    fn entry(&self, number: usize) -> Option<&Entry<V>> {
+        self.entries.get(number)?.as_ref()
+    }
+
+    /// The number of a name. It stays the same until an entry is removed.
+    pub(crate) fn number_of(&self, name: &str) -> Option<usize> {
+        if self.index.is_empty() {
+            return self.entries.iter().position(|entry| entry.as_ref().is_some_and(|e| e.name == name));
+        }
+        let is_named = |number: u32| self.entry(number as usize).is_some_and(|entry| entry.name == name);
+        self.index.find(name, is_named).map(|number| number as usize)
+    }
+
+    pub(crate) fn get(&self, name: &str) -> Option<&V> {
+        self.get_at(self.number_of(name)?)
+    }
+
+    /// The value of a number.
+    pub(crate) fn get_at(&self, number: usize) -> Option<&V> {
+        self.entry(number).map(|entry| &entry.value)
+    }
+
+    /// The name of a number.
+    pub(crate) fn name_at(&self, number: usize) -> Option<&str> {
+        self.entry(number).map(|entry| &*entry.name)
+    }
+
+    pub(crate) fn contains(&self, name: &str) -> bool {
+        self.number_of(name).is_some()
+    }
+
+    /// Names and values, in order.
+    pub(crate) fn iter(&self) -> Iter<'_, V> {
+        Iter { entries: self.entries.iter(), left: self.count }
+    }
+
+    /// The numbers, names and values, in order.
+    pub(crate) fn numbered(&self) -> impl Iterator<Item = (usize, &str, &V)> {
+        let numbered = self.entries.iter().enumerate();
+        numbered
+            .filter_map(|(number, entry)| entry.as_ref().map(|entry| (number, &*entry.name, &entry.value)))
+    }
+
+    /// The name of the last entry.
+    pub(crate) fn last_name(&self) -> Option<&str> {
+        self.iter().next_back().map(|(name, _)| name)
     }
 }
 
 impl<V: Clone> OrderedMap<V> {
-    pub(crate) fn get(&self, name: &str) -> Option<&V> {
-        Some(&*self.entries.get(self.number_of.get(name)?)?.1)
-    }
-
     /// Mutable access to the value of a name. Clones no longer share that value.
     pub(crate) fn get_mut(&mut self, name: &str) -> Option<&mut V> {
-        let number = self.number_of.get(name)?;
-        self.entries.get_mut(number).map(|(_, value)| Arc::make_mut(value))
+        self.get_mut_at(self.number_of(name)?)
     }
 
-    pub(crate) fn contains(&self, name: &str) -> bool {
-        self.number_of.contains_key(name)
+    /// Mutable access to the value of a number.
+    pub(crate) fn get_mut_at(&mut self, number: usize) -> Option<&mut V> {
+        self.entries.get_mut(number)?.as_mut().map(|entry| &mut entry.value)
     }
 
     /// Replaces the value of a name at its position, or appends it.
     pub(crate) fn insert(&mut self, name: &str, value: V) {
-        if let Some(held) = self.get_mut(name) {
-            *held = value;
-            return;
+        match self.number_of(name) {
+            Some(number) => {
+                if let Some(held) = self.get_mut_at(number) {
+                    *held = value;
+                }
+            }
+            None => {
+                self.push(name, value);
+            }
         }
-        let number = self.entries.get_max().map_or(0, |(last, _)| last + 1);
-        let name: Arc<str> = name.into();
-        self.number_of.insert(Arc::clone(&name), number);
-        self.entries.insert(number, (name, Arc::new(value)));
     }
 
-    /// Shares the value that another map has under a name, at its position here. Does nothing unless
+    /// Appends a name that the map does not have, and returns its number.
+    pub(crate) fn push(&mut self, name: &str, value: V) -> usize {
+        let number = self.entries.len();
+        self.entries.push(Some(Entry { name: name.into(), value }));
+        self.count += 1;
+        self.index_name(name, number);
+        number
+    }
+
+    /// Clones the value that another map has under a name, at its position here. Does nothing unless
     /// both maps have the name.
     pub(crate) fn share(&mut self, name: &str, other: &Self) {
-        let shared = other.number_of.get(name).and_then(|number| other.entries.get(number));
-        let held = self.number_of.get(name).and_then(|number| self.entries.get_mut(number));
-        if let (Some((_, value)), Some((_, shared))) = (held, shared) {
-            *value = Arc::clone(shared);
+        if let (Some(held), Some(shared)) = (self.get_mut(name), other.get(name)) {
+            held.clone_from(shared);
         }
     }
 
     /// Removes an entry; the others keep their order. Returns whether it existed.
     pub(crate) fn remove(&mut self, name: &str) -> bool {
-        let number = self.number_of.remove(name);
-        number.is_some_and(|number| self.entries.remove(&number).is_some())
+        let Some(entry) = self.number_of(name).and_then(|number| self.entries.get_mut(number)) else {
+            return false;
+        };
+        *entry = None;
+        self.count -= 1;
+        if self.entries.len() > 2 * self.count + MOST_COMPARED {
+            self.entries = self.entries.iter().filter(|entry| entry.is_some()).cloned().collect();
+            self.rebuild_index();
+        }
+        true
     }
 
     /// Renames an entry, which keeps its position. Returns false if `name` is unknown or `new`
@@ -90,28 +167,78 @@ impl<V: Clone> OrderedMap<V> {
         if self.contains(new) {
             return false;
         }
-        let Some(number) = self.number_of.remove(name) else { return false };
-        let new: Arc<str> = new.into();
-        if let Some((held, _)) = self.entries.get_mut(&number) {
-            *held = Arc::clone(&new);
+        let Some(number) = self.number_of(name) else { return false };
+        if let Some(Some(entry)) = self.entries.get_mut(number) {
+            entry.name = new.into();
         }
-        self.number_of.insert(new, number);
+        self.index_name(new, number);
         true
     }
 
-    /// Names and values, in order.
-    pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = (&str, &V)> + DoubleEndedIterator {
-        self.entries.values().map(|(name, value)| (&**name, &**value))
+    /// Makes the number of a name known.
+    fn index_name(&mut self, name: &str, number: usize) {
+        if self.index.is_empty() && self.entries.len() <= MOST_COMPARED {
+            return;
+        }
+        if self.index.is_full() {
+            self.rebuild_index();
+        } else {
+            self.index.insert(name, number as u32);
+        }
     }
 
-    /// The name of the last entry.
-    pub(crate) fn last_name(&self) -> Option<&str> {
-        self.entries.get_max().map(|(_, (name, _))| &**name)
+    fn rebuild_index(&mut self) {
+        if self.entries.len() <= MOST_COMPARED {
+            self.index = NameIndex::default();
+            return;
+        }
+        let numbered = (0..).zip(self.entries.iter());
+        let names = numbered.filter_map(|(number, entry)| Some((number, &*entry.as_ref()?.name)));
+        self.index = NameIndex::of(self.count, names);
     }
 }
 
+/// The names and values of an [`OrderedMap`].
+#[derive(Clone, Debug)]
+pub(crate) struct Iter<'a, V> {
+    entries: persistent_vector::Iter<'a, Option<Entry<V>>, LEAF_BITS>,
+    left: usize,
+}
+
+impl<'a, V> Iter<'a, V> {
+    fn found(&mut self, entry: Option<&'a Entry<V>>) -> Option<(&'a str, &'a V)> {
+        let entry = entry?;
+        self.left -= 1;
+        Some((&entry.name, &entry.value))
+    }
+}
+
+impl<'a, V> Iterator for Iter<'a, V> {
+    type Item = (&'a str, &'a V);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let entry = self.entries.find_map(Option::as_ref);
+        self.found(entry)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        (self.left, Some(self.left))
+    }
+}
+
+impl<V> DoubleEndedIterator for Iter<'_, V> {
+    fn next_back(&mut self) -> Option<Self::Item> {
+        let entry = self.entries.by_ref().rev().find_map(Option::as_ref);
+        self.found(entry)
+    }
+}
+
+impl<V> ExactSizeIterator for Iter<'_, V> {}
+
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
     use super::*;
 
     #[test]
@@ -135,5 +262,57 @@ mod tests {
         assert!(again == map && before != map && again.has_same_entries(&map));
         again.rename("z", "y");
         assert!(!again.has_same_entries(&map));
+    }
+
+    /// The same as a list of pairs.
+    #[test]
+    fn a_map_of_any_size_is_a_list_of_pairs() {
+        let mut state = 11_u64;
+        let mut random = |below: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 33) as usize % below
+        };
+        for most in [3, 16, 17, 40, 3000] {
+            let (mut map, mut list) = (OrderedMap::default(), Vec::<(String, usize)>::new());
+            let mut snapshots = Vec::new();
+            let name = |i: usize| {
+                if i.is_multiple_of(2) { format!("n{i}") } else { format!("a name longer than 23 {i}") }
+            };
+            for step in 0..8 * most {
+                let (one, other) = (name(random(most)), name(random(most)));
+                let at = list.iter().position(|(held, _)| *held == one);
+                // Rising and falling.
+                let removes = random(8) < if step / most % 2 == 0 { 1 } else { 6 };
+                if removes {
+                    assert_eq!(map.remove(&one), at.is_some());
+                    at.map(|at| list.remove(at));
+                } else if random(8) == 0 {
+                    let is_new = !list.iter().any(|(held, _)| *held == other);
+                    assert_eq!(map.rename(&one, &other), at.is_some() && is_new);
+                    if let Some(at) = at.filter(|_| is_new) {
+                        list[at].0 = other;
+                    }
+                } else {
+                    map.insert(&one, step);
+                    match at {
+                        Some(at) => list[at].1 = step,
+                        None => list.push((one, step)),
+                    }
+                }
+                if random(most) < 8 {
+                    snapshots.push((map.clone(), list.clone()));
+                }
+            }
+            snapshots.push((map, list));
+            for (map, list) in snapshots {
+                let pairs = || list.iter().map(|(name, value)| (name.as_str(), value));
+                assert!(map.iter().eq(pairs()) && map.iter().rev().eq(pairs().rev()));
+                assert_eq!(map.iter().len(), list.len());
+                assert!(map.numbered().all(|(number, name, _)| map.number_of(name) == Some(number)));
+                let by_name: HashMap<&str, &usize> = pairs().collect();
+                assert!((0..most).all(|i| map.get(&name(i)) == by_name.get(&*name(i)).copied()));
+                assert_eq!(map.last_name(), list.last().map(|(name, _)| name.as_str()));
+            }
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! The scene, and the changes that keep it consistent.
 
+use std::sync::Arc;
+
 use superegg_geom::glam::DVec3;
 use superegg_geom::{TransformError, TransformStep};
 use thiserror::Error;
@@ -119,7 +121,7 @@ pub enum SceneError {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
-    entities: OrderedMap<Entity>,
+    entities: OrderedMap<Arc<Entity>>,
     lights: OrderedMap<Light>,
     /// The camera.
     pub camera: Camera,
@@ -183,7 +185,19 @@ impl Default for Scene {
 impl Scene {
     /// Primitives and objects with their names, in the order of creation.
     pub fn entities(&self) -> impl ExactSizeIterator<Item = (&str, &Entity)> {
-        self.entities.iter()
+        self.entities.iter().map(|(name, entity)| (name, &**entity))
+    }
+
+    /// The entities with their names and numbers, in the order of creation. A number belongs to one
+    /// scene: it stays the same until an entity is deleted.
+    pub fn numbered_entities(&self) -> impl Iterator<Item = (usize, &str, &Entity)> {
+        self.entities.numbered().map(|(number, name, entity)| (number, name, &**entity))
+    }
+
+    /// The number of the entity of this name, as in [`Scene::numbered_entities`]. It is found at once
+    /// if it is `guess`.
+    pub fn entity_number(&self, name: &str, guess: usize) -> Option<usize> {
+        if self.entities.name_at(guess) == Some(name) { Some(guess) } else { self.entities.number_of(name) }
     }
 
     /// The objects with their names.
@@ -218,7 +232,7 @@ impl Scene {
         if self.entities.contains(name) {
             return Err(SceneError::NameExists(name.to_owned()));
         }
-        self.entities.insert(name, Entity::Table(table));
+        self.insert(name, Entity::Table(table));
         Ok(())
     }
 
@@ -254,7 +268,16 @@ impl Scene {
 
     /// The primitive or object of this name.
     pub fn get(&self, name: &str) -> Option<&Entity> {
-        self.entities.get(name)
+        self.entities.get(name).map(|entity| &**entity)
+    }
+
+    fn get_mut(&mut self, name: &str) -> Option<&mut Entity> {
+        self.entities.get_mut(name).map(Arc::make_mut)
+    }
+
+    /// Adds an entity, or replaces the one of this name.
+    fn insert(&mut self, name: &str, entity: Entity) {
+        self.entities.insert(name, Arc::new(entity));
     }
 
     /// The lights with their names; empty if only the default light shines.
@@ -290,12 +313,12 @@ impl Scene {
     /// # Errors
     /// The name belongs to an object.
     pub fn ensure_primitive(&mut self, name: &str) -> Result<(), SceneError> {
-        match self.entities.get(name) {
+        match self.get(name) {
             Some(Entity::Object(_)) => Err(SceneError::NotAPrimitive(name.to_owned())),
             Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
             Some(Entity::Primitive(_)) => Ok(()),
             None => {
-                self.entities.insert(name, Entity::Primitive(Primitive::default()));
+                self.insert(name, Entity::Primitive(Primitive::default()));
                 Ok(())
             }
         }
@@ -306,11 +329,11 @@ impl Scene {
     /// # Errors
     /// The name belongs to a primitive.
     pub fn ensure_object(&mut self, name: &str) -> Result<(), SceneError> {
-        match self.entities.get(name) {
+        match self.get(name) {
             Some(Entity::Primitive(_)) => Err(SceneError::NotAnObject(name.to_owned())),
             Some(Entity::Object(_) | Entity::Table(_)) => Ok(()),
             None => {
-                self.entities.insert(name, Entity::Object(Object::default()));
+                self.insert(name, Entity::Object(Object::default()));
                 Ok(())
             }
         }
@@ -321,7 +344,7 @@ impl Scene {
     /// # Errors
     /// The name is unknown, or belongs to an object.
     pub fn primitive(&self, name: &str) -> Result<&Primitive, SceneError> {
-        match self.entities.get(name) {
+        match self.get(name) {
             Some(Entity::Primitive(primitive)) => Ok(primitive),
             Some(Entity::Object(_)) => Err(SceneError::NotAPrimitive(name.to_owned())),
             Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
@@ -334,7 +357,7 @@ impl Scene {
     /// # Errors
     /// The name is unknown, or belongs to an object.
     pub fn primitive_mut(&mut self, name: &str) -> Result<&mut Primitive, SceneError> {
-        match self.entities.get_mut(name) {
+        match self.get_mut(name) {
             Some(Entity::Primitive(primitive)) => Ok(primitive),
             Some(Entity::Object(_)) => Err(SceneError::NotAPrimitive(name.to_owned())),
             Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
@@ -347,7 +370,7 @@ impl Scene {
     /// # Errors
     /// The name is unknown, or belongs to a primitive.
     pub fn object(&self, name: &str) -> Result<&Object, SceneError> {
-        match self.entities.get(name) {
+        match self.get(name) {
             Some(Entity::Object(object)) => Ok(object),
             Some(Entity::Primitive(_)) => Err(SceneError::NotAnObject(name.to_owned())),
             Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
@@ -356,7 +379,7 @@ impl Scene {
     }
 
     fn object_mut(&mut self, name: &str) -> Result<&mut Object, SceneError> {
-        match self.entities.get_mut(name) {
+        match self.get_mut(name) {
             Some(Entity::Object(object)) => Ok(object),
             Some(Entity::Primitive(_)) => Err(SceneError::NotAnObject(name.to_owned())),
             Some(Entity::Table(_)) => Err(SceneError::IsTable(name.to_owned())),
@@ -373,12 +396,11 @@ impl Scene {
         if !self.entities.contains(target) {
             return Err(SceneError::Unknown(target.to_owned()));
         }
-        let parent = self.object_mut(object)?;
-        if parent.child(alias).is_some() {
-            return Err(SceneError::AliasExists { object: object.to_owned(), alias: alias.to_owned() });
+        if self.object_mut(object)?.push_child(alias, Child::new(target)) {
+            Ok(())
+        } else {
+            Err(SceneError::AliasExists { object: object.to_owned(), alias: alias.to_owned() })
         }
-        parent.push_child(alias, Child::new(target));
-        Ok(())
     }
 
     /// Removes a child and its keys from an object. A cursor on it moves to the last child.
@@ -455,8 +477,8 @@ impl Scene {
     /// An unknown name, or a new name that exists.
     pub fn copy(&mut self, name: &str, new: &str) -> Result<(), SceneError> {
         let entity = self.check_pair(name, new)?.clone();
-        self.entities.insert(new, entity);
-        if let Some(Entity::Object(object)) = self.entities.get_mut(new) {
+        self.insert(new, entity);
+        if let Some(Entity::Object(object)) = self.get_mut(new) {
             object.retarget(name, new);
         }
         Ok(())

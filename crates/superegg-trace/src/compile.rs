@@ -7,3 +7,4 @@ mod parts;
 mod patch;
 mod proxy;
 mod signature;
+mod survey;

@@ -26,7 +26,8 @@ const MOST_SOURCED: usize = 1000;
 pub(crate) struct Loaded {
     pub(crate) session: Session,
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// The lines that define the scene, with those of sourced files inserted.
+    /// The lines that define the scene, with those of sourced files inserted; empty unless they are
+    /// kept.
     pub(crate) lines: String,
     /// The output of the lines.
     pub(crate) prints: Vec<String>,
@@ -102,14 +103,14 @@ impl Loaded {
 /// # Errors
 /// The file cannot be read.
 pub(crate) fn load(path: &Path) -> Result<Loaded> {
-    load_into(path, Settings::default(), &AtomicBool::new(false))
+    load_with(path, &DataOptions::default())
 }
 
 /// Like [`load`]; reads a file of another program with these options.
 pub(crate) fn load_with(path: &Path, options: &DataOptions) -> Result<Loaded> {
     match load_data(path, options)? {
         Some(loaded) => Ok(loaded),
-        None => load(path),
+        None => load_lines(path, Settings::default(), Lines::Dropped, &AtomicBool::new(false)),
     }
 }
 
@@ -131,8 +132,7 @@ fn load_data(path: &Path, options: &DataOptions) -> Result<Option<Loaded>> {
             (session, Vec::new(), notes, Legend::of(&options.coloring, &key), frame)
         }
     };
-    let lines = lines_of(path, &session);
-    let prints = Vec::new();
+    let (lines, prints) = (String::new(), Vec::new());
     Ok(Some(Loaded { session, diagnostics, lines, prints, notes, legend, frame, is_interrupted: false }))
 }
 
@@ -148,12 +148,25 @@ fn lines_of(path: &Path, session: &Session) -> String {
     format!("load \"{}\"\n", identity(path).display())
 }
 
-/// Like [`load`], into a session with these settings. Stops when `interrupt` becomes true.
+/// Like [`load`], into a session with these settings, and keeps the lines. Stops when `interrupt`
+/// becomes true.
 pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool) -> Result<Loaded> {
     if let Some(mut loaded) = load_data(path, &DataOptions::default())? {
         loaded.session.settings = settings;
+        loaded.lines = lines_of(path, &loaded.session);
         return Ok(loaded);
     }
+    load_lines(path, settings, Lines::Kept, interrupt)
+}
+
+/// What becomes of the lines of a scene file. Large ones take as much memory as the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Lines {
+    Kept,
+    Dropped,
+}
+
+fn load_lines(path: &Path, settings: Settings, kept: Lines, interrupt: &AtomicBool) -> Result<Loaded> {
     let bytes = access::read(path)?;
     if let Some(kind) = kind_of_no_scene(&bytes) {
         bail!("'{}' is not a scene but {kind}", path.display());
@@ -167,6 +180,7 @@ pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool)
     let mut loader = Loader {
         open: vec![identity(path)],
         sourced: 0,
+        kept,
         lines: String::new(),
         prints: Vec::new(),
         interrupt,
@@ -190,6 +204,7 @@ struct Loader<'a> {
     open: Vec<PathBuf>,
     /// The number of sourced files so far.
     sourced: usize,
+    kept: Lines,
     lines: String,
     prints: Vec<String>,
     interrupt: &'a AtomicBool,
@@ -212,7 +227,7 @@ impl Loader<'_> {
                 self.is_interrupted = true;
                 return Ok(Flow::Stop);
             }
-            self.perform(session, line.trim(), effect, &folder, diagnostics)
+            self.perform(session, line, effect, &folder, diagnostics)
         })
     }
 
@@ -228,8 +243,10 @@ impl Loader<'_> {
         match effect {
             Effect::Done => Ok(Flow::Continue),
             Effect::Changed(note) => {
-                self.lines.push_str(line);
-                self.lines.push('\n');
+                if self.kept == Lines::Kept {
+                    self.lines.push_str(line.trim());
+                    self.lines.push('\n');
+                }
                 match note.filter(|_| sets_quaternion(line)) {
                     Some(note) => Err(Fault::new(FaultCode::Quaternion, note).warning()),
                     None => Ok(Flow::Continue),
@@ -303,7 +320,9 @@ impl Loader<'_> {
         for line in lines.lines() {
             session.run_line(line)?;
         }
-        self.lines.push_str(&lines);
+        if self.kept == Lines::Kept {
+            self.lines.push_str(&lines);
+        }
         Ok(Flow::Continue)
     }
 

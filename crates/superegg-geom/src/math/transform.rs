@@ -160,27 +160,52 @@ impl Transform {
     pub fn from_steps<'a>(
         steps: impl IntoIterator<Item = &'a TransformStep>,
     ) -> Result<Self, TransformError> {
-        steps.into_iter().try_fold(Self::IDENTITY, |so_far, step| {
-            let (forward, inverse) = step.maps()?;
-            (Self { forward, inverse }).after(&so_far)
-        })
+        let mut composed = Self::IDENTITY;
+        steps.into_iter().try_for_each(|step| composed.append(step))?;
+        Ok(composed)
+    }
+
+    /// Appends a step, which acts last. After an error the map is as it was.
+    ///
+    /// # Errors
+    /// As [`Transform::from_steps`].
+    pub fn append(&mut self, step: &TransformStep) -> Result<(), TransformError> {
+        if let TransformStep::Translate(by) = step {
+            // The products with the columns of the identity are left out.
+            let (there, back) = (self.forward.translation + *by, self.inverse.transform_point3(-*by));
+            if !there.is_finite() || !back.is_finite() {
+                return Err(TransformError::OutOfRange);
+            }
+            (self.forward.translation, self.inverse.translation) = (there, back);
+            return Ok(());
+        }
+        let (forward, inverse) = step.maps()?;
+        let map = Self { forward, inverse };
+        *self = if *self == Self::IDENTITY { map.checked()? } else { map.after(self)? };
+        Ok(())
     }
 
     /// `self` applied after `first`.
     ///
     /// # Errors
     /// The composition is not finite, or has collapsed to a singular matrix by underflow.
+    #[inline]
     pub fn after(&self, first: &Self) -> Result<Self, TransformError> {
         if *self == Self::IDENTITY {
             return Ok(*first);
         }
-        let composed = Self { forward: self.forward * first.forward, inverse: first.inverse * self.inverse };
+        Self { forward: self.forward * first.forward, inverse: first.inverse * self.inverse }.checked()
+    }
+
+    /// The map, if both directions are finite and no column is zero.
+    #[inline]
+    fn checked(self) -> Result<Self, TransformError> {
         let usable = |map: &DAffine3| {
             let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];
             map.is_finite() && columns.iter().all(|column| *column != DVec3::ZERO)
         };
-        if usable(&composed.forward) && usable(&composed.inverse) {
-            Ok(composed)
+        if usable(&self.forward) && usable(&self.inverse) {
+            Ok(self)
         } else {
             Err(TransformError::OutOfRange)
         }

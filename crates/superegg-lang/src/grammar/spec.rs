@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use smallvec::SmallVec;
 use superegg_geom::TransformStep;
 use superegg_geom::glam::{DAffine3, DMat3, DQuat, DVec3};
 use superegg_scene::Picture;
@@ -306,7 +307,7 @@ impl CommandSpec {
 
     /// Whether the last argument is another command with its arguments.
     pub(crate) fn takes_line(&self) -> bool {
-        self.all_args().any(|arg| arg.kind == ArgKind::Line)
+        self.all_args().any(|arg| matches!(arg.kind, ArgKind::Line))
     }
 
     /// Whether the command can have keys: it sets numbers of the scene. For `set` this also depends
@@ -319,7 +320,7 @@ impl CommandSpec {
 
     /// The arguments that have a position: all but an image size.
     pub(crate) fn positional_args(&self) -> impl Iterator<Item = &'static Arg> {
-        self.all_args().filter(|arg| arg.kind != ArgKind::Size)
+        self.all_args().filter(|arg| !matches!(arg.kind, ArgKind::Size))
     }
 
     /// Whether a word is an option, or an image size that the command takes: these may stand at any
@@ -345,7 +346,7 @@ impl CommandSpec {
     /// repeat.
     pub fn counts(&self) -> impl Iterator<Item = usize> {
         self.args.iter().scan(0, |total, part| {
-            *total += part.iter().filter(|arg| arg.kind != ArgKind::Size).count();
+            *total += part.iter().filter(|arg| !matches!(arg.kind, ArgKind::Size)).count();
             Some(*total)
         })
     }
@@ -405,8 +406,8 @@ pub fn parse_size(word: &str) -> Result<(u32, u32), String> {
 pub(crate) struct Args<'a> {
     /// The spelling of the command in the line.
     pub(crate) spelling: &'a str,
-    pub(crate) words: Vec<Cow<'a, str>>,
-    pub(crate) numbers: Vec<f64>,
+    pub(crate) words: SmallVec<[Cow<'a, str>; 2]>,
+    pub(crate) numbers: SmallVec<[f64; 12]>,
     pub(crate) size: Option<(u32, u32)>,
     pub(crate) options: Vec<&'static str>,
 }

@@ -492,7 +492,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         example: "setPattern checker 0.1 0.1 0.1 0.25",
         build: Build::Primitive(|args| PrimitiveCommand::SetPattern {
             word: args.words[0].to_ascii_lowercase(),
-            numbers: args.numbers.clone(),
+            numbers: args.numbers.to_vec(),
         }),
     },
     CommandSpec {

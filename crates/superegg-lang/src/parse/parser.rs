@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use smallvec::SmallVec;
+
 use crate::color::{color_names, is_hexadecimal};
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::Command;
@@ -11,7 +13,7 @@ use crate::grammar::spec::{
 };
 use crate::grammar::table::{COMMANDS, SHARED_SPELLING, commands_spelt, find_command};
 use crate::parse::number::{format_number, parse_number};
-use crate::parse::words::{Quoting, Word, split_words};
+use crate::parse::words::{Quoting, Word, Words, split_words};
 use crate::suggest::{did_you_mean, nearest};
 use crate::text::{one_of, shorten};
 
@@ -45,7 +47,7 @@ impl Parsed {
 
 /// The words of a line. Quotes are special only if the command takes a file. A `#` begins a word
 /// where the command takes a colour, and a comment elsewhere.
-pub(crate) fn words_of_command(line: &str) -> Vec<Word<'_>> {
+pub(crate) fn words_of_command(line: &str) -> Words<'_> {
     let words = split_words(line, Quoting::Plain, &begins_color);
     let takes_file = || {
         let spec = words.first().and_then(|first| find_command(first.text));
@@ -127,8 +129,8 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
     let spec = command_of(first.text, rest).ok_or_else(|| unknown_command(first))?;
     let mut args = Args {
         spelling: first.text,
-        words: Vec::new(),
-        numbers: Vec::with_capacity(rest.len()),
+        words: SmallVec::new(),
+        numbers: SmallVec::new(),
         size: None,
         options: Vec::new(),
     };
@@ -137,7 +139,7 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
         None => None,
     };
     let words_within = line_within(spec, rest).and_then(<[_]>::split_first);
-    let rest = fill(spec, split_positional(spec, rest, &mut args)?);
+    let rest = fill(spec, split_positional(spec, rest, &mut args)?.into_iter());
     check_count(spec, first, &rest)?;
     let last_repeated = spec.all_args().last().filter(|_| spec.is_variadic());
     let positional = spec.positional_args().chain(last_repeated.into_iter().cycle());
@@ -163,7 +165,7 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
         }
     }
     if let (Some(keyed), Some((_, within))) = (&keyed, words_within) {
-        args.words.extend(fill(keyed.spec, within.iter().collect()).iter().map(Filled::text));
+        args.words.extend(fill(keyed.spec, within.iter()).iter().map(Filled::text));
     }
     let command = spec.build.command(&args);
     let columns = std::iter::once(first)
@@ -190,9 +192,15 @@ impl<'a> Filled<'_, 'a> {
     }
 }
 
+/// The positional words of a line, by position.
+type Positions<'w, 'a> = SmallVec<[Filled<'w, 'a>; 12]>;
+
 /// The positional words, one for each position.
-fn fill<'w, 'a>(spec: &CommandSpec, words: Vec<&'w Word<'a>>) -> Vec<Filled<'w, 'a>> {
-    let mut filled = Vec::with_capacity(words.len());
+fn fill<'w, 'a>(spec: &CommandSpec, words: impl Iterator<Item = &'w Word<'a>>) -> Positions<'w, 'a>
+where
+    'a: 'w,
+{
+    let mut filled = Positions::new();
     for word in words {
         match spec.shorthand_at(filled.len(), word.text) {
             Some(numbers) => {
@@ -217,9 +225,9 @@ fn split_positional<'w, 'a>(
     spec: &CommandSpec,
     rest: &'w [Word<'a>],
     args: &mut Args<'a>,
-) -> Result<Vec<&'w Word<'a>>, Fault> {
-    let takes_size = spec.all_args().any(|arg| arg.kind == ArgKind::Size);
-    let mut positional = Vec::with_capacity(rest.len());
+) -> Result<SmallVec<[&'w Word<'a>; 12]>, Fault> {
+    let takes_size = spec.all_args().any(|arg| matches!(arg.kind, ArgKind::Size));
+    let mut positional = SmallVec::new();
     for word in rest {
         let option = spec.options.iter().copied().find(|option| option.eq_ignore_ascii_case(word.text));
         if let Some(option) = option {

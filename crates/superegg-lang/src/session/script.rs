@@ -31,7 +31,7 @@ pub fn run_script(
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut faults = FaultList::new(file);
     let mut flow = Flow::Continue;
-    for (index, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
+    for (index, line) in lines(bytes).enumerate() {
         let outcome = match std::str::from_utf8(line) {
             Ok(text) => session.run_line(text).and_then(|effect| perform(session, text, effect, diagnostics)),
             Err(error) => Err(not_text(line, error.valid_up_to())),
@@ -49,6 +49,17 @@ pub fn run_script(
     }
     faults.finish(diagnostics);
     flow
+}
+
+/// The lines of a text, without their ends. What follows the last end is a line, too.
+fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut start = 0;
+    let ends = memchr::memchr_iter(b'\n', bytes).chain([bytes.len()]);
+    ends.map(move |end| {
+        let line = &bytes[start..end];
+        start = end + 1;
+        line
+    })
 }
 
 /// The fault of a line that is valid UTF-8 only up to a byte.

@@ -7,10 +7,11 @@ use superegg_geom::{Aabb, Transform};
 
 use super::bounds;
 use super::parts::{FoldedLeaf, GroupItem, LARGE, LeafMaps, NO_MAP, Parts, map_all};
+use super::survey::Survey;
 use crate::scene::bvh::Tree;
 use crate::scene::compiled::BoxInflation;
 use crate::scene::group::{Chain, Group, Instance, Leaf, NameRef, Names};
-use crate::scene::node::{PackedSlot, Slot, TreeBox, TreeSpace};
+use crate::scene::node::{Slot, TreeBox, TreeSpace, whole_box};
 use crate::scene::primitive::CompiledPrimitive;
 
 /// The sum that becomes a [`BoxInflation`].
@@ -30,17 +31,15 @@ impl InflationSum {
 
 /// Assembles a group; `None` if it is empty.
 ///
-/// Loose boxes determine the space of the tree, tight boxes the tree, and the tree the order of the leaves. `leaf_box` is
-/// the box around the plain leaves.
+/// Loose boxes determine the space of the tree, tight boxes the tree, and the tree the order of the leaves.
 pub(super) fn assemble(
     mut parts: Parts<'_>,
     names: Arc<Names>,
-    signature: u64,
-    leaf_box: Aabb,
+    survey: Survey,
     primitives: &[CompiledPrimitive],
     inflation: &mut InflationSum,
 ) -> Option<Group> {
-    let mut whole = leaf_box;
+    let mut whole = survey.leaf_box;
     whole = parts.folded.iter().fold(whole, |whole, leaf| whole.union(&leaf.maps.loose_box()));
     let group_boxes: Vec<Aabb> = parts
         .groups
@@ -59,12 +58,7 @@ pub(super) fn assemble(
         return None;
     }
     let space = TreeSpace::of(&whole);
-    let tight =
-        |maps: &LeafMaps, primitive: u32| space.tree_box(&maps.tight_box(&primitives[primitive as usize]));
-    let mut boxes: Vec<TreeBox> = map_all(&parts.leaves, |leaf| {
-        parts.maps(leaf, primitives).map_or(TreeBox::POINT, |maps| tight(&maps, leaf.1))
-    });
-    boxes.extend(parts.folded.iter().map(|leaf| tight(&leaf.maps, leaf.primitive)));
+    let mut boxes = leaf_boxes(&parts, survey.boxes, &space, primitives);
     boxes.extend(group_boxes.iter().map(|b| space.tree_box(b)));
     let bounds = space.bounds_of(&boxes);
     let Tree { mut nodes, order } = Tree::build(&boxes);
@@ -99,7 +93,7 @@ pub(super) fn assemble(
     };
     let mut instances = Vec::with_capacity(groups.len());
     let leaves = if leaf_count == plain.len() && groups.is_empty() {
-        in_order(&order, make_plain)
+        in_order(order, make_plain)
     } else {
         // Leaves and instances have indices of their own, in the order of the tree.
         let mut leaves = Vec::with_capacity(leaf_count);
@@ -107,7 +101,7 @@ pub(super) fn assemble(
         for &item in &order {
             let index = item as usize;
             if index < leaf_count {
-                slot_of.push(PackedSlot::new(Slot::Leaf(leaves.len() as u32)));
+                slot_of.push(Slot::Leaf(leaves.len() as u32));
                 let leaf = if index < plain.len() {
                     Some(make_plain(item))
                 } else {
@@ -115,16 +109,15 @@ pub(super) fn assemble(
                 };
                 leaves.extend(leaf);
             } else {
-                slot_of.push(PackedSlot::new(Slot::Instance(instances.len() as u32)));
+                slot_of.push(Slot::Instance(instances.len() as u32));
                 instances.extend(groups[index - leaf_count].take());
             }
         }
         for node in &mut nodes {
-            for slot in &mut node.slots[..node.count as usize] {
-                if let Slot::Leaf(leaf) = slot.unpack() {
-                    *slot = slot_of[leaf as usize];
-                }
-            }
+            node.map_slots(|slot| match slot {
+                Slot::Leaf(leaf) => slot_of[leaf as usize],
+                Slot::Node(_) | Slot::Instance(_) => slot,
+            });
         }
         leaves
     };
@@ -138,25 +131,61 @@ pub(super) fn assemble(
         names,
         chains,
         count,
-        signature,
+        signature: survey.signature,
         growth: 1.0,
         proxy: OnceLock::new(),
     })
+}
+
+/// The boxes of plain and folded leaves in the space of a tree, from those of a survey if there are any.
+fn leaf_boxes(
+    parts: &Parts<'_>,
+    surveyed: Option<Vec<Aabb>>,
+    space: &TreeSpace,
+    primitives: &[CompiledPrimitive],
+) -> Vec<TreeBox> {
+    let described = |primitive: u32| &primitives[primitive as usize];
+    let of_maps = |maps: &LeafMaps, primitive: u32| space.tree_box(&maps.tight_box(described(primitive)));
+    let mut boxes =
+        match surveyed {
+            Some(surveyed) => map_all(&surveyed, |leaf_box| {
+                if leaf_box.is_empty() { TreeBox::POINT } else { space.tree_box(leaf_box) }
+            }),
+            None => map_all(&parts.leaves, |leaf| {
+                parts.maps(leaf, primitives).map_or(TreeBox::POINT, |maps| of_maps(&maps, leaf.1))
+            }),
+        };
+    boxes.extend(parts.folded.iter().map(|leaf| of_maps(&leaf.maps, leaf.primitive)));
+    // The box of a group is exact, so the boxes that may touch its faces are.
+    let whole = whole_box(boxes.iter());
+    let is_outer = whole.outer_test();
+    let (plain, folded) = boxes.split_at_mut(parts.leaves.len());
+    let exact = |maps: &LeafMaps, primitive: u32| space.tree_box(&maps.exact_box(described(primitive)));
+    for (held, leaf) in plain.iter_mut().zip(&parts.leaves).filter(|(held, _)| is_outer(held)) {
+        if let Some(maps) = parts.maps(leaf, primitives) {
+            *held = exact(&maps, leaf.1);
+        }
+    }
+    for (held, leaf) in folded.iter_mut().zip(&parts.folded).filter(|(held, _)| is_outer(held)) {
+        *held = exact(&leaf.maps, leaf.primitive);
+    }
+    boxes
 }
 
 /// Makes leaves in the order of a tree.
 ///
 /// Many leaves are made in the order of their children, and each thread makes those of its own part of the tree: the
 /// children lie in memory in that order, and memory latency dominates.
-fn in_order(order: &[u32], make: impl Fn(u32) -> Leaf + Sync) -> Vec<Leaf> {
+fn in_order(order: Vec<u32>, make: impl Fn(u32) -> Leaf + Sync) -> Vec<Leaf> {
     if order.len() < LARGE {
         return order.iter().map(|&item| make(item)).collect();
     }
     let mut seat_of = vec![0u32; order.len()];
-    (0..).zip(order).for_each(|(seat, &item)| seat_of[item as usize] = seat);
+    (0..).zip(&order).for_each(|(seat, &item)| seat_of[item as usize] = seat);
+    drop(order);
     let none = Leaf { unit_from_group: NO_MAP, primitive: 0, name: NameRef::ROOT, lane_powers: None };
-    let mut leaves: Vec<Leaf> = order.par_iter().map(|_| none).collect();
-    let part = order.len().div_ceil(rayon::current_num_threads());
+    let mut leaves: Vec<Leaf> = seat_of.par_iter().map(|_| none).collect();
+    let part = seat_of.len().div_ceil(rayon::current_num_threads());
     leaves.par_chunks_mut(part).enumerate().for_each(|(number, leaves)| {
         for (item, &seat) in seat_of.iter().enumerate() {
             let seat = (seat as usize).checked_sub(number * part);

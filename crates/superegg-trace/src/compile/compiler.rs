@@ -1,24 +1,21 @@
 //! Compiling a scene: opens objects to their depth, shares equal groups, and reuses those of the scene before.
 
 use std::collections::{HashMap, HashSet};
-use std::hash::{BuildHasher, Hasher};
 use std::sync::Arc;
 
 use num_bigint::BigUint;
-use rayon::prelude::*;
-use superegg_geom::glam::DVec3;
-use superegg_geom::{Aabb, Transform, inverse_of};
-use superegg_scene::{Child, Entity, InstanceTable, MAX_DEPTH, Scene};
+use superegg_geom::{Transform, inverse_of};
+use superegg_scene::{Child, MAX_DEPTH, Scene};
 
 use super::assemble::{InflationSum, assemble};
 use super::parts::{
-    Container, EntityIndex, FoldedLeaf, GroupItem, Index, LARGE, LeafMaps, PackedEntity, Parts, heights,
-    map_all,
+    Container, EntityIndex, FoldedLeaf, GroupItem, Index, LeafMaps, PackedEntity, Parts, heights,
 };
 use super::patch::{Patchable, patched};
-use super::signature::{Materials, Mixer, bits_of};
+use super::signature::{Materials, bits_of};
+use super::survey::{Survey, SurveyWork, survey_object, survey_table};
 use crate::scene::compiled::{CompiledScene, Count};
-use crate::scene::group::{Group, Leaf, NameRef, Names};
+use crate::scene::group::{Group, NameRef, Names};
 use crate::scene::id::SceneId;
 use crate::scene::primitive::CompiledPrimitive;
 
@@ -46,12 +43,12 @@ impl CompiledScene {
 
     fn compile_after(scene: &Scene, root: Option<&str>, depth: u32, before: Option<&Self>) -> Self {
         let mut compiler = Compiler::new(scene, before);
-        let root_group = match root.and_then(|name| compiler.index_of(name)) {
+        let root_group = match root.and_then(|name| compiler.index.find(name)) {
             None => None,
             Some(EntityIndex::Primitive(primitive)) => compiler.only_primitive(primitive),
             Some(EntityIndex::Container(container)) => compiler.open(container, depth.min(MAX_DEPTH)),
         };
-        let names = &compiler.container_names;
+        let names = &compiler.index.container_names;
         let opened = compiler
             .opened
             .into_iter()
@@ -78,10 +75,8 @@ impl CompiledScene {
 
 /// The state of compiling. Primitives and objects have indices in the order of the scene.
 struct Compiler<'a> {
-    scene: &'a Scene,
     before: Option<&'a CompiledScene>,
-    containers: Vec<Container<'a>>,
-    container_names: Vec<&'a str>,
+    index: Index<'a>,
     /// The children of each object; none for tables.
     children: Vec<Arc<Vec<&'a Child>>>,
     /// The entity of each child.
@@ -101,23 +96,19 @@ struct Compiler<'a> {
 
 impl<'a> Compiler<'a> {
     fn new(scene: &'a Scene, before: Option<&'a CompiledScene>) -> Self {
-        let (Index { by_name, containers, container_names }, described) =
-            rayon::join(|| Index::of(scene), || Described::of(scene));
+        let (index, described) = rayon::join(|| Index::of(scene), || Described::of(scene));
         let children_of = |container: &Container<'a>| match container {
             Container::Object(object) => Arc::new(object.children().map(|(_, child)| child).collect()),
             Container::Table(_) => Arc::default(),
         };
-        let children: Vec<Arc<Vec<&Child>>> = containers.iter().map(children_of).collect();
-        let entity = |child: &&Child| by_name.get(child.target()).copied().unwrap_or(PackedEntity::NONE);
+        let children: Vec<Arc<Vec<&Child>>> = index.containers.iter().map(children_of).collect();
         let child_entities: Vec<Arc<Vec<PackedEntity>>> =
-            children.iter().map(|children| Arc::new(map_all(children, entity))).collect();
+            children.iter().map(|children| Arc::new(index.entities(children))).collect();
         Self {
-            scene,
             before,
             heights: heights(&child_entities),
-            aliases: vec![None; containers.len()],
-            containers,
-            container_names,
+            aliases: vec![None; index.containers.len()],
+            index,
             children,
             child_entities,
             described,
@@ -129,22 +120,9 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn index_of(&self, name: &str) -> Option<EntityIndex> {
-        let index = match self.scene.get(name)? {
-            Entity::Object(_) | Entity::Table(_) => {
-                EntityIndex::Container(self.container_names.iter().position(|other| *other == name)? as u32)
-            }
-            Entity::Primitive(_) => {
-                let position = self.scene.primitives().position(|(other, _)| other == name)?;
-                EntityIndex::Primitive(position as u32)
-            }
-        };
-        Some(index)
-    }
-
     /// The aliases of a container's children.
     fn names(&mut self, container: u32) -> Arc<Names> {
-        let description = self.containers[container as usize];
+        let description = self.index.containers[container as usize];
         let make = || {
             Arc::new(match description {
                 Container::Object(object) => Names::listed(object.children().map(|(alias, _)| alias)),
@@ -160,18 +138,11 @@ impl<'a> Compiler<'a> {
         let maps = LeafMaps::new(&Transform::IDENTITY, radii);
         let leaf = FoldedLeaf { child: 0, primitive, maps, chain: Vec::new() };
         let parts = Parts { folded: vec![leaf], primitive_count: 1, ..Parts::default() };
-        self.assemble(parts, Arc::default(), 0, Aabb::EMPTY)
+        self.assemble(parts, Arc::default(), Survey::NOTHING)
     }
 
-    fn assemble(
-        &mut self,
-        parts: Parts<'a>,
-        names: Arc<Names>,
-        signature: u64,
-        leaf_box: Aabb,
-    ) -> Option<Arc<Group>> {
-        let group =
-            assemble(parts, names, signature, leaf_box, &self.described.primitives, &mut self.inflation);
+    fn assemble(&mut self, parts: Parts<'a>, names: Arc<Names>, survey: Survey) -> Option<Arc<Group>> {
+        let group = assemble(parts, names, survey, &self.described.primitives, &mut self.inflation);
         group.map(Arc::new)
     }
 
@@ -187,28 +158,35 @@ impl<'a> Compiler<'a> {
         let names = self.names(container);
         let parts = self.parts(container, remaining, &names);
         // The lookup needs an owned key. Groups are few.
-        let key = (Box::from(self.container_names[container as usize]), remaining);
+        let key = (Box::from(self.index.container_names[container as usize]), remaining);
         let before = self.before.and_then(|before| before.opened.get(&key));
         let table = match parts.container {
             Some(Container::Table(table)) => Some(table),
             Some(Container::Object(_)) | None => None,
         };
-        let patchable = before.filter(|_| table.is_none()).and_then(|group| Patchable::new(group, &parts));
-        let Survey { signature, leaf_box, changed } = match table {
+        let patchable = before
+            .filter(|_| table.is_none())
+            .zip(self.before)
+            .and_then(|(group, scene)| Patchable::new(group, &scene.primitives, &parts));
+        let survey = match table {
             Some(table) => survey_table(&parts, table),
-            None => self.survey(&parts, &names, patchable.as_ref()),
+            None => {
+                let work = SurveyWork { keeps_boxes: before.is_none(), before: patchable.as_ref() };
+                survey_object(&parts, &names, &self.described.primitives, work)
+            }
         };
-        let reused = before.filter(|group| group.signature == signature).cloned();
+        let reused = before.filter(|group| group.signature == survey.signature).cloned();
         let group = if reused.is_some() {
             self.reused += 1;
             reused
         } else {
             let primitives = &self.described.primitives;
             let group = patchable.and_then(|patchable| {
-                patched(&patchable, &parts, primitives, &changed, &names, signature).map(Arc::new)
+                let Survey { changed, signature, .. } = &survey;
+                patched(&patchable, &parts, primitives, changed, &names, *signature).map(Arc::new)
             });
             self.patched += usize::from(group.is_some());
-            group.or_else(|| self.assemble(parts, names, signature, leaf_box))
+            group.or_else(|| self.assemble(parts, names, survey))
         };
         self.opened.insert((container, remaining), group.clone());
         group
@@ -216,7 +194,7 @@ impl<'a> Compiler<'a> {
 
     /// The content of a group, with the groups of its children opened.
     fn parts(&mut self, container: u32, remaining: u32, names: &Arc<Names>) -> Parts<'a> {
-        let description = match self.containers[container as usize] {
+        let description = match self.index.containers[container as usize] {
             Container::Object(object) => object,
             Container::Table(_) => return self.rows(container),
         };
@@ -248,7 +226,8 @@ impl<'a> Compiler<'a> {
                 }
                 Some(EntityIndex::Container(target)) => {
                     let Some(group) = self.open(target, remaining - 1) else {
-                        self.reaches_depth |= remaining == 1 && !self.containers[target as usize].is_empty();
+                        self.reaches_depth |=
+                            remaining == 1 && !self.index.containers[target as usize].is_empty();
                         continue;
                     };
                     let Some(parent_from_child) = transform() else { continue };
@@ -264,9 +243,9 @@ impl<'a> Compiler<'a> {
 
     /// The rows of a table as the content of a group.
     fn rows(&self, container: u32) -> Parts<'a> {
-        let description = self.containers[container as usize];
+        let description = self.index.containers[container as usize];
         let Container::Table(table) = description else { return Parts::default() };
-        let name = self.container_names[container as usize];
+        let name = self.index.container_names[container as usize];
         let first =
             self.described.tables.iter().find(|(_, held)| **held == *name).map_or(0, |(first, _)| *first);
         let leaf = |row: usize| (row as u32, first + table.shape_index(row));
@@ -277,77 +256,6 @@ impl<'a> Compiler<'a> {
             ..Parts::default()
         }
     }
-
-    /// Computes the signature and the box of a group's content, and which leaves differ from those before.
-    fn survey(&self, parts: &Parts<'a>, names: &Names, before: Option<&Patchable<'_>>) -> Survey {
-        let primitives = &self.described.primitives;
-        let exponents_before = |leaf: &Leaf| {
-            let before = self.before.and_then(|before| before.primitives.get(leaf.primitive as usize))?;
-            Some(before.exponents)
-        };
-        let leaf = |&(child, primitive): &(u32, u32)| {
-            let mut hash = Mixer::new(u64::from(child) << 32 | u64::from(primitive));
-            let described = &primitives[primitive as usize];
-            hash.shape(described);
-            let maps = parts.transform(child).map(|map| {
-                hash.words(bits_of(&map));
-                LeafMaps::new(&map, described.radii)
-            });
-            let is_as_before = |before: &Patchable<'_>| {
-                maps.as_ref().zip(before.leaf_before(child)).is_some_and(|(maps, leaf)| {
-                    leaf.primitive == primitive
-                        && leaf.unit_from_group == maps.unit_from_group
-                        && exponents_before(leaf) == Some(described.exponents)
-                })
-            };
-            let is_changed = before.is_some_and(|before| !is_as_before(before));
-            Survey {
-                signature: hash.finish(),
-                leaf_box: maps.as_ref().map_or(Aabb::EMPTY, LeafMaps::loose_box),
-                changed: if is_changed { vec![(child, primitive)] } else { Vec::new() },
-            }
-        };
-        let mut survey = if parts.leaves.len() < LARGE {
-            parts.leaves.iter().map(leaf).fold(Survey::NOTHING, Survey::join)
-        } else {
-            parts.leaves.par_iter().map(leaf).reduce(|| Survey::NOTHING, Survey::join)
-        };
-        let mut hash = Mixer::new(survey.signature);
-        for folded in &parts.folded {
-            hash.words([u64::from(folded.child), u64::from(folded.primitive)]);
-            hash.shape(&primitives[folded.primitive as usize]);
-            hash.words(folded.maps.unit_from_group.to_cols_array().map(f64::to_bits));
-            folded.chain.iter().for_each(|(names, index)| hash.text(&names.get(*index)));
-        }
-        for item in &parts.groups {
-            hash.words([u64::from(item.child), item.group.signature]);
-            hash.words(bits_of(&item.parent_from_child));
-            item.chain.iter().for_each(|(names, index)| hash.text(&names.get(*index)));
-        }
-        if let Names::Listed { text, .. } = names {
-            hash.text(text);
-        }
-        hash.words([parts.primitive_count]);
-        survey.signature = hash.finish();
-        survey
-    }
-}
-
-/// The signature of a table, from its columns as they are, and a box around it.
-fn survey_table(parts: &Parts<'_>, table: &InstanceTable) -> Survey {
-    let mut hasher = foldhash::fast::FixedState::default().build_hasher();
-    table.hash_columns(&mut hasher);
-    let first = parts.leaves.first().map_or(0, |(_, primitive)| *primitive);
-    let mut hash = Mixer::new(hasher.finish());
-    hash.words([u64::from(first), parts.primitive_count]);
-    let row_box =
-        |row: usize| Aabb::around(table.position(row), DVec3::splat(table.shape(row).radii.length()));
-    let leaf_box = (0..table.len())
-        .into_par_iter()
-        .with_min_len(LARGE)
-        .map(row_box)
-        .reduce(|| Aabb::EMPTY, |a, b| a.union(&b));
-    Survey { signature: hash.finish(), leaf_box, changed: Vec::new() }
 }
 
 /// Adds a group as a child. The level of a group with a single child is folded into its parent.
@@ -421,29 +329,5 @@ impl Described {
         }
         primitives.shrink_to_fit();
         Self { primitives, names, tables, materials }
-    }
-}
-
-/// What is known about the content of a group before it is assembled.
-struct Survey {
-    /// A hash of everything that the content comes from. Different content has the same signature with a probability of
-    /// 2^-64.
-    signature: u64,
-    /// The box around all plain leaves.
-    leaf_box: Aabb,
-    /// Child and primitive of the leaves that differ from those before.
-    changed: Vec<(u32, u32)>,
-}
-
-impl Survey {
-    const NOTHING: Self = Self { signature: 0, leaf_box: Aabb::EMPTY, changed: Vec::new() };
-
-    fn join(mut self, other: Self) -> Self {
-        self.changed.extend(other.changed);
-        Self {
-            signature: self.signature.wrapping_add(other.signature),
-            leaf_box: self.leaf_box.union(&other.leaf_box),
-            changed: self.changed,
-        }
     }
 }

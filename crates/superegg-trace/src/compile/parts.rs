@@ -1,12 +1,10 @@
 //! The parts of groups: entities of the scene by index, and the children of a group before it is assembled.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
-use foldhash::fast::RandomState;
 use num_bigint::BigUint;
 use rayon::prelude::*;
-use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::{Aabb, Transform};
 use superegg_scene::{Child, Entity, InstanceTable, Object, Scene, object_heights};
 
@@ -67,33 +65,61 @@ impl PackedEntity {
     }
 }
 
-/// The names of a scene.
+/// The entities of a scene.
 pub(super) struct Index<'a> {
-    pub(super) by_name: HashMap<&'a str, PackedEntity, RandomState>,
+    scene: &'a Scene,
+    /// The entity of each number in the scene.
+    by_number: Vec<PackedEntity>,
     pub(super) containers: Vec<Container<'a>>,
     pub(super) container_names: Vec<&'a str>,
 }
 
 impl<'a> Index<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
-        let mut by_name = HashMap::with_capacity_and_hasher(scene.entities().len(), RandomState::default());
-        let (mut containers, mut container_names) = (Vec::new(), Vec::new());
+        let mut index = Self {
+            scene,
+            by_number: Vec::with_capacity(scene.entities().len()),
+            containers: Vec::new(),
+            container_names: Vec::new(),
+        };
         let mut primitives = 0;
-        for (name, entity) in scene.entities() {
+        for (number, name, entity) in scene.numbered_entities() {
             let container = match entity {
                 Entity::Primitive(_) => {
-                    by_name.insert(name, PackedEntity::new(EntityIndex::Primitive(primitives)));
+                    index.set(number, EntityIndex::Primitive(primitives));
                     primitives += 1;
                     continue;
                 }
                 Entity::Object(object) => Container::Object(object),
                 Entity::Table(table) => Container::Table(table),
             };
-            by_name.insert(name, PackedEntity::new(EntityIndex::Container(containers.len() as u32)));
-            containers.push(container);
-            container_names.push(name);
+            index.set(number, EntityIndex::Container(index.containers.len() as u32));
+            index.containers.push(container);
+            index.container_names.push(name);
         }
-        Self { by_name, containers, container_names }
+        index
+    }
+
+    fn set(&mut self, number: usize, entity: EntityIndex) {
+        self.by_number.resize(number, PackedEntity::NONE);
+        self.by_number.push(PackedEntity::new(entity));
+    }
+
+    /// The entity of a name.
+    pub(super) fn find(&self, name: &str) -> Option<EntityIndex> {
+        self.by_number.get(self.scene.entity_number(name, 0)?)?.unpack()
+    }
+
+    /// The entity of each child.
+    pub(super) fn entities(&self, children: &[&Child]) -> Vec<PackedEntity> {
+        // Children often refer to entities in the order of their creation.
+        let mut guess = 0;
+        let entity = |child: &&Child| {
+            let number = self.scene.entity_number(child.target(), guess);
+            guess = number.unwrap_or(guess) + 1;
+            number.and_then(|number| self.by_number.get(number).copied()).unwrap_or(PackedEntity::NONE)
+        };
+        children.iter().map(entity).collect()
     }
 }
 
@@ -165,9 +191,26 @@ pub(super) struct LeafMaps {
 
 impl LeafMaps {
     pub(super) fn new(group_from_local: &Transform, radii: DVec3) -> Self {
+        let (inverse, forward) = (group_from_local.inverse(), group_from_local.forward());
+        let to_unit = radii.recip();
+        let (rows, columns) = (&inverse.matrix3, &forward.matrix3);
         Self {
-            unit_from_group: DAffine3::from_scale(radii.recip()) * *group_from_local.inverse(),
-            group_from_unit: *group_from_local.forward() * DAffine3::from_scale(radii),
+            unit_from_group: DAffine3 {
+                matrix3: DMat3::from_cols(
+                    to_unit * rows.x_axis,
+                    to_unit * rows.y_axis,
+                    to_unit * rows.z_axis,
+                ),
+                translation: to_unit * inverse.translation,
+            },
+            group_from_unit: DAffine3 {
+                matrix3: DMat3::from_cols(
+                    columns.x_axis * radii.x,
+                    columns.y_axis * radii.y,
+                    columns.z_axis * radii.z,
+                ),
+                translation: forward.translation,
+            },
         }
     }
 
@@ -180,11 +223,16 @@ impl LeafMaps {
         )
     }
 
-    /// The smallest box around the shape, rounded outwards.
+    /// Nearly the smallest box around the shape, rounded outwards.
     pub(super) fn tight_box(&self, primitive: &CompiledPrimitive) -> Aabb {
-        let linear = &self.group_from_unit.matrix3;
-        Aabb::around(self.group_from_unit.translation, primitive.unit_shape().half_extent_under(linear))
-            .rounded_outward()
+        let half_extent = primitive.unit_shape().half_extent_bound_under(&self.group_from_unit.matrix3);
+        Aabb::around(self.group_from_unit.translation, half_extent).rounded_outward()
+    }
+
+    /// The smallest box around the shape, rounded outwards.
+    pub(super) fn exact_box(&self, primitive: &CompiledPrimitive) -> Aabb {
+        let half_extent = primitive.unit_shape().half_extent_under(&self.group_from_unit.matrix3);
+        Aabb::around(self.group_from_unit.translation, half_extent).rounded_outward()
     }
 }
 

@@ -21,12 +21,18 @@ const MOST_GROWTH: f64 = 4.0 / 3.0;
 /// The group before a change, with the seat of each child: the index of its leaf.
 pub(super) struct Patchable<'a> {
     group: &'a Group,
+    /// The primitives before the change.
+    primitives: &'a [CompiledPrimitive],
     seats: Vec<Option<u32>>,
 }
 
 impl<'a> Patchable<'a> {
     /// `None` if the group cannot be patched: it is small, was or is not flat, or its number of leaves has changed.
-    pub(super) fn new(group: &'a Group, parts: &Parts<'_>) -> Option<Self> {
+    pub(super) fn new(
+        group: &'a Group,
+        primitives: &'a [CompiledPrimitive],
+        parts: &Parts<'_>,
+    ) -> Option<Self> {
         let is_flat = parts.folded.is_empty()
             && parts.groups.is_empty()
             && group.instances.is_empty()
@@ -38,12 +44,24 @@ impl<'a> Patchable<'a> {
         for (seat, leaf) in group.leaves.iter().enumerate() {
             *seats.get_mut(leaf.name.as_child()? as usize)? = Some(seat as u32);
         }
-        Some(Self { group, seats })
+        Some(Self { group, primitives, seats })
     }
 
-    /// The leaf of a child before the change.
-    pub(super) fn leaf_before(&self, child: u32) -> Option<&'a Leaf> {
-        self.group.leaves.get(self.seats[child as usize]? as usize)
+    /// Whether a leaf (child, primitive) with these maps differs from that of the child before.
+    pub(super) fn has_changed(
+        &self,
+        (child, primitive): (u32, u32),
+        maps: Option<&LeafMaps>,
+        described: &CompiledPrimitive,
+    ) -> bool {
+        let leaf = self.seats[child as usize].and_then(|seat| self.group.leaves.get(seat as usize));
+        let is_as_before = maps.zip(leaf).is_some_and(|(maps, leaf)| {
+            let before = self.primitives.get(leaf.primitive as usize);
+            leaf.primitive == primitive
+                && leaf.unit_from_group == maps.unit_from_group
+                && before.is_some_and(|before| before.exponents == described.exponents)
+        });
+        !is_as_before
     }
 }
 
@@ -56,7 +74,7 @@ pub(super) fn patched(
     names: &Arc<Names>,
     signature: u64,
 ) -> Option<Group> {
-    let Patchable { group, seats } = before;
+    let Patchable { group, seats, .. } = before;
     let patches: Vec<(Option<u32>, Leaf, TreeBox)> = map_all(changed, |&(child, primitive)| {
         let maps = parts.maps(&(child, primitive), primitives);
         let tight = |maps: &LeafMaps| group.space.tree_box(&maps.tight_box(&primitives[primitive as usize]));

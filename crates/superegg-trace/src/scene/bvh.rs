@@ -10,7 +10,7 @@ use obvhs::bvh2::builder::build_bvh2;
 use rayon::prelude::*;
 use superegg_geom::glam::Vec3A;
 
-use super::node::{Node, PackedSlot, Slot, TreeBox, WIDTH, whole_box};
+use super::node::{Node, Slot, TreeBox, WIDTH, whole_box};
 
 /// A tree over items 0..n. Node 0 is the root; no items make no nodes. Leaf `i` is item `order[i]`.
 #[derive(Clone, Debug, Default)]
@@ -24,78 +24,43 @@ const CHUNK: usize = 1 << 15;
 
 impl Tree {
     pub(crate) fn build(boxes: &[TreeBox]) -> Self {
-        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         if boxes.len() <= CHUNK {
-            return Self::build_chunk(boxes, &order);
+            let items: Vec<u32> = (0..boxes.len() as u32).collect();
+            return Self::build_chunk(boxes, &items);
         }
+        let center = |(item, b): (u32, &TreeBox)| Center { at: [0, 1, 2].map(|axis| b.center(axis)), item };
+        let mut centers: Vec<Center> = (0..).zip(boxes).map(center).collect();
         let mut chunks = Vec::new();
-        cut(boxes, &mut order, &mut chunks);
-        let trees: Vec<(Self, TreeBox)> = chunks
-            .into_par_iter()
-            .map(|chunk| {
-                let tree = Self::build_chunk(boxes, chunk);
-                (tree, whole_box(chunk.iter().map(|&item| &boxes[item as usize])))
-            })
-            .collect();
-        drop(order);
-        Self::join(&trees)
+        cut(&mut centers, &mut chunks);
+        let box_of =
+            |chunk: &&mut [Center]| whole_box(chunk.iter().map(|center| &boxes[center.item as usize]));
+        let chunk_boxes: Vec<TreeBox> = chunks.par_iter().map(box_of).collect();
+        let build = |chunk: &&mut [Center]| {
+            // The boxes of a chunk lie side by side while its tree is built.
+            let items: Vec<u32> = chunk.iter().map(|center| center.item).collect();
+            let boxes: Vec<TreeBox> = items.iter().map(|&item| boxes[item as usize]).collect();
+            Self::build_chunk(&boxes, &items)
+        };
+        let mut joined = Joined::new(&chunk_boxes, boxes.len());
+        // Each tree is copied and freed before many others are built.
+        for some in chunks.chunks(2 * rayon::current_num_threads()) {
+            let trees: Vec<Self> = some.par_iter().map(build).collect();
+            trees.into_iter().for_each(|tree| joined.push(tree));
+        }
+        joined.finish()
     }
 
-    /// Joins trees under a tree over their boxes.
-    fn join(trees: &[(Self, TreeBox)]) -> Self {
-        let chunk_boxes: Vec<TreeBox> = trees.iter().map(|(_, bounds)| *bounds).collect();
-        let all: Vec<u32> = (0..trees.len() as u32).collect();
-        let mut joined = Self::build_chunk(&chunk_boxes, &all);
-        let top_order = std::mem::take(&mut joined.order);
-        let mut first_node = joined.nodes.len() as u32;
-        let mut roots = vec![0; trees.len()];
-        for ((tree, _), root) in trees.iter().zip(&mut roots) {
-            *root = first_node;
-            first_node += tree.nodes.len() as u32;
-        }
-        for node in &mut joined.nodes {
-            for slot in &mut node.slots[..node.count as usize] {
-                if let Slot::Leaf(leaf) = slot.unpack() {
-                    *slot = PackedSlot::new(Slot::Node(roots[top_order[leaf as usize] as usize]));
-                }
-            }
-        }
-        let items: usize = trees.iter().map(|(tree, _)| tree.order.len()).sum();
-        joined.order.reserve_exact(items);
-        let mut first_items = Vec::with_capacity(trees.len());
-        for (tree, _) in trees {
-            first_items.push(joined.order.len() as u32);
-            joined.order.extend(&tree.order);
-        }
-        let top = joined.nodes.len() as u32;
-        joined.nodes.reserve_exact((first_node - top) as usize);
-        joined.nodes.par_extend((top..first_node).into_par_iter().map(|index| {
-            let tree = roots.partition_point(|root| *root <= index) - 1;
-            let (nodes_before, items_before) = (roots[tree], first_items[tree]);
-            let mut node = trees[tree].0.nodes[(index - nodes_before) as usize];
-            for slot in &mut node.slots[..node.count as usize] {
-                *slot = PackedSlot::new(match slot.unpack() {
-                    Slot::Node(i) => Slot::Node(i + nodes_before),
-                    Slot::Leaf(i) => Slot::Leaf(i + items_before),
-                    Slot::Instance(i) => Slot::Instance(i),
-                });
-            }
-            node
-        }));
-        joined
-    }
-
-    /// The tree of some of the boxes.
+    /// The tree of items with these boxes.
     fn build_chunk(boxes: &[TreeBox], items: &[u32]) -> Self {
         if items.len() <= WIDTH {
             let mut node = Node::EMPTY;
-            for (leaf, &item) in items.iter().enumerate() {
-                node.push(&boxes[item as usize], Slot::Leaf(leaf as u32));
+            for (leaf, bounds) in (0..).zip(boxes) {
+                node.push(bounds, Slot::Leaf(leaf));
             }
             return Self { nodes: if items.is_empty() { vec![] } else { vec![node] }, order: items.to_vec() };
         }
-        let library_boxes: Vec<_> =
-            items.iter().map(|&item| library_box(&untied(&boxes[item as usize], item))).collect();
+        let untied = boxes.iter().zip(items).map(|(bounds, &item)| untied(bounds, item));
+        let library_boxes: Vec<_> = untied.map(|bounds| library_box(&bounds)).collect();
         // One item in each leaf: a shape test costs more than a box test.
         let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
         let binary = build_bvh2(&library_boxes, params, &mut Duration::default());
@@ -112,13 +77,13 @@ impl Tree {
     /// A node replaces its child of the largest surface area by that child's children, as long as the child holds more
     /// than a node's worth of leaves. The slots that remain go to the smallest children.
     fn widen(&mut self, binary: &Bvh2, boxes: &[TreeBox], items: &[u32]) {
-        let subtrees = subtrees(binary, boxes, items);
+        let subtrees = subtrees(binary, boxes);
         let size = |index: u32| subtrees[index as usize].leaves as usize;
         self.nodes.push(Node::EMPTY);
         let mut pending = vec![(0u32, 0usize)];
         let is_leaf = |index: u32| binary.nodes[index as usize].prim_count > 0;
         let bounds = |index: u32| subtrees[index as usize].bounds;
-        let area = |index: u32| bounds(index).half_area();
+        let area = |index: u32| subtrees[index as usize].half_area;
         while let Some((index, wide_index)) = pending.pop() {
             let first = binary.nodes[index as usize].first_index;
             let mut children = arrayvec::ArrayVec::<u32, WIDTH>::from_iter([first, first + 1]);
@@ -140,11 +105,9 @@ impl Tree {
             let mut node = Node::EMPTY;
             for child in children {
                 if is_leaf(child) {
-                    let item = items[binary.primitive_indices
-                        [binary.nodes[child as usize].first_index as usize]
-                        as usize];
-                    node.push(&boxes[item as usize], Slot::Leaf(self.order.len() as u32));
-                    self.order.push(item);
+                    let first = binary.nodes[child as usize].first_index as usize;
+                    node.push(&bounds(child), Slot::Leaf(self.order.len() as u32));
+                    self.order.push(items[binary.primitive_indices[first] as usize]);
                 } else {
                     node.push(&bounds(child), Slot::Node(self.nodes.len() as u32));
                     pending.push((child, self.nodes.len()));
@@ -153,6 +116,59 @@ impl Tree {
             }
             self.nodes[wide_index] = node;
         }
+    }
+}
+
+/// Trees that are joined under a tree over their boxes.
+struct Joined {
+    /// The tree over the boxes, whose leaves are the trees, and behind its nodes those of the trees.
+    tree: Tree,
+    /// The number of nodes of the tree over the boxes.
+    top: usize,
+    /// The tree of each of its leaves.
+    top_order: Vec<u32>,
+    /// The root of each tree.
+    roots: Vec<u32>,
+}
+
+impl Joined {
+    /// No trees yet; these are the boxes around each.
+    fn new(boxes: &[TreeBox], item_count: usize) -> Self {
+        let all: Vec<u32> = (0..boxes.len() as u32).collect();
+        let mut tree = Tree::build_chunk(boxes, &all);
+        let top_order = std::mem::replace(&mut tree.order, Vec::with_capacity(item_count));
+        // Nodes have about six children. Memory that is not written is not resident.
+        tree.nodes.reserve_exact(item_count / 4);
+        Self { top: tree.nodes.len(), tree, top_order, roots: Vec::with_capacity(boxes.len()) }
+    }
+
+    /// Adds the next tree.
+    fn push(&mut self, tree: Tree) {
+        let Tree { nodes, order } = &mut self.tree;
+        let (nodes_before, items_before) = (nodes.len() as u32, order.len() as u32);
+        self.roots.push(nodes_before);
+        order.extend(tree.order);
+        nodes.extend(tree.nodes.into_iter().map(|mut node| {
+            node.map_slots(|slot| match slot {
+                Slot::Node(i) => Slot::Node(i + nodes_before),
+                Slot::Leaf(i) => Slot::Leaf(i + items_before),
+                Slot::Instance(_) => slot,
+            });
+            node
+        }));
+    }
+
+    /// The whole tree.
+    fn finish(self) -> Tree {
+        let Self { mut tree, top, top_order, roots } = self;
+        for node in &mut tree.nodes[..top] {
+            node.map_slots(|slot| match slot {
+                Slot::Leaf(leaf) => Slot::Node(roots[top_order[leaf as usize] as usize]),
+                Slot::Node(_) | Slot::Instance(_) => slot,
+            });
+        }
+        tree.nodes.shrink_to_fit();
+        tree
     }
 }
 
@@ -210,22 +226,27 @@ struct Subtree {
     leaves: u32,
     /// The box around them.
     bounds: TreeBox,
+    half_area: f32,
+}
+
+impl Subtree {
+    fn new(leaves: u32, bounds: TreeBox) -> Self {
+        Self { leaves, bounds, half_area: bounds.half_area() }
+    }
 }
 
 /// What lies below each node. The library's own boxes are those that it got, which are moved.
-fn subtrees(binary: &Bvh2, boxes: &[TreeBox], items: &[u32]) -> Vec<Subtree> {
-    let mut subtrees = vec![Subtree { leaves: 0, bounds: TreeBox::EMPTY }; binary.nodes.len()];
+fn subtrees(binary: &Bvh2, boxes: &[TreeBox]) -> Vec<Subtree> {
+    let mut subtrees = vec![Subtree::new(0, TreeBox::POINT); binary.nodes.len()];
     let mut pending = vec![(0usize, false)];
     while let Some((index, children_done)) = pending.pop() {
         let node = &binary.nodes[index];
         let first = node.first_index as usize;
         if node.prim_count > 0 {
-            let item = items[binary.primitive_indices[first] as usize];
-            subtrees[index] = Subtree { leaves: 1, bounds: boxes[item as usize] };
+            subtrees[index] = Subtree::new(1, boxes[binary.primitive_indices[first] as usize]);
         } else if children_done {
             let (left, right) = (subtrees[first], subtrees[first + 1]);
-            subtrees[index] =
-                Subtree { leaves: left.leaves + right.leaves, bounds: left.bounds.union(&right.bounds) };
+            subtrees[index] = Subtree::new(left.leaves + right.leaves, left.bounds.union(&right.bounds));
         } else {
             pending.extend([(index, true), (first, false), (first + 1, false)]);
         }
@@ -258,27 +279,34 @@ fn untied(bounds: &TreeBox, item: u32) -> TreeBox {
     }
 }
 
+/// The center of an item's box.
+#[derive(Clone, Copy)]
+struct Center {
+    at: [f32; 3],
+    item: u32,
+}
+
 /// Splits items at the median of the widest axis of their centers until each part is small enough.
-fn cut<'a>(boxes: &[TreeBox], items: &'a mut [u32], parts: &mut Vec<&'a mut [u32]>) {
-    if items.len() <= CHUNK {
-        parts.push(items);
+fn cut<'a>(centers: &'a mut [Center], parts: &mut Vec<&'a mut [Center]>) {
+    if centers.len() <= CHUNK {
+        parts.push(centers);
         return;
     }
-    let center = |item: u32, axis: usize| boxes[item as usize].center(axis);
-    let extent = |axis: usize| {
-        let (least, most) = items.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), &item| {
-            (least.min(center(item, axis)), most.max(center(item, axis)))
-        });
-        most - least
-    };
-    let extents = [extent(0), extent(1), extent(2)];
-    let axis = (0..3).max_by(|&a, &b| extents[a].total_cmp(&extents[b])).unwrap_or(0);
-    let middle = items.len() / 2;
-    items
-        .select_nth_unstable_by(middle, |&a, &b| center(a, axis).total_cmp(&center(b, axis)).then(a.cmp(&b)));
-    let (before, after) = items.split_at_mut(middle);
+    let (mut least, mut most) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for center in &*centers {
+        for axis in 0..3 {
+            least[axis] = least[axis].min(center.at[axis]);
+            most[axis] = most[axis].max(center.at[axis]);
+        }
+    }
+    let extent = |axis: usize| most[axis] - least[axis];
+    let axis = (0..3).max_by(|&a, &b| extent(a).total_cmp(&extent(b))).unwrap_or(0);
+    let middle = centers.len() / 2;
+    centers
+        .select_nth_unstable_by(middle, |a, b| a.at[axis].total_cmp(&b.at[axis]).then(a.item.cmp(&b.item)));
+    let (before, after) = centers.split_at_mut(middle);
     let (mut first, mut second) = (Vec::new(), Vec::new());
-    rayon::join(|| cut(boxes, before, &mut first), || cut(boxes, after, &mut second));
+    rayon::join(|| cut(before, &mut first), || cut(after, &mut second));
     parts.extend(first);
     parts.extend(second);
 }

@@ -87,6 +87,13 @@ impl Node {
         (0..self.count as usize).fold(TreeBox::EMPTY, |whole, child| whole.union(&self.tree_box(child)))
     }
 
+    /// Replaces each slot in use.
+    pub(crate) fn map_slots(&mut self, to: impl Fn(Slot) -> Slot) {
+        for slot in &mut self.slots[..self.count as usize] {
+            *slot = PackedSlot::new(to(slot.unpack()));
+        }
+    }
+
     pub(crate) fn slots(&self) -> impl Iterator<Item = Slot> {
         self.slots[..self.count as usize].iter().map(|slot| slot.unpack())
     }
@@ -210,13 +217,26 @@ impl TreeBox {
         x * y + y * z + z * x
     }
 
+    /// A test for boxes that come near the faces of this one.
+    pub(crate) fn outer_test(&self) -> impl Fn(&Self) -> bool + use<> {
+        /// More than tight boxes exceed the smallest ones, as a part of the edges of all.
+        const MARGIN: f32 = 1e-4;
+        let Self { min, max } = *self;
+        move |other| {
+            (0..3).any(|axis| {
+                let margin = MARGIN * (max[axis] - min[axis]);
+                other.min[axis] <= min[axis] + margin || other.max[axis] >= max[axis] - margin
+            })
+        }
+    }
+
     pub(super) fn center(&self, axis: usize) -> f32 {
         0.5 * (self.min[axis] + self.max[axis])
     }
 }
 
 /// The box around boxes.
-pub(super) fn whole_box<'a>(boxes: impl Iterator<Item = &'a TreeBox>) -> TreeBox {
+pub(crate) fn whole_box<'a>(boxes: impl Iterator<Item = &'a TreeBox>) -> TreeBox {
     boxes.fold(TreeBox::EMPTY, |whole, b| whole.union(b))
 }
 

@@ -1,0 +1,142 @@
+//! The survey of a group's content before it is assembled.
+
+use std::hash::BuildHasher;
+
+use rayon::prelude::*;
+use superegg_geom::Aabb;
+use superegg_geom::glam::DVec3;
+use superegg_scene::InstanceTable;
+
+use super::parts::{LARGE, LeafMaps, Parts};
+use super::patch::Patchable;
+use super::signature::{Mixer, bits_of};
+use crate::scene::group::Names;
+use crate::scene::primitive::CompiledPrimitive;
+
+/// What is known about the content of a group before it is assembled.
+pub(super) struct Survey {
+    /// A hash of everything that the content comes from. Different content has the same signature with a probability of
+    /// 2^-64.
+    pub(super) signature: u64,
+    /// The box around all plain leaves.
+    pub(super) leaf_box: Aabb,
+    /// Nearly the smallest box of each plain leaf, empty for one without a map; `None` if they are not computed yet.
+    pub(super) boxes: Option<Vec<Aabb>>,
+    /// Child and primitive of the leaves that differ from those before.
+    pub(super) changed: Vec<(u32, u32)>,
+}
+
+impl Survey {
+    pub(super) const NOTHING: Self =
+        Self { signature: 0, leaf_box: Aabb::EMPTY, boxes: None, changed: Vec::new() };
+}
+
+/// What a survey finds besides signature and box.
+#[derive(Clone, Copy)]
+pub(super) struct SurveyWork<'a> {
+    /// Whether the boxes of leaves are computed: a group without one before needs them.
+    pub(super) keeps_boxes: bool,
+    /// The group to find changed leaves in.
+    pub(super) before: Option<&'a Patchable<'a>>,
+}
+
+/// The part of a survey that is joined from those of leaves.
+struct Joined {
+    signature: u64,
+    leaf_box: Aabb,
+    changed: Vec<(u32, u32)>,
+}
+
+impl Joined {
+    const NOTHING: Self = Self { signature: 0, leaf_box: Aabb::EMPTY, changed: Vec::new() };
+
+    fn join(mut self, other: Self) -> Self {
+        self.changed.extend(other.changed);
+        Self {
+            signature: self.signature.wrapping_add(other.signature),
+            leaf_box: self.leaf_box.union(&other.leaf_box),
+            changed: self.changed,
+        }
+    }
+}
+
+/// Computes the signature and the box of an object's content, and which leaves differ from those before.
+pub(super) fn survey_object(
+    parts: &Parts<'_>,
+    names: &Names,
+    primitives: &[CompiledPrimitive],
+    work: SurveyWork<'_>,
+) -> Survey {
+    // Each leaf is transformed once for all that is found about it.
+    let leaf = |&(child, primitive): &(u32, u32), kept_box: Option<&mut Aabb>| {
+        let mut hash = Mixer::new(u64::from(child) << 32 | u64::from(primitive));
+        let described = &primitives[primitive as usize];
+        hash.shape(described);
+        let maps = parts.transform(child).map(|map| {
+            hash.words(bits_of(&map));
+            LeafMaps::new(&map, described.radii)
+        });
+        if let (Some(kept_box), Some(maps)) = (kept_box, &maps) {
+            *kept_box = maps.tight_box(described);
+        }
+        let is_changed = work
+            .before
+            .is_some_and(|before| before.has_changed((child, primitive), maps.as_ref(), described));
+        Joined {
+            signature: hash.finish(),
+            leaf_box: maps.as_ref().map_or(Aabb::EMPTY, LeafMaps::loose_box),
+            changed: if is_changed { vec![(child, primitive)] } else { Vec::new() },
+        }
+    };
+    let mut boxes = work.keeps_boxes.then(|| vec![Aabb::EMPTY; parts.leaves.len()]);
+    let joined = match &mut boxes {
+        Some(boxes) if parts.leaves.len() < LARGE => {
+            let leaves = parts.leaves.iter().zip(boxes);
+            leaves.map(|(one, kept_box)| leaf(one, Some(kept_box))).fold(Joined::NOTHING, Joined::join)
+        }
+        Some(boxes) => {
+            let leaves = parts.leaves.par_iter().zip(boxes);
+            leaves.map(|(one, kept_box)| leaf(one, Some(kept_box))).reduce(|| Joined::NOTHING, Joined::join)
+        }
+        None => parts
+            .leaves
+            .par_iter()
+            .with_min_len(LARGE)
+            .map(|one| leaf(one, None))
+            .reduce(|| Joined::NOTHING, Joined::join),
+    };
+    let mut hash = Mixer::new(joined.signature);
+    for folded in &parts.folded {
+        hash.words([u64::from(folded.child), u64::from(folded.primitive)]);
+        hash.shape(&primitives[folded.primitive as usize]);
+        hash.words(folded.maps.unit_from_group.to_cols_array().map(f64::to_bits));
+        folded.chain.iter().for_each(|(names, index)| hash.text(&names.get(*index)));
+    }
+    for item in &parts.groups {
+        hash.words([u64::from(item.child), item.group.signature]);
+        hash.words(bits_of(&item.parent_from_child));
+        item.chain.iter().for_each(|(names, index)| hash.text(&names.get(*index)));
+    }
+    if let Names::Listed { text, .. } = names {
+        hash.text(text);
+    }
+    hash.words([parts.primitive_count]);
+    Survey { signature: hash.finish(), leaf_box: joined.leaf_box, boxes, changed: joined.changed }
+}
+
+/// The signature of a table, from its columns as they are, and a box around it.
+pub(super) fn survey_table(parts: &Parts<'_>, table: &InstanceTable) -> Survey {
+    let mut hasher = foldhash::fast::FixedState::default().build_hasher();
+    table.hash_columns(&mut hasher);
+    let first = parts.leaves.first().map_or(0, |(_, primitive)| *primitive);
+    let mut hash = Mixer::new(std::hash::Hasher::finish(&hasher));
+    hash.words([u64::from(first), parts.primitive_count]);
+    let row_box =
+        |row: usize| Aabb::around(table.position(row), DVec3::splat(table.shape(row).radii.length()));
+    let leaf_box = (0..table.len())
+        .into_par_iter()
+        .with_min_len(LARGE)
+        .map(row_box)
+        .reduce(|| Aabb::EMPTY, |a, b| a.union(&b));
+    Survey { signature: hash.finish(), leaf_box, boxes: None, changed: Vec::new() }
+}
