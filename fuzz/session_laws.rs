@@ -109,7 +109,7 @@ fn goes_back_and_forth(timeline: &mut Timeline) {
     if steps > 0 {
         timeline.run_line("undo 4000000000").expect("it can be undone");
         assert_eq!(of_scene(timeline.session()), Session::default());
-        timeline.run_line(&format!("redo {steps}")).expect("it can be made again");
+        timeline.run_line(&format!("redo {steps}")).expect("it can be redone");
         assert_eq!(of_scene(timeline.session()), last);
     }
 }

@@ -105,7 +105,7 @@ fn keys_are_taken_away_by_frame_and_by_command() {
         "key 5 rs 0 0 1 2",
     ]);
     let text = session.run_line("unkey 5 rotate").unwrap();
-    assert_eq!(text, Effect::Changed(Some("1 key taken away".into())));
+    assert_eq!(text, Effect::Changed(Some("1 key removed".into())));
     // The colour is that of another.
     assert_eq!(session.run_line("unkey 5 color").unwrap_err().code.as_str(), "no-key");
     session.run_line("unkey 5").unwrap();

@@ -2,8 +2,11 @@
 
 use std::ops::AddAssign;
 
+use superegg_trace::Coarsened;
+
 /// The number of traced rays of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RayCounts {
     /// From the camera.
     pub camera: u64,
@@ -35,11 +38,14 @@ pub struct TraceStats {
     pub rays: RayCounts,
     /// The number of hits on proxies, which stand for groups too small to be resolved.
     pub proxy_hits: u64,
+    /// The rays whose work was bounded because too many parts overlap.
+    pub coarsened: Coarsened,
 }
 
 impl AddAssign for TraceStats {
     fn add_assign(&mut self, other: Self) {
         self.rays += other.rays;
         self.proxy_hits += other.proxy_hits;
+        self.coarsened.rays += other.coarsened.rays;
     }
 }

@@ -12,6 +12,7 @@ use crate::scene::path::InstancePath;
 
 /// An instance of a primitive with its map.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct PlacedPrimitive {
     /// The instance.
     pub path: InstancePath,

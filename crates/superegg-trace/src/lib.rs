@@ -50,6 +50,7 @@ pub use mass_properties::{Estimate, MassProperties, SceneMeasures, UnionProperti
 pub use nearest::{NearestPrimitive, SceneDistance};
 pub use point::{PointAnswer, PointLimits, PrimitiveAtPoint};
 pub use ray::footprint::{Footprint, LEAST_FOOTPRINT};
+pub use ray::limits::{Coarsened, LimitReached, RayLimits};
 pub use ray::query::{Hit, Side, SurfaceStart, TraceRay};
 pub use sample::{ScenePoint, SceneSurfaces};
 pub use scene::compiled::{BoxInflation, CompiledScene, Count};

@@ -11,6 +11,7 @@ use crate::scene::compiled::CompiledScene;
 
 /// The mass properties of a solid of density 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MassProperties {
     /// The volume.
     pub volume: f64,
@@ -81,6 +82,7 @@ pub struct Estimate<T> {
 
 /// The union of all instances, estimated from samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct UnionProperties {
     /// Volume, centre and inertia.
     pub mass: MassProperties,

@@ -17,6 +17,7 @@ use crate::scene::path::InstancePath;
 
 /// The primitive that answers for a point, and its value there.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NearestPrimitive {
     /// Whether the point is inside any primitive.
     pub inside: bool,
@@ -30,6 +31,7 @@ pub struct NearestPrimitive {
 
 /// The signed distance from a point to the surface of a scene.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SceneDistance {
     /// The distance, negative inside.
     ///

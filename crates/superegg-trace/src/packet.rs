@@ -3,6 +3,7 @@
 mod batch;
 mod candidates;
 mod frame;
+mod in_order;
 mod query;
 mod rays;
 mod resolve;

@@ -13,6 +13,7 @@ use crate::walk::Visitor;
 
 /// The answer to a point query.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PointAnswer {
     /// Whether the point is inside any primitive.
     pub inside: bool,
@@ -25,6 +26,7 @@ pub struct PointAnswer {
 
 /// A primitive at a point.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PrimitiveAtPoint {
     /// The inside-outside value at the point.
     pub value: f64,

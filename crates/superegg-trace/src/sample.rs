@@ -14,6 +14,7 @@ use crate::scene::path::InstancePath;
 
 /// A point of a surface of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ScenePoint {
     /// The point, in world space.
     pub point: DVec3,

@@ -270,6 +270,9 @@ pub(crate) struct IntersectArgs {
     /// comparison
     #[arg(long)]
     pub(crate) fast: bool,
+    /// Test at most so many boxes and shapes for a ray; more are an error; default: 4000000
+    #[arg(long, value_name = "BOXES", conflicts_with = "fast")]
+    pub(crate) limit: Option<u64>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -297,6 +300,9 @@ pub(crate) struct IotestArgs {
     /// Add the signed distance to the surface, its proven error and the primitive that it belongs to
     #[arg(long)]
     pub(crate) distance: bool,
+    /// Test at most so many boxes for a point; more are an error; default: 4000000
+    #[arg(long, value_name = "BOXES")]
+    pub(crate) limit: Option<u64>,
     /// Write the results to this file; default: standard output
     #[arg(short, long, value_name = "OUT.csv")]
     pub(crate) output: Option<PathBuf>,

@@ -27,16 +27,22 @@ const CHUNK: usize = 1 << 13;
 pub(crate) fn run(args: &IotestArgs) -> Result<Outcome> {
     let grid = Grid::new(args.step, args.extent)?;
     let (loaded, compiled) = load_compiled(&args.scene, &args.root, args.output.as_deref())?;
-    let test = PointTest { scene: &compiled, all: args.all, distance: args.distance };
+    let mut limits = PointLimits::default();
+    limits.boxes = args.limit.unwrap_or(limits.boxes);
+    let test = PointTest { scene: &compiled, all: args.all, distance: args.distance, limits };
     let mut outcome = Outcome::of_input(loaded.has_errors());
     match args.points.as_ref().or(args.point_file.as_ref()) {
-        None => test.write_grid(grid, args)?,
+        None => {
+            if !test.write_grid(grid, args)? {
+                outcome = Outcome::ErrorsInInput;
+            }
+        }
         Some(path) => {
             let answers = Answers {
                 questions: POINT_COLUMNS,
                 answers: test.columns(),
                 make: &|row| Ok(DVec3::from_array(row)),
-                answer: &|point| test.row(*point),
+                answer: &|point| test.row(*point).map_err(|TooMuchWork| (0, TOO_MANY.to_owned())),
             };
             if !answers.write(path, args.output.as_deref())? {
                 outcome = Outcome::ErrorsInInput;
@@ -51,7 +57,11 @@ struct PointTest<'a> {
     scene: &'a CompiledScene,
     all: bool,
     distance: bool,
+    limits: PointLimits,
 }
+
+/// The answer for a point needs more work than the limits allow.
+struct TooMuchWork;
 
 impl PointTest<'_> {
     /// The columns of an output row.
@@ -62,10 +72,9 @@ impl PointTest<'_> {
         columns
     }
 
-    /// The output row of a point, and a warning if the search was not complete. Without any
-    /// primitive in the scene, value and path are empty.
-    fn row(&self, point: DVec3) -> (Vec<String>, Option<&'static str>) {
-        let limits = PointLimits::default();
+    /// The output row of a point. Without any primitive in the scene, value and path are empty.
+    fn row(&self, point: DVec3) -> Result<Vec<String>, TooMuchWork> {
+        let limits = self.limits;
         let nearest = self.scene.nearest_primitive(point, &limits);
         let mut is_complete = nearest.as_ref().is_none_or(|nearest| nearest.is_complete);
         let mut row: Vec<String> = fields(&point.to_array()).collect();
@@ -94,11 +103,13 @@ impl PointTest<'_> {
                 None => [String::new(), String::new(), String::new()],
             });
         }
-        (row, (!is_complete).then_some(TOO_MANY))
+        if is_complete { Ok(row) } else { Err(TooMuchWork) }
     }
 
-    fn write_grid(&self, grid: Grid, args: &IotestArgs) -> Result<()> {
-        let mut incomplete = 0u64;
+    /// Writes the answer for each point of a grid. A point without an answer has only its
+    /// coordinates. Returns whether all points have one.
+    fn write_grid(&self, grid: Grid, args: &IotestArgs) -> Result<bool> {
+        let mut unanswered = 0u64;
         write_rows(args.output.as_deref(), |writer| {
             writer.write_record(self.columns())?;
             let mut points = grid.points();
@@ -108,18 +119,22 @@ impl PointTest<'_> {
                     return Ok(());
                 }
                 let rows: Vec<_> = chunk.par_iter().map(|&point| self.row(point)).collect();
-                for (row, warning) in rows {
-                    incomplete += u64::from(warning.is_some());
-                    writer.write_record(row)?;
+                for (point, row) in chunk.iter().zip(rows) {
+                    unanswered += u64::from(row.is_err());
+                    writer.write_record(row.unwrap_or_else(|TooMuchWork| {
+                        let mut row: Vec<String> = fields(&point.to_array()).collect();
+                        row.resize(self.columns().len(), String::new());
+                        row
+                    }))?;
                 }
             }
         })?;
-        if incomplete > 0 {
-            console::warn(format_args!("superegg: warning: {TOO_MANY}, at {incomplete} points of the grid"));
+        if unanswered > 0 {
+            console::warn(format_args!("superegg: error: {TOO_MANY}, at {unanswered} points of the grid"));
         }
-        Ok(())
+        Ok(unanswered == 0)
     }
 }
 
 const TOO_MANY: &str =
-    "more primitives surround the point than can be tested; the best answer found is given";
+    "more primitives surround the point than the limit; --limit BOXES allows more, a smaller depth has fewer";

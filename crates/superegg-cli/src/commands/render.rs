@@ -310,6 +310,13 @@ impl Report<'_> {
                 counted(compiled.stand_in_rays, "ray")
             );
         }
+        if compiled.coarsened_rays > 0 {
+            limits += &format!(
+                "; {} crossed too many overlapping objects, of which small ones are shown as averages: \
+                 a smaller setDepth shows fewer objects exactly",
+                counted(compiled.coarsened_rays, "ray")
+            );
+        }
         limits
     }
 }

@@ -6,10 +6,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 
 use crate::console;
-use crate::files::csv::{CsvRow, CsvRows, CsvText, RowFault, write_rows};
-
-/// One field for each column of an answer, and a warning.
-pub(crate) type Answer = (Vec<String>, Option<&'static str>);
+use crate::files::csv::{CsvRows, CsvText, RowFault, write_rows};
 
 /// The questions of a table and their answers.
 pub(crate) struct Answers<'a, T, const N: usize> {
@@ -19,8 +16,8 @@ pub(crate) struct Answers<'a, T, const N: usize> {
     pub(crate) answers: Vec<&'static str>,
     /// The question of a row's numbers, or what is wrong with them.
     pub(crate) make: &'a (dyn Fn([f64; N]) -> Result<T, RowFault> + Sync),
-    /// The answer to a question: one field for each column, and a warning.
-    pub(crate) answer: &'a (dyn Fn(&T) -> Answer + Sync),
+    /// The answer to a question: one field for each column; or why there is none.
+    pub(crate) answer: &'a (dyn Fn(&T) -> Result<Vec<String>, RowFault> + Sync),
 }
 
 /// The rows that are answered at a time, on all cores.
@@ -30,7 +27,8 @@ const MOST_PRINTED: usize = 20;
 
 impl<T, const N: usize> Answers<'_, T, N> {
     /// Answers each row of `input`. The other columns of the input follow the answer. A wrong row
-    /// is reported with its line and has an empty answer. Returns whether all rows were right.
+    /// is reported with its line and has an empty answer, and so has a row whose answer needs too
+    /// much work. Returns whether all rows have an answer.
     ///
     /// # Errors
     /// The input cannot be read or the output cannot be written.
@@ -63,59 +61,42 @@ impl<T, const N: usize> Answers<'_, T, N> {
     }
 
     /// The output row for a line, and what there is to report.
-    fn answer(&self, rows: &CsvRows<'_, N>, line: (usize, &str)) -> (Vec<String>, Option<Fault>) {
+    fn answer(&self, rows: &CsvRows<'_, N>, line: (usize, &str)) -> (Vec<String>, Option<String>) {
         let mut row = rows.parse(line);
         let numbers = std::mem::replace(&mut row.numbers, Ok([0.0; N]));
-        let question =
-            numbers.and_then(|numbers| (self.make)(numbers).map_err(|fault| rows.fault(&row, &fault)));
-        let (mut fields, fault) = match question {
-            Ok(question) => {
-                let (fields, warning) = (self.answer)(&question);
-                (fields, warning.map(|text| Fault::Warning(warning_at(rows, &row, text))))
-            }
-            Err(error) => (vec![String::new(); self.answers.len()], Some(Fault::Error(error))),
+        let answer = numbers.and_then(|numbers| {
+            let question = (self.make)(numbers);
+            let answer = question.and_then(|question| (self.answer)(&question));
+            answer.map_err(|fault| rows.fault(&row, &fault))
+        });
+        let (mut fields, error) = match answer {
+            Ok(fields) => (fields, None),
+            Err(error) => (vec![String::new(); self.answers.len()], Some(error)),
         };
         fields.append(&mut row.others);
-        (fields, fault)
+        (fields, error)
     }
 }
 
-fn warning_at<const N: usize>(rows: &CsvRows<'_, N>, row: &CsvRow<N>, text: &str) -> String {
-    rows.fault(row, &(0, String::new())).replace("error: ", &format!("warning: {text}"))
-}
-
-/// What there is to report of a row.
-enum Fault {
-    Error(String),
-    Warning(String),
-}
-
-/// Prints the first errors and warnings, and counts them.
+/// Prints the first errors, and counts them.
 #[derive(Default)]
 struct Faults {
     errors: usize,
-    warnings: usize,
 }
 
 impl Faults {
-    fn take(&mut self, fault: Option<Fault>) {
-        let (count, text) = match fault {
-            None => return,
-            Some(Fault::Error(text)) => (&mut self.errors, text),
-            Some(Fault::Warning(text)) => (&mut self.warnings, text),
-        };
-        *count += 1;
-        if *count <= MOST_PRINTED {
+    fn take(&mut self, error: Option<String>) {
+        let Some(text) = error else { return };
+        self.errors += 1;
+        if self.errors <= MOST_PRINTED {
             console::warn(text);
         }
     }
 
     /// Prints how many were left out. Returns whether there was no error.
     fn finish(&self) -> bool {
-        for (count, kind) in [(self.errors, "errors"), (self.warnings, "warnings")] {
-            if let Some(more @ 1..) = count.checked_sub(MOST_PRINTED) {
-                console::warn(format_args!("superegg: {more} more {kind} of this kind"));
-            }
+        if let Some(more @ 1..) = self.errors.checked_sub(MOST_PRINTED) {
+            console::warn(format_args!("superegg: {more} more errors of this kind"));
         }
         self.errors == 0
     }

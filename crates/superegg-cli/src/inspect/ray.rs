@@ -5,20 +5,59 @@ use superegg_geom::glam::{DVec2, DVec3};
 use superegg_lang::format_number;
 use superegg_render::View;
 use superegg_scene::Camera;
-use superegg_trace::{CompiledScene, Hit, TraceRay};
+use superegg_trace::{Coarsened, CompiledScene, Footprint, Hit, LimitReached, RayLimits, TraceRay};
 
-/// The first hit of a ray: by the f64 reference path, or with `fast` by the f32 kernels.
-pub(crate) fn first_hit(scene: &CompiledScene, ray: &Ray, fast: bool) -> Option<Hit> {
-    if fast { scene.intersect_many(&[TraceRay::new(*ray)]).pop().flatten() } else { scene.intersect_ray(ray) }
+/// How the hit of a ray is found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum RayMethod {
+    /// By the f64 reference path.
+    Exact(RayLimits),
+    /// By the f32 kernels.
+    Fast,
+}
+
+/// A width that hides nothing. It bounds the work of the f32 kernels.
+const NARROW: Footprint = Footprint { width: f64::MIN_POSITIVE, spread: 0.0 };
+
+/// The first hit of a ray.
+///
+/// # Errors
+/// The ray needs more work than the limits allow.
+pub(crate) fn first_hit(
+    scene: &CompiledScene,
+    ray: &Ray,
+    method: RayMethod,
+) -> Result<Option<Hit>, LimitReached> {
+    let traced = TraceRay::new(*ray);
+    match method {
+        RayMethod::Exact(limits) => scene.intersect_within(&traced, &limits),
+        RayMethod::Fast => {
+            let mut coarsened = Coarsened::default();
+            let hits = scene.intersect_many_counted(&[traced.with_footprint(NARROW)], &mut coarsened);
+            if coarsened.rays > 0 {
+                // The reference path needs less work for its answer.
+                return first_hit(scene, ray, RayMethod::Exact(RayLimits::default()));
+            }
+            Ok(hits.into_iter().next().flatten())
+        }
+    }
 }
 
 /// Describes the hit of the central camera ray, whose direction has unit length.
-pub(crate) fn describe_camera_ray(scene: &CompiledScene, camera: &Camera, fast: bool) -> String {
+///
+/// # Errors
+/// As for [`first_hit`].
+pub(crate) fn describe_camera_ray(
+    scene: &CompiledScene,
+    camera: &Camera,
+    method: RayMethod,
+) -> Result<String, LimitReached> {
     let center = View::new(camera, 2, 2).ray(DVec2::ONE);
     let ray = Ray::new(center.origin, center.direction.normalize());
     let (origin, direction) = (numbers(ray.origin), numbers(ray.direction));
-    let hit = first_hit(scene, &ray, fast);
-    format!("the ray from the camera at {origin} along {direction}\n{}", describe_hit(scene, hit.as_ref()))
+    let hit = first_hit(scene, &ray, method)?;
+    let described = describe_hit(scene, hit.as_ref());
+    Ok(format!("the ray from the camera at {origin} along {direction}\n{described}"))
 }
 
 /// Describes a hit: the instance, `t`, the position and the normal.

@@ -88,7 +88,11 @@ fn read_from(mut file: &File) -> Result<CheckpointData, ReadError> {
 }
 
 /// Describes a difference between two pictures; `one` and `two` say which value belongs to which.
-pub(crate) fn describe_difference(Difference { name, values }: &Difference, one: &str, two: &str) -> String {
+pub(crate) fn describe_difference(
+    Difference { name, values, .. }: &Difference,
+    one: &str,
+    two: &str,
+) -> String {
     match values {
         Some((ours, theirs)) => {
             format!("{} is {ours} {one}, {theirs} {two}", name.replace('_', " "))

@@ -1,6 +1,7 @@
 //! Faults of requests that use files and folders.
 
 use superegg_lang::{Fault, FaultCode, parse_line};
+use superegg_trace::LimitReached;
 
 /// Gives a fault without columns the columns of this argument, or of the command if there is no
 /// such argument.
@@ -46,4 +47,9 @@ pub(super) fn interrupted_test() -> Fault {
     Fault::new(FaultCode::Interrupted, "the test was interrupted")
         .help("reduce the recursion depth with 'setDepth'")
         .warning()
+}
+
+/// An exact answer needs more work than a prompt waits for.
+pub(super) fn too_deep(error: LimitReached) -> Fault {
+    Fault::new(FaultCode::OutOfRange, error.to_string()).help("reduce the recursion depth with 'setDepth'")
 }

@@ -33,7 +33,7 @@ fn include_at_the_prompt_is_one_change_that_undo_takes_back() {
     let out = sandbox
         .run_with("", "obj car\ninclude wheel.scn\nao wheel\nundo 2\ninfo\nredo\ninfo\nsave car.scn\n")
         .fine();
-    let (undone, redone) = out.split_once("made again: include wheel.scn").expect(&out);
+    let (undone, redone) = out.split_once("redone: include wheel.scn").expect(&out);
     assert!(undone.contains("primitives (0)") && undone.contains("selected: car"), "{undone}");
     assert!(redone.contains("  tyre") && redone.contains("selected: car"), "{redone}");
     assert!(sandbox.read("car.scn").contains("object wheel"));

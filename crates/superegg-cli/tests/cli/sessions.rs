@@ -299,17 +299,17 @@ fn iotest_lists_all_holders_and_the_signed_distance() {
 }
 
 #[test]
-fn a_point_in_a_deep_fractal_is_answered_in_bounded_time() {
+fn a_point_that_too_many_parts_surround_is_an_error_in_bounded_time() {
     let sandbox = Sandbox::new();
     let children: String = (0..20).map(|i| format!("ao o c{i}\nss .9 .9 .9\nxs .{i:02} 0 0\n")).collect();
     sandbox.write("deep.scn", format!("prm p\nobj o\nap p\n{children}setDepth 64\n"));
     let answer =
         sandbox.run_with("iotest deep.scn --all --points -", "x,y,z\n0.9,.9,.9\n.1,.2,.3\n900,0,0\n");
-    assert_eq!(answer.code, Some(0));
-    assert!(answer.err.contains(": warning: more primitives surround the point"), "{}", answer.err);
+    assert_eq!(answer.code, Some(1));
+    assert!(answer.err.contains(":3: error: more primitives surround the point"), "{}", answer.err);
+    assert!(answer.err.contains("--limit"), "{}", answer.err);
     let found = rows(&answer.out);
-    assert_eq!((found.len(), found[2][3]), (4, "1"));
-    assert!(found.iter().all(|row| !row[5].is_empty()));
+    assert_eq!((found.len(), found[2][3], found[2][5]), (4, "", ""));
 }
 
 #[test]

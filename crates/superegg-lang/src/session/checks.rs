@@ -12,7 +12,7 @@ pub(crate) fn check_direction(direction: DVec3, wanted: &str, parsed: &Parsed) -
     if direction.abs().max_element() > 0.0 {
         return Ok(());
     }
-    let fault = Fault::new(FaultCode::NoDirection, "the direction 0 0 0 leads nowhere");
+    let fault = Fault::new(FaultCode::NoDirection, "the direction 0 0 0 has no length");
     Err(fault.help(format!("give {wanted}")).at(parsed.argument_columns()))
 }
 

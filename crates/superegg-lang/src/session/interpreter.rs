@@ -449,7 +449,7 @@ impl Session {
             let fault = Fault::new(FaultCode::NoKey, format!("there is no key{of}{when}"));
             return Err(fault.help("'info' lists the keys with their frames").at(parsed.word_columns(1)));
         }
-        Ok(format!("{count} {} taken away", if count == 1 { "key" } else { "keys" }))
+        Ok(format!("{count} {} removed", if count == 1 { "key" } else { "keys" }))
     }
 }
 

@@ -227,7 +227,7 @@ impl Timeline {
             after.restore(&mut self.now);
         }
         let label = self.past.last().map_or("", |step| &step.label);
-        Ok(Effect::Changed(Some(summary("made again", count, label))))
+        Ok(Effect::Changed(Some(summary("redone", count, label))))
     }
 
     /// Restores the snapshot of a step by replaying from the nearest earlier step that has one.

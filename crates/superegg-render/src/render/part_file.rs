@@ -128,6 +128,7 @@ pub struct PartHeader {
 
 /// The first difference between two pictures.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Difference {
     /// Its name, such as "samples".
     pub name: String,

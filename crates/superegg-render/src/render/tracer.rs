@@ -102,6 +102,7 @@ impl<'a> TileTracer<'a> {
 
     /// The colours of the samples and, if requested, their first hits.
     fn finish(&mut self, samples: usize) -> &mut SampleResults {
+        self.stats.coarsened.rays += self.hits.tracer.take_coarsened().rays;
         self.results.first_hits.clear();
         if self.needs_first_hits {
             self.hits.write_first_hits(&self.camera, samples, &mut self.results);

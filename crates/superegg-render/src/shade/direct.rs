@@ -154,7 +154,7 @@ fn add_unoccluded(
     stats: &mut TraceStats,
 ) {
     stats.rays.shadow += batch.rays.len() as u64;
-    let occluded = context.scene.occluded_many(&batch.rays, end);
+    let occluded = context.scene.occluded_many_counted(&batch.rays, end, &mut stats.coarsened);
     let mut dimmed = ShadowBatch::default();
     for ((contribution, ray), occluded) in batch.into_pairs().zip(occluded) {
         if !occluded {
@@ -181,7 +181,7 @@ pub(crate) fn add_transmitted(
         if batch.rays.is_empty() {
             return;
         }
-        let hits = context.scene.intersect_many(&batch.rays);
+        let hits = context.scene.intersect_many_counted(&batch.rays, &mut stats.coarsened);
         stats.rays.shadow += hits.len() as u64;
         let mut next = ShadowBatch::default();
         for ((contribution, ray), hit) in batch.into_pairs().zip(hits) {
@@ -291,7 +291,7 @@ fn open_directions(
         }
     }
     stats.rays.ambient += rays.len() as u64;
-    let occluded = context.scene.occluded_many(&rays, 1.0);
+    let occluded = context.scene.occluded_many_counted(&rays, 1.0, &mut stats.coarsened);
     directions.into_iter().zip(occluded).filter(|(_, occluded)| !occluded).map(|(open, _)| open)
 }
 

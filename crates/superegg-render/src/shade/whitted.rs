@@ -122,7 +122,7 @@ impl<'a> Wavefront<'a> {
     /// Traces the rays. Returns the points that they hit, in the order of the rays. Rays without a
     /// hit add the sky to the colours.
     pub(crate) fn trace(&mut self, colors: &mut [DVec3], stats: &mut TraceStats) -> Vec<SurfacePoint<'a>> {
-        let hits = self.context.scene.intersect_many(&self.rays);
+        let hits = self.context.scene.intersect_many_counted(&self.rays, &mut stats.coarsened);
         let mut points = Vec::with_capacity(hits.len());
         for ((ray, state), hit) in self.rays.drain(..).zip(self.states.drain(..)).zip(hits) {
             let (pixel, weight) = (state.pixel, state.weight);

@@ -6,6 +6,7 @@ use superegg_geom::kernels::packet::{
     PerPacket,
 };
 
+use crate::ray::lottery::Lottery;
 use superegg_simd::bits;
 
 /// Up to 32 packets of rays with one origin.
@@ -28,6 +29,8 @@ pub(super) struct TracedPackets {
     pub(super) ends: PerPacket,
     /// The lanes of each packet whose ray has to be traced in f64.
     pub(super) unresolved: Vec<u32>,
+    /// The numbers that each ray draws; `None` for an unused lane. Empty until the first draw.
+    pub(super) lotteries: Vec<Option<Lottery>>,
 }
 
 impl Default for TracedPackets {
@@ -42,6 +45,7 @@ impl Default for TracedPackets {
             hits: Vec::new(),
             ends: PerPacket::splat(-1.0),
             unresolved: Vec::new(),
+            lotteries: Vec::new(),
         }
     }
 }
@@ -58,10 +62,10 @@ impl TracedPackets {
         self.origin = origin;
         self.bounds = kernels.scale_directions(directions, &mut self.directions)?;
         self.t_scale = self.bounds.scale;
-        let t_max = (end / self.bounds.scale) as f32;
         let packets = directions.len();
-        self.hits.resize(packets, PacketHits::up_to(t_max));
-        self.direction_boxes = kernels.reset(&mut self.directions, &mut self.hits, &mut self.ends, t_max);
+        self.hits.resize(packets, PacketHits::up_to(0.0));
+        self.forget_hits(kernels, end);
+        self.lotteries.clear();
         self.unresolved.clear();
         self.unresolved.resize(packets, 0);
         let mut middle = DVec3::ZERO;
@@ -70,6 +74,12 @@ impl TracedPackets {
         }
         self.middle = middle.normalize_or_zero();
         Some(())
+    }
+
+    /// Makes all rays active again. No hit at `end` or beyond counts.
+    pub(super) fn forget_hits(&mut self, kernels: PacketKernels, end: f64) {
+        let t_max = (end / self.bounds.scale) as f32;
+        self.direction_boxes = kernels.reset(&mut self.directions, &mut self.hits, &mut self.ends, t_max);
     }
 
     /// The packets of a mask in which some ray is active.

@@ -5,6 +5,7 @@ use superegg_geom::kernels::packet::PacketShape;
 use superegg_geom::kernels::refine::refine_powers;
 use superegg_geom::{Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
 
+use crate::ray::lottery::PathHash;
 use crate::ray::query::Hit;
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::Target;
@@ -68,6 +69,8 @@ pub(super) struct TestShape {
     /// The rays' origin in unit space.
     pub(super) origin: DVec3,
     pub(super) shape: Superquadric,
+    /// The part of the light that it stops: below 1 for a proxy.
+    pub(super) opacity: f64,
     /// The last index of the path.
     pub(super) index: u32,
     pub(super) target: Target,
@@ -86,7 +89,7 @@ struct PathNode {
     above: PathId,
     index: u32,
     /// A hash of the whole path.
-    key: u32,
+    hash: PathHash,
 }
 
 /// Paths that share their beginnings.
@@ -100,16 +103,14 @@ impl Paths {
 
     /// Adds a path: the child `index` below a node.
     pub(super) fn push(&mut self, above: PathId, index: u32) -> PathId {
-        let key = self.key(above, index);
-        self.0.push(PathNode { above, index, key });
+        let hash = self.hash(above, index);
+        self.0.push(PathNode { above, index, hash });
         std::num::NonZeroU32::new(self.0.len() as u32).map(NodeId)
     }
 
     /// A hash of the path to the child `index` below a node.
-    pub(super) fn key(&self, above: PathId, index: u32) -> u32 {
-        let above = above.map_or(0x9e37_79b9, |above| self.node(above).key);
-        let mixed = (above ^ index.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);
-        mixed ^ (mixed >> 15)
+    pub(super) fn hash(&self, above: PathId, index: u32) -> PathHash {
+        above.map_or(PathHash::ROOT, |above| self.node(above).hash).child(index)
     }
 
     pub(super) fn instance_path(&self, id: PathId) -> InstancePath {
@@ -152,6 +153,11 @@ impl Candidates {
         self.list.len() as u32
     }
 
+    /// Removes the candidates from this one on.
+    pub(super) fn truncate(&mut self, first: u32) {
+        self.list.truncate(first as usize);
+    }
+
     /// Adds a candidate below a node. `origin` is the rays' origin in the world.
     pub(super) fn push(
         &mut self,
@@ -169,11 +175,11 @@ impl Candidates {
         self.list.push(Candidate { unit_from_world, path, target, refined, packet_shape });
     }
 
-    /// Whether a candidate is the child `index` below a node. `key` is the hash of that path.
-    pub(super) fn is_same_path(&self, candidate: u32, key: u32, above: PathId, index: u32) -> bool {
+    /// Whether a candidate is the child `index` below a node. `hash` is that of its path.
+    pub(super) fn is_same_path(&self, candidate: u32, hash: PathHash, above: PathId, index: u32) -> bool {
         let Some(id) = self.get(candidate).path else { return false };
         let node = self.paths.node(id);
-        if node.key != key || node.index != index {
+        if node.hash != hash || node.index != index {
             return false;
         }
         let (mut a, mut b) = (node.above, above);

@@ -130,26 +130,24 @@ impl<'s> Frame<'s> {
     /// The primitive of a leaf, by its shape.
     pub(super) fn leaf(&self, index: u32, shape: Superquadric) -> TestShape {
         let leaf = &self.group.leaves[index as usize];
-        self.test_shape(leaf.unit_from_group, shape, index, Target::Primitive(leaf.primitive))
+        let target = Target::Primitive(leaf.primitive);
+        TestShape { shape, ..self.test_sphere(leaf.unit_from_group, index, target) }
     }
 
     /// The proxy of a child.
     pub(super) fn proxy(&self, index: u32, instance: &Instance, proxy: &Proxy) -> TestShape {
         let unit_from_group = proxy.unit_from_group * *instance.map().inverse();
-        self.test_shape(unit_from_group, Proxy::unit_shape(), index | InstancePath::INSTANCE, Target::Proxy)
+        let index = index | InstancePath::INSTANCE;
+        TestShape { opacity: proxy.opacity, ..self.test_sphere(unit_from_group, index, Target::Proxy) }
     }
 
-    fn test_shape(
-        &self,
-        unit_from_group: DAffine3,
-        shape: Superquadric,
-        index: u32,
-        target: Target,
-    ) -> TestShape {
+    /// An opaque ellipsoid.
+    fn test_sphere(&self, unit_from_group: DAffine3, index: u32, target: Target) -> TestShape {
         TestShape {
             unit_from_world: unit_from_group * self.group_from_world,
             origin: unit_from_group.transform_point3(self.group_origin),
-            shape,
+            shape: Proxy::unit_shape(),
+            opacity: 1.0,
             index,
             target,
         }

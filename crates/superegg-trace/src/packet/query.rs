@@ -11,7 +11,9 @@ use super::candidates::{Candidates, TestShape};
 use super::frame::Frame;
 use super::rays::PacketRays;
 use crate::ray::footprint::Footprint;
+use crate::ray::lottery::Lottery;
 use crate::scene::group::{Instance, Target};
+use crate::scene::proxy::stops_light;
 use superegg_simd::bits;
 
 /// What the tests of shapes read and write.
@@ -28,8 +30,8 @@ pub(super) trait PacketQuery {
     /// Whether boxes are visited front to back. Otherwise in the order of memory.
     const IS_ORDERED: bool;
 
-    /// A ray of the query as it was given; `None` for an unused lane.
-    fn ray(&self, index: usize) -> Option<Ray>;
+    /// The numbers that a ray of the query draws; `None` for an unused lane.
+    fn lottery(&self, index: usize) -> Option<Lottery>;
 
     /// Whether all rays are so wide that a child is hit as its proxy.
     fn hides(&self, frame: &Frame<'_>, instance: &Instance, footprint: Footprint) -> bool;
@@ -44,6 +46,12 @@ pub(super) trait PacketQuery {
         mask: u32,
     );
 
+    /// Forgets the answers that a second traversal would find again.
+    fn restart(&self, tests: &mut Tests);
+
+    /// The occluded lanes of each packet, for a query that collects them.
+    fn occluded(&mut self) -> Option<&mut Vec<u32>>;
+
     /// The lanes of a packet that have their answer.
     fn resolved(&self, packet: usize) -> u32;
 }
@@ -56,8 +64,8 @@ pub(super) struct Closest<'a> {
 impl PacketQuery for Closest<'_> {
     const IS_ORDERED: bool = true;
 
-    fn ray(&self, index: usize) -> Option<Ray> {
-        (index < self.rays.count()).then(|| self.rays.ray(index))
+    fn lottery(&self, index: usize) -> Option<Lottery> {
+        (index < self.rays.count()).then(|| Lottery::of_scaled(self.rays.direction(index)))
     }
 
     fn hides(&self, frame: &Frame<'_>, instance: &Instance, footprint: Footprint) -> bool {
@@ -84,6 +92,14 @@ impl PacketQuery for Closest<'_> {
             }
             around => self.test_in_f64(tests, frame, tested, around, mask),
         }
+    }
+
+    fn restart(&self, tests: &mut Tests) {
+        tests.batch.forget_hits(tests.kernels, f64::INFINITY);
+    }
+
+    fn occluded(&mut self) -> Option<&mut Vec<u32>> {
+        None
     }
 
     fn resolved(&self, _: usize) -> u32 {
@@ -191,8 +207,8 @@ impl<'a> AnyHit<'a> {
 impl PacketQuery for AnyHit<'_> {
     const IS_ORDERED: bool = false;
 
-    fn ray(&self, index: usize) -> Option<Ray> {
-        (index < self.shadow.starts.len()).then(|| (self.shadow.ray)(index).ray)
+    fn lottery(&self, index: usize) -> Option<Lottery> {
+        (index < self.shadow.starts.len()).then(|| Lottery::of((self.shadow.ray)(index).ray.direction))
     }
 
     fn hides(&self, frame: &Frame<'_>, instance: &Instance, footprint: Footprint) -> bool {
@@ -209,9 +225,9 @@ impl PacketQuery for AnyHit<'_> {
         mask: u32,
     ) {
         let Tests { kernels, batch, candidates, compactor } = tests;
-        let key = candidates.paths.key(frame.path, tested.index);
+        let hash = candidates.paths.hash(frame.path, tested.index);
         let is_own = |own: Option<u32>| {
-            own.is_some_and(|own| candidates.is_same_path(own, key, frame.path, tested.index))
+            own.is_some_and(|own| candidates.is_same_path(own, hash, frame.path, tested.index))
         };
         // A ray that leaves a convex shape does not hit it again, and a proxy does not occlude itself.
         let is_free_outwards = tested.shape.is_convex() || tested.target == Target::Proxy;
@@ -244,6 +260,10 @@ impl PacketQuery for AnyHit<'_> {
                 let is_leaving = start == RayStart::SurfaceOutward && is_free_outwards;
                 let is_occluded = if is_own && (is_leaving || tested.target == Target::Proxy) {
                     false
+                } else if tested.target == Target::Proxy {
+                    let local = (self.shadow.ray)(index).ray.through(&tested.unit_from_world);
+                    let draw = self.lottery(index).map_or(1.0, |lottery| lottery.draw(hash));
+                    stops_light(tested.opacity, &local, 1.0, draw)
                 } else if is_own || unresolved >> lane & 1 == 1 {
                     let start = if is_own { start } else { RayStart::Free };
                     let local = (self.shadow.ray)(index).ray.through(&tested.unit_from_world);
@@ -260,6 +280,12 @@ impl PacketQuery for AnyHit<'_> {
                 batch.ends.0[packet] = batch.hits[packet].end();
             }
         }
+    }
+
+    fn restart(&self, _: &mut Tests) {}
+
+    fn occluded(&mut self) -> Option<&mut Vec<u32>> {
+        Some(&mut self.occluded)
     }
 
     fn resolved(&self, packet: usize) -> u32 {

@@ -11,6 +11,7 @@ use super::batch::TracedPackets;
 use super::candidates::{Candidate, CandidateHit, Candidates, Columns, RefinedShape};
 use super::rays::PacketRays;
 use crate::ray::footprint::Footprint;
+use crate::ray::limits::Coarsened;
 use crate::ray::query::TraceRay;
 use crate::scene::compiled::CompiledScene;
 use superegg_simd::bits;
@@ -139,6 +140,9 @@ pub(super) struct Scope<'a> {
     pub(super) batch: &'a TracedPackets,
     pub(super) candidates: &'a mut Candidates,
     pub(super) rays: &'a PacketRays,
+    /// Whether the rays are widened to bound the work.
+    pub(super) is_widened: bool,
+    pub(super) coarsened: &'a mut Coarsened,
 }
 
 impl Default for Resolver {
@@ -286,7 +290,7 @@ impl Scope<'_> {
     /// The closest hit of a ray by the scalar traversal.
     fn hit_in_f64(&mut self, ray: usize, footprint: Footprint) -> Option<(u32, CandidateHit)> {
         let traced = TraceRay::new(self.rays.ray(ray)).with_footprint(footprint);
-        let hit = self.scene.intersect(&traced)?;
+        let hit = self.scene.intersect_counted(&traced, self.is_widened, self.coarsened)?;
         Some((ray as u32, self.candidates.adopt(self.scene, &hit)))
     }
 }

@@ -12,8 +12,9 @@ use super::candidates::{Candidate, CandidateHit, Columns};
 use super::query::{AnyHit, Closest, ShadowRay, ShadowRays, ShadowStart, Tests};
 use super::rays::PacketRays;
 use super::resolve::{Found, Resolver, Scope, VisibleSurfaces};
-use super::traverse::{Stacks, Traversal};
+use super::traverse::{PacketLimits, Stacks, Traversal, Work};
 use crate::ray::footprint::Footprint;
+use crate::ray::limits::Coarsened;
 use crate::ray::query::{Hit, SurfaceStart, TraceRay};
 use crate::scene::compiled::CompiledScene;
 use crate::scene::path::InstancePath;
@@ -30,13 +31,22 @@ pub struct PacketTracer<'s> {
     tests: Tests,
     stacks: Stacks,
     resolver: Resolver,
+    limits: PacketLimits,
+    /// How often the width of the rays of the last trace was doubled.
+    doublings: u32,
+    coarsened: Coarsened,
 }
 
 impl<'s> PacketTracer<'s> {
     /// For the rays of a scene.
     pub fn new(scene: &'s CompiledScene) -> Self {
-        let (tests, stacks, resolver) = Default::default();
-        Self { scene, tests, stacks, resolver }
+        let (tests, stacks, resolver, limits, coarsened, doublings) = Default::default();
+        Self { scene, tests, stacks, resolver, limits, doublings, coarsened }
+    }
+
+    /// The rays since the last call whose work was bounded.
+    pub fn take_coarsened(&mut self) -> Coarsened {
+        std::mem::take(&mut self.coarsened)
     }
 
     /// Removes the candidates of the last tile.
@@ -75,8 +85,9 @@ impl<'s> PacketTracer<'s> {
     ///
     /// [`PacketTracer::found`] has the candidates, from which the caller makes the maps for [`PacketTracer::resolve`].
     pub fn find(&mut self, rays: &PacketRays, footprint: Footprint, pixel: Footprint) {
+        self.doublings = 0;
         let is_loaded = self.trace_closest(rays, footprint);
-        self.resolver.start(footprint);
+        self.resolver.start(footprint.doubled(self.doublings, self.scene.size()));
         let (resolver, mut scope) = self.parts(rays);
         if is_loaded {
             resolver.find(&mut scope, pixel);
@@ -104,7 +115,9 @@ impl<'s> PacketTracer<'s> {
 
     fn parts<'a>(&'a mut self, rays: &'a PacketRays) -> (&'a mut Resolver, Scope<'a>) {
         let Tests { kernels, batch, candidates, .. } = &mut self.tests;
-        let scope = Scope { scene: self.scene, kernels: *kernels, batch, candidates, rays };
+        let (coarsened, is_widened) = (&mut self.coarsened, self.doublings > 0);
+        let (scene, kernels) = (self.scene, *kernels);
+        let scope = Scope { scene, kernels, batch, candidates, rays, is_widened, coarsened };
         (&mut self.resolver, scope)
     }
 
@@ -124,8 +137,14 @@ impl<'s> PacketTracer<'s> {
             return false;
         }
         let footprint = Footprint { spread: footprint.spread * batch.t_scale, ..footprint };
-        let Self { scene, tests, stacks, .. } = self;
-        Traversal { scene, tests, stacks, query: &mut Closest { rays }, footprint }.run();
+        let Self { scene, tests, stacks, limits, .. } = self;
+        let (limits, work) = (*limits, Work::default());
+        let query = &mut Closest { rays };
+        let mut traversal = Traversal { scene, tests, stacks, query, footprint, limits, work };
+        traversal.run();
+        self.doublings = traversal.work.doublings;
+        let rays_of = |packet: usize| u64::from(rays.lanes(packet).count_ones());
+        self.coarsened.rays += bits(traversal.work.coarsened).map(rays_of).sum::<u64>();
         true
     }
 
@@ -133,19 +152,28 @@ impl<'s> PacketTracer<'s> {
     /// from the light on.
     pub fn occluded(&mut self, shadow: ShadowRays<'_>, footprint: Footprint) -> Vec<u32> {
         let mut query = AnyHit::new(shadow);
-        let Self { scene, tests, stacks, .. } = self;
+        self.doublings = 0;
+        let Self { scene, tests, stacks, limits, .. } = self;
+        let (limits, work) = (*limits, Work::default());
         let from_light = shadow.from_light;
         if tests.batch.load(tests.kernels, from_light.origin, from_light.directions(), 1.0).is_none() {
             let all = vec![u32::MAX; query.occluded.len()];
             return self.occluded_in_f64(shadow, &all, query.occluded);
         }
-        Traversal { scene, tests, stacks, query: &mut query, footprint }.run();
-        self.occluded_in_f64(shadow, &self.tests.batch.unresolved, query.occluded)
+        let mut traversal = Traversal { scene, tests, stacks, query: &mut query, footprint, limits, work };
+        traversal.run();
+        self.doublings = traversal.work.doublings;
+        let rays_of = |packet: usize| shadow.starts.len().saturating_sub(packet * PACKET).min(PACKET) as u64;
+        self.coarsened.rays += bits(traversal.work.coarsened).map(rays_of).sum::<u64>();
+        let unresolved = std::mem::take(&mut self.tests.batch.unresolved);
+        let occluded = self.occluded_in_f64(shadow, &unresolved, query.occluded);
+        self.tests.batch.unresolved = unresolved;
+        occluded
     }
 
     /// Traces the `unresolved` rays that are not yet occluded in f64.
     fn occluded_in_f64(
-        &self,
+        &mut self,
         shadow: ShadowRays<'_>,
         unresolved: &[u32],
         mut occluded: Vec<u32>,
@@ -157,7 +185,11 @@ impl<'s> PacketTracer<'s> {
                 let ShadowRay { ray, width } = (shadow.ray)(index);
                 let start = own.and_then(|own| SurfaceStart::of(self.path(own), start));
                 let footprint = Footprint { width, spread: 0.0 };
-                if self.scene.occluded(&TraceRay { ray, start, footprint }, 1.0) {
+                let footprint = footprint.doubled(self.doublings, self.scene.size());
+                let traced = TraceRay { ray, start, footprint };
+                let is_widened = self.doublings > 0;
+                let is_occluded = self.scene.occluded_counted(&traced, 1.0, is_widened, &mut self.coarsened);
+                if is_occluded {
                     *occluded |= 1 << lane;
                 }
             }
@@ -273,6 +305,73 @@ mod tests {
             }
         }
         assert!(hits_found > 20_000 && stopped > 1_000 && exact < 46_080, "{hits_found} {stopped} {exact}");
+    }
+
+    /// A tree of overlapping branches, with leaves at all levels.
+    fn tree(depth: u32) -> CompiledScene {
+        let text = "prm trunk\ncoeff .12 .12 .5\nexp 1 .3\nprm star\nexp 3 2.5\ncoeff .3 .2 .3\nobj tree\n\
+            ap trunk\nxs 0 0 .5\nap star\nxs .2 .1 .9\nao tree a\nss .7 .7 .7\nrs 0 1 0 35\nxs 0 0 1\n\
+            ao tree b\nss .7 -.7 .7\nrs 0 1 0 35\nrs 0 0 1 120\nxs 0 0 1\n\
+            ao tree c\nss .7 .6 .7\nrs 0 1 0 35\nrs 0 0 1 240\nxs 0 0 1\n";
+        let (session, diagnostics) = load_text("tree.scn", text);
+        assert!(diagnostics.is_empty(), "{diagnostics:?}");
+        CompiledScene::compile(session.scene(), Some("tree"), depth)
+    }
+
+    fn tree_view() -> TestCamera {
+        let camera = Camera {
+            position: DVec3::new(1.3, -3.5, 2.9),
+            target: DVec3::new(0.0, 0.0, 1.6),
+            up: DVec3::Z,
+            fov_deg: 45.0,
+            ..Camera::default()
+        };
+        TestCamera::new(&camera, 96, 96)
+    }
+
+    #[test]
+    fn packets_in_order_hit_what_single_rays_hit() {
+        let scene = tree(6);
+        let mut tracer = PacketTracer::new(&scene);
+        // Never depth-first, and never too much work.
+        tracer.limits = PacketLimits { most_opened: 0, work: u32::MAX };
+        let mut hits_found = 0;
+        for rays in (0..36).map(|i| tile(&tree_view(), i)) {
+            let hits = closest(&mut tracer, &rays);
+            for (ray, hit) in rays.iter().zip(&hits) {
+                let expected = scene.intersect_ray(ray);
+                assert_eq!(hit.is_some(), expected.is_some(), "{ray:?}");
+                let (Some(hit), Some(expected)) = (hit, expected) else { continue };
+                hits_found += 1;
+                assert!((hit.t - expected.t).abs() < 1e-9 * (1.0 + expected.t));
+                assert_eq!(tracer.path(hit.candidate), expected.path);
+            }
+        }
+        assert_eq!(tracer.take_coarsened().rays, 0);
+        assert!(hits_found > 2_000, "{hits_found}");
+    }
+
+    #[test]
+    fn the_work_for_overlapping_branches_is_bounded_and_what_it_costs_is_counted() {
+        // 10^14 instances, of which exponentially many are in front of each ray.
+        let (scene, view) = (tree(30), tree_view());
+        let footprint = view.footprint(1);
+        let mut tracer = PacketTracer::new(&scene);
+        tracer.limits = PacketLimits { most_opened: 200, work: 3_000 };
+        let (mut packets, mut visible) = (PacketRays::default(), VisibleSurfaces::default());
+        let mut covered = 0;
+        for rays in (0..36).map(|i| tile(&view, i)) {
+            packets.start(rays[0].origin);
+            rays.iter().for_each(|ray| packets.push(ray.direction));
+            tracer.start_tile();
+            tracer.closest(&packets, footprint, &mut visible);
+            covered += visible.hits.len();
+            // A few dozen groups or leaves for each unit of a few traversals.
+            assert!(tracer.candidate_count() < 40_000, "{}", tracer.candidate_count());
+        }
+        let coarsened = tracer.take_coarsened().rays;
+        assert!(coarsened > 1_000 && coarsened < 96 * 96, "{coarsened}");
+        assert!(covered > 3_000, "{covered}");
     }
 
     #[test]

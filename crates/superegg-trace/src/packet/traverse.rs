@@ -2,14 +2,14 @@
 //!
 //! A node's boxes are tested for each packet that has hit the node's parent; a packet goes on while any of its rays hits.
 
+use arrayvec::ArrayVec;
 use superegg_geom::glam::DAffine3;
-use superegg_geom::kernels::packet::{NodeBoxes, PACKET, PacketHits};
+use superegg_geom::kernels::packet::{MAX_PACKETS, NodeBoxes, PACKET, PacketColumn};
 
 use super::candidates::TestShape;
 use super::frame::{Entry, Frame, InverseStack};
 use super::query::{PacketQuery, Tests};
 use crate::ray::footprint::Footprint;
-use crate::ray::lottery::Lottery;
 use crate::scene::compiled::CompiledScene;
 use crate::scene::node::Slot;
 use superegg_simd::bits;
@@ -29,7 +29,7 @@ struct Pending {
 pub(super) struct Stacks {
     /// The children of open groups that are still to be visited.
     pending: Vec<Pending>,
-    inverses: InverseStack,
+    pub(super) inverses: InverseStack,
 }
 
 /// A query on its way through the graph.
@@ -39,6 +39,39 @@ pub(super) struct Traversal<'t, 's, Q> {
     pub(super) stacks: &'t mut Stacks,
     pub(super) query: &'t mut Q,
     pub(super) footprint: Footprint,
+    pub(super) limits: PacketLimits,
+    pub(super) work: Work,
+}
+
+/// The bounds on the work for one trace.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PacketLimits {
+    /// After this many groups the traversal begins again in order.
+    pub(super) most_opened: u32,
+    /// The most work in order for each width of the rays, in the units of `in_order`.
+    pub(super) work: u32,
+}
+
+impl Default for PacketLimits {
+    fn default() -> Self {
+        Self { most_opened: 3 << 10, work: 8 << 10 }
+    }
+}
+
+/// A packet tested in f64 takes as long as opening so many groups.
+const GROUPS_IN_F64: u32 = 4;
+
+/// The work of one trace.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Work {
+    /// The number of groups opened so far.
+    pub(super) opened: u32,
+    /// The number of packets whose rays were tested in f64, one by one, because their origin is within a shape's box.
+    pub(super) packets_in_f64: u32,
+    /// How often the width of the rays was doubled to bound the work.
+    pub(super) doublings: u32,
+    /// The packets of which some group was hit as its proxy to bound the work.
+    pub(super) coarsened: u32,
 }
 
 impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
@@ -49,10 +82,26 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
         if self.tests.batch.origin.is_finite() && mask != 0 {
             let root = Entry { group, path: None, group_from_world: DAffine3::IDENTITY, stretch: 1.0 };
             self.visit_group(root, mask);
+            if self.gives_up() {
+                self.stacks.inverses.open = 0;
+                let mask = self.tests.batch.active(u32::MAX);
+                self.run_in_order(root, mask);
+            }
         }
     }
 
+    /// Whether the traversal begins again in order.
+    fn gives_up(&self) -> bool {
+        let Work { opened, packets_in_f64, .. } = self.work;
+        opened + GROUPS_IN_F64 * packets_in_f64 > self.limits.most_opened
+    }
+
     fn visit_group(&mut self, entry: Entry<'s>, mask: u32) {
+        self.work.opened += 1;
+        if self.gives_up() {
+            self.stacks.pending.clear();
+            return;
+        }
         let Tests { kernels, batch, .. } = &mut *self.tests;
         let Some(frame) = Frame::open(*kernels, batch, &mut self.stacks.inverses, entry, mask) else {
             batch.leave_to_f64(mask);
@@ -68,11 +117,7 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
             }
             match slot {
                 Slot::Node(node) => self.visit_node(&frame, node, mask),
-                Slot::Leaf(index) => {
-                    let primitive = frame.group.leaves[index as usize].primitive;
-                    let shape = self.scene.primitives[primitive as usize].unit_shape();
-                    self.test(&frame, &frame.leaf(index, shape), mask);
-                }
+                Slot::Leaf(index) => self.visit_leaf(&frame, index, mask),
                 Slot::Instance(index) => {
                     let instance = &frame.group.instances[index as usize];
                     if self.query.hides(&frame, instance, self.footprint) {
@@ -90,6 +135,12 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
             }
         }
         self.stacks.inverses.open = frame.first_inverse;
+    }
+
+    pub(super) fn visit_leaf(&mut self, frame: &Frame<'s>, index: u32, mask: u32) {
+        let primitive = frame.group.leaves[index as usize].primitive;
+        let shape = self.scene.primitives[primitive as usize].unit_shape();
+        self.test(frame, &frame.leaf(index, shape), mask);
     }
 
     /// Tests the boxes of a node.
@@ -126,42 +177,56 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
     }
 
     /// Tests the proxy of a child for the rays that hit it by the lottery. The other rays are made inactive meanwhile.
-    fn visit_proxy(&mut self, frame: &Frame<'s>, index: u32, mask: u32) {
+    pub(super) fn visit_proxy(&mut self, frame: &Frame<'s>, index: u32, mask: u32) {
         let instance = &frame.group.instances[index as usize];
         let proxy = instance.group.proxy(&self.scene.primitives);
         let tested = frame.proxy(index, instance, proxy);
-        let Tests { batch, candidates, .. } = &mut *self.tests;
-        let path = candidates.paths.push(frame.path, tested.index);
-        let path = candidates.paths.instance_path(path);
-        let before: Vec<(usize, PacketHits)> =
-            bits(mask).map(|packet| (packet, batch.hits[packet])).collect();
-        for (packet, hits) in &before {
-            for lane in 0..PACKET {
-                let draws = || {
-                    let ray = self.query.ray(packet * PACKET + lane)?;
-                    Some(Lottery::of_scaled(ray.direction).hits(path.indices(), proxy.opacity))
-                };
-                if hits.t.0[lane] <= 0.0 || draws() != Some(true) {
-                    batch.hits[*packet].t.0[lane] = -1.0;
-                }
-            }
+        // Proxies stop only rays from outside.
+        if Q::IS_ORDERED && tested.origin.length_squared() <= 1.0 {
+            return;
         }
-        self.test(frame, &tested, mask);
-        let batch = &mut self.tests.batch;
-        for (packet, hits) in before {
-            let resolved = self.query.resolved(packet);
-            for lane in 0..PACKET {
-                if batch.hits[packet].t.0[lane] < 0.0 && resolved >> lane & 1 == 0 {
-                    batch.hits[packet].t.0[lane] = hits.t.0[lane];
+        let Tests { batch, candidates, .. } = &mut *self.tests;
+        if batch.lotteries.is_empty() {
+            let rays = batch.hits.len() * PACKET;
+            batch.lotteries.extend((0..rays).map(|ray| self.query.lottery(ray)));
+        }
+        let path = candidates.paths.hash(frame.path, tested.index);
+        let mut drawn = 0;
+        let mut before: ArrayVec<(usize, PacketColumn<f32>), MAX_PACKETS> = ArrayVec::new();
+        for packet in bits(mask) {
+            let t = batch.hits[packet].t;
+            let lotteries = &batch.lotteries[packet * PACKET..][..PACKET];
+            let column = &mut batch.hits[packet].t;
+            for (lane, lottery) in lotteries.iter().enumerate() {
+                let hits = lottery.is_some_and(|lottery| lottery.hits(path, proxy.opacity));
+                if hits && t.0[lane] > 0.0 {
+                    drawn |= 1 << packet;
+                } else {
+                    column.0[lane] = -1.0;
                 }
             }
-            batch.ends.0[packet] = batch.hits[packet].end();
+            before.push((packet, t));
+        }
+        self.test(frame, &tested, drawn);
+        let batch = &mut self.tests.batch;
+        for (packet, t) in before {
+            let resolved = self.query.resolved(packet);
+            let hits = &mut batch.hits[packet];
+            for lane in 0..PACKET {
+                if hits.t.0[lane] < 0.0 && resolved >> lane & 1 == 0 {
+                    hits.t.0[lane] = t.0[lane];
+                }
+            }
+            batch.ends.0[packet] = hits.end();
         }
     }
 
     fn test(&mut self, frame: &Frame<'s>, tested: &TestShape, mask: u32) {
         if tested.unit_from_world.is_finite() {
             let packet_shape = frame.packet_shape(&self.tests.batch, tested);
+            if packet_shape.is_none() {
+                self.work.packets_in_f64 += mask.count_ones();
+            }
             self.query.test(self.tests, frame, tested, packet_shape.as_ref(), mask);
         }
     }

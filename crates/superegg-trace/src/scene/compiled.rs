@@ -179,6 +179,11 @@ impl CompiledScene {
         self.root.as_ref().map(|root| root.bounds)
     }
 
+    /// The diameter of the bounding box; 0 for an empty scene.
+    pub(crate) fn size(&self) -> f64 {
+        self.root.as_ref().map_or(0.0, |root| 2.0 * root.bounds.half_extent().length())
+    }
+
     /// The name of an instance: the root's name and the aliases down to the primitive, joined by `/`.
     pub fn path_name(&self, path: &InstancePath) -> String {
         let mut name = self.root_name.clone();

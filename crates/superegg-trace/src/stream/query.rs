@@ -5,6 +5,7 @@ use superegg_simd::Arch;
 use super::refine::{REFINED_TOGETHER, Refiner};
 use super::table::Outcome;
 use super::traverse::{Run, Stream};
+use crate::ray::limits::Coarsened;
 use crate::ray::query::{Hit, TraceRay};
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::Group;
@@ -18,6 +19,11 @@ fn rays_together(root: &Group) -> usize {
 impl CompiledScene {
     /// The closest hit of each ray: the answers of [`CompiledScene::intersect`], computed together on one thread.
     pub fn intersect_many(&self, rays: &[TraceRay]) -> Vec<Option<Hit>> {
+        self.intersect_many_counted(rays, &mut Coarsened::default())
+    }
+
+    /// [`CompiledScene::intersect_many`] that counts the rays whose work was bounded.
+    pub fn intersect_many_counted(&self, rays: &[TraceRay], coarsened: &mut Coarsened) -> Vec<Option<Hit>> {
         let Some(root) = self.root.as_deref() else { return vec![None; rays.len()] };
         let mut hits = Vec::with_capacity(rays.len());
         let mut stream = Stream::new(self, root, None);
@@ -28,13 +34,25 @@ impl CompiledScene {
             for (part, rays) in rays.chunks(REFINED_TOGETHER).enumerate() {
                 refiner.refine(&stream, part * REFINED_TOGETHER, rays, &mut hits);
             }
+            coarsened.rays += stream.coarsened_count();
         }
+        coarsened.rays += refiner.coarsened.rays;
         hits
     }
 
     /// Whether each ray hits any surface with 0 <= t < `t_max`: the answers of [`CompiledScene::occluded`], computed
     /// together on one thread.
     pub fn occluded_many(&self, rays: &[TraceRay], t_max: f64) -> Vec<bool> {
+        self.occluded_many_counted(rays, t_max, &mut Coarsened::default())
+    }
+
+    /// [`CompiledScene::occluded_many`] that counts the rays whose work was bounded.
+    pub fn occluded_many_counted(
+        &self,
+        rays: &[TraceRay],
+        t_max: f64,
+        coarsened: &mut Coarsened,
+    ) -> Vec<bool> {
         let mut occluded = vec![false; rays.len()];
         let Some(root) = self.root.as_deref().filter(|_| !rays.is_empty()) else { return occluded };
         let (mut stream, together) = (Stream::new(self, root, Some(t_max)), rays_together(root));
@@ -43,10 +61,11 @@ impl CompiledScene {
             for ((index, ray), occluded) in rays.iter().enumerate().zip(occluded) {
                 *occluded = match stream.table().outcome(index) {
                     Outcome::Miss => false,
-                    Outcome::Unresolved => self.occluded(ray, t_max),
+                    Outcome::Unresolved => self.occluded_counted(ray, t_max, false, coarsened),
                     Outcome::Occluded | Outcome::Hit(_) => true,
                 };
             }
+            coarsened.rays += stream.coarsened_count();
         }
         occluded
     }

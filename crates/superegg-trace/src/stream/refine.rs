@@ -6,6 +6,7 @@ use superegg_geom::{Ray, ShapeHit, scale_to_unit};
 
 use super::table::{Outcome, Precision};
 use super::traverse::Stream;
+use crate::ray::limits::Coarsened;
 use crate::ray::query::{Hit, TraceRay};
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::Leaf;
@@ -19,6 +20,8 @@ pub(super) struct Refiner {
     batch: RefineBatch,
     /// The primitive of each hit in the batch.
     primitives: Vec<u32>,
+    /// The rays that were traced in f64 with bounded work.
+    pub(super) coarsened: Coarsened,
 }
 
 impl Refiner {
@@ -43,10 +46,11 @@ impl Refiner {
         }
         self.batch.run();
         let mut refined_before = 0;
+        let coarsened = &mut self.coarsened;
         hits.extend((first..).zip(rays).map(|(index, traced)| {
             let nearest = match table.outcome(index) {
                 Outcome::Miss | Outcome::Occluded => return None,
-                Outcome::Unresolved => return scene.intersect(traced),
+                Outcome::Unresolved => return scene.intersect_counted(traced, false, coarsened),
                 Outcome::Hit(nearest) => nearest,
             };
             // Converts t to lengths of the given direction.
@@ -74,7 +78,7 @@ impl Refiner {
                     path,
                     scene: scene.id,
                 }),
-                None => scene.intersect(traced),
+                None => scene.intersect_counted(traced, false, coarsened),
             }
         }));
         self.batch.clear();

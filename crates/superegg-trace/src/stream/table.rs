@@ -113,6 +113,8 @@ pub(super) struct RayTable {
     pub(super) trails: Vec<Trail>,
     /// The hits computed in f64, at most one for each ray, without their paths.
     pub(super) exact: Vec<Hit>,
+    /// Whether a group was hit as its proxy to bound the work, for each ray. Empty until one was.
+    pub(super) coarsened: Vec<bool>,
 }
 
 impl RayTable {

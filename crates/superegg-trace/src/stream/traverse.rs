@@ -11,13 +11,13 @@ use super::leaves::LeafQueues;
 use super::lists::{List, ListMemory, positions_along};
 use super::table::{DONE, LeafState, NO_LEAF, Outcome, Query, RayLeafPair, RayTable, TestedShape, TrailId};
 use crate::ray::footprint::Footprint;
-use crate::ray::lottery::Lottery;
+use crate::ray::lottery::{Lottery, PathHash};
 use crate::ray::query::TraceRay;
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::Group;
 use crate::scene::node::{PackedSlot, Slot, WIDTH};
 use crate::scene::path::InstancePath;
-use crate::scene::proxy::Proxy;
+use crate::scene::proxy::{Proxy, stops_light};
 
 /// From this many rays below the root on, only a part of a list enters the next group at a time.
 const MANY_RAYS: usize = 1 << 16;
@@ -25,6 +25,10 @@ const MANY_RAYS: usize = 1 << 16;
 const MANY_TRAILS: usize = 1 << 18;
 /// Rays are loaded in chunks of this many, which the nearest caches hold.
 const CHUNK: usize = 1024;
+/// Once the rays have entered this many groups each, on average, groups are hit as proxies at larger sizes.
+const EXACT_GROUPS: u64 = 512;
+/// The size from which groups are opened doubles after this many further groups a ray.
+const GROUPS_PER_DOUBLING: u64 = 32;
 /// Coordinates beyond this are left to f64.
 const FARTHEST: f64 = 1e25;
 
@@ -77,6 +81,8 @@ pub(super) struct Stream<'s> {
     queues: LeafQueues<'s>,
     most_rays: usize,
     most_trails: usize,
+    /// How often a ray has entered a group.
+    entered: u64,
 }
 
 impl Drop for Stream<'_> {
@@ -128,7 +134,20 @@ impl<'s> Stream<'s> {
             queues: LeafQueues::new(),
             most_rays: MANY_RAYS,
             most_trails: MANY_TRAILS,
+            entered: 0,
         }
+    }
+
+    /// The number of rays of the last run that hit a group as its proxy to bound the work.
+    pub(super) fn coarsened_count(&self) -> u64 {
+        self.scratch.table.coarsened.iter().filter(|&&is_coarsened| is_coarsened).count() as u64
+    }
+
+    /// How often the width of rays is doubled by now.
+    fn doublings(&self) -> u32 {
+        let rays = self.query.rays.len() as u64;
+        let beyond = self.entered.checked_sub(rays * EXACT_GROUPS);
+        beyond.map_or(0, |beyond| (beyond / (rays * GROUPS_PER_DOUBLING)) as u32 + 1)
     }
 
     /// The rays of the last run.
@@ -194,6 +213,8 @@ impl<'s> Stream<'s> {
         let Scratch { table, lists, .. } = &mut *self.scratch;
         table.trails.clear();
         table.exact.clear();
+        table.coarsened.clear();
+        self.entered = 0;
         self.path.clear();
         self.frames.clear();
         self.frames.push(Frame { group: root, stretch: 1.0, trail: None, first_ray: 0 });
@@ -401,6 +422,7 @@ impl<'s> Stream<'s> {
     fn enter(&mut self, slot: PackedSlot, index: u32, child: u8, mut list: List) {
         let top = list.after();
         let (group, stretch, trail) = self.frame();
+        let (doublings, scene_size) = (self.doublings(), self.query.scene.size());
         let Scratch { table, lists, tasks } = &mut *self.scratch;
         // Many rays in many levels would need much memory, so only a part of them may enter now.
         let inner_rays = table.lines.len() - self.query.rays.len();
@@ -432,7 +454,17 @@ impl<'s> Stream<'s> {
             }
             let [origin, direction] = table.lines[listed.ray()];
             let ray = Ray::new(origin, direction);
-            if table.footprints[id].hides(size, f64::from(near)) {
+            let footprint = table.footprints[id];
+            let mut is_hidden = footprint.hides(size, f64::from(near));
+            // A ray without width has an exact answer.
+            if doublings > 0 && !is_hidden && footprint != Footprint::NONE {
+                is_hidden = footprint.doubled(doublings, scene_size).hides(size, f64::from(near));
+                if is_hidden {
+                    table.coarsened.resize(self.query.rays.len(), false);
+                    table.coarsened[id] = true;
+                }
+            }
+            if is_hidden {
                 test_proxy(&self.query, table, &mut self.path, (group, trail, index), id, &ray);
                 continue;
             }
@@ -449,6 +481,7 @@ impl<'s> Stream<'s> {
         if lists.arrivals.is_empty() {
             return;
         }
+        self.entered += lists.arrivals.len() as u64;
         self.queues.must_flush |= table.trails.len() >= self.most_trails;
         let trail = table.push_trail(trail, index);
         tasks.push(Task::Leave);
@@ -483,15 +516,22 @@ fn test_proxy(
         return;
     }
     path.push(child);
-    let hits = Lottery::of(table.lines[id][1]).hits(path.indices(), proxy.opacity);
+    let draw = Lottery::of(table.lines[id][1]).draw(PathHash::of(path.indices()));
     path.pop();
-    if hits {
-        let local = ray.to_local(instance.map()).through(&proxy.unit_from_group);
-        let shape = Proxy::unit_shape();
-        if shape.intersect(&local, RayStart::Free).is_some_and(|hit| !hit.leaving) {
-            let tested = TestedShape { trail, child, shape, primitive: proxy.main_primitive() };
-            table.test_shape_in_f64(query, id, &tested, &local, RayStart::Free);
+    if draw >= proxy.opacity {
+        return;
+    }
+    let local = ray.to_local(instance.map()).through(&proxy.unit_from_group);
+    if let Some(t_max) = query.any_before {
+        if stops_light(proxy.opacity, &local, t_max, draw) {
+            table.end(id, Outcome::Occluded);
         }
+        return;
+    }
+    let shape = Proxy::unit_shape();
+    if shape.intersect(&local, RayStart::Free).is_some_and(|hit| !hit.leaving) {
+        let tested = TestedShape { trail, child, shape, primitive: proxy.main_primitive() };
+        table.test_shape_in_f64(query, id, &tested, &local, RayStart::Free);
     }
 }
 

@@ -4,7 +4,7 @@
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Ray, RayStart, Superquadric};
 use superegg_scene::Scene;
-use superegg_trace::CompiledScene;
+use superegg_trace::{CompiledScene, RayLimits, TraceRay};
 
 use crate::draw::{Line, Mark};
 
@@ -26,10 +26,15 @@ pub(crate) struct CastHit {
     pub(crate) newton_steps: Option<u32>,
 }
 
+/// The most boxes that are tested for one ray.
+const MOST_BOXES: u64 = 400_000;
+
 /// Intersects a ray with a scene. `compiled` must be compiled from `scene`. Returns `None` if the
-/// ray hits nothing.
+/// ray hits nothing, or needs more than [`MOST_BOXES`].
 pub(crate) fn cast(scene: &Scene, compiled: &CompiledScene, ray: &Ray) -> Option<CastHit> {
-    let hit = compiled.intersect_ray(ray)?;
+    // The window waits for the answer.
+    let limits = RayLimits::default().with_boxes(MOST_BOXES);
+    let hit = compiled.intersect_within(&TraceRay::new(*ray), &limits).ok().flatten()?;
     let surface = compiled.interaction(&hit);
     let (name, primitive) = scene.primitives().nth(hit.primitive as usize)?;
     let shape = Superquadric::unit(primitive.shape.exponents());

@@ -44,6 +44,7 @@ impl Stats {
                 box_area_spared: compiled.box_inflation().mean_ratio,
                 reaches_depth: compiled.reaches_depth(),
                 stand_in_rays: 0,
+                coarsened_rays: 0,
             },
             width: picture.width,
             height: picture.height,
@@ -59,6 +60,7 @@ impl Stats {
     /// Adds the results of the render.
     pub(super) fn with_render(mut self, film: &Film, trace: &TraceStats, has_noise_threshold: bool) -> Self {
         self.compiled.stand_in_rays = trace.proxy_hits;
+        self.compiled.coarsened_rays = trace.coarsened.rays;
         self.samples_taken = has_noise_threshold.then(|| SamplesTaken::of(film));
         self.rays = trace.rays.into();
         self.peak_rss_bytes = peak_rss_bytes();
@@ -94,6 +96,9 @@ pub(super) struct CompiledStats {
     pub(super) reaches_depth: bool,
     /// The number of rays that hit the proxy of an object smaller than half a pixel.
     pub(super) stand_in_rays: u64,
+    /// The number of rays for which parts wider than half a pixel were hit as proxies, because too
+    /// many overlap.
+    pub(super) coarsened_rays: u64,
 }
 
 /// The number of rays of each kind.
@@ -109,7 +114,7 @@ struct Rays {
 }
 
 impl From<RayCounts> for Rays {
-    fn from(RayCounts { camera, shadow, ambient, reflection, refraction }: RayCounts) -> Self {
+    fn from(RayCounts { camera, shadow, ambient, reflection, refraction, .. }: RayCounts) -> Self {
         Self { camera, shadow, ambient: Some(ambient).filter(|count| *count > 0), reflection, refraction }
     }
 }

@@ -28,7 +28,7 @@ impl Modeller {
             let message = format!("'{}' has {errors}; the scene is as it was", path.display());
             let name = file.map_or_else(String::new, |file| format!(" {}", quoted(file)));
             return Err(Fault::new(FaultCode::NotLoaded, message)
-                .help(format!("'load!{name}' takes what is good in it")));
+                .help(format!("'load!{name}' loads the lines without errors")));
         }
         if loaded.has_errors() {
             self.print(&format!(

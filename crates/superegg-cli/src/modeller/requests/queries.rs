@@ -4,13 +4,13 @@ use superegg_geom::Ray;
 use superegg_geom::glam::DVec3;
 use superegg_lang::{Fault, FaultCode, format_number};
 use superegg_render::{Framing, facing};
-use superegg_trace::{CompiledScene, InstancePath, PointLimits};
+use superegg_trace::{CompiledScene, InstancePath, PointLimits, RayLimits};
 
 use crate::inspect::framing::framing_lines;
 use crate::inspect::grid::Grid;
-use crate::inspect::ray::{describe_camera_ray, describe_hit};
+use crate::inspect::ray::{RayMethod, describe_camera_ray, describe_hit, first_hit};
 use crate::inspect::tree::describe_tree;
-use crate::modeller::faults::{at_argument, interrupted_test};
+use crate::modeller::faults::{at_argument, interrupted_test, too_deep};
 use crate::modeller::journal::Record;
 use crate::modeller::state::Modeller;
 use crate::text::counted;
@@ -126,14 +126,17 @@ impl Modeller {
     /// Prints the first hit of a ray (origin, direction), by default of the central camera ray.
     pub(super) fn intersect(&mut self, ray: Option<(DVec3, DVec3)>) -> Result<(), Fault> {
         let compiled = self.compile_selected()?;
+        let method = RayMethod::Exact(RayLimits::default());
         let text = match ray {
-            None => describe_camera_ray(&compiled, &self.session().scene().camera, false),
+            None => {
+                describe_camera_ray(&compiled, &self.session().scene().camera, method).map_err(too_deep)?
+            }
             Some((_, direction)) if direction == DVec3::ZERO => {
-                let fault = Fault::new(FaultCode::NoDirection, "the direction 0 0 0 leads nowhere");
+                let fault = Fault::new(FaultCode::NoDirection, "the direction 0 0 0 has no length");
                 return Err(fault.help("the last three numbers are the direction, such as 0 0 -1"));
             }
             Some((origin, direction)) => {
-                let hit = compiled.intersect_ray(&Ray::new(origin, direction));
+                let hit = first_hit(&compiled, &Ray::new(origin, direction), method).map_err(too_deep)?;
                 format!("the ray {}", describe_hit(&compiled, hit.as_ref()))
             }
         };

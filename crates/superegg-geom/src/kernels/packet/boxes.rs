@@ -36,6 +36,31 @@ pub struct PacketIntervals {
     pub squares: [f32; 2],
 }
 
+impl PacketIntervals {
+    /// A lower bound on the t at which any ray of the packets in `mask` enters a box, and an upper bound on the t at which
+    /// any leaves it, in the packets' own lengths. It costs more than the test of a whole node for each packet.
+    pub fn range(&self, boxes: &NodeBoxes<'_>, child: usize, mask: u32) -> [f32; 2] {
+        let faces: [[f32; 2]; 3] = std::array::from_fn(|axis| {
+            let [low, high] = [boxes.bounds[axis][child], boxes.bounds[axis + 3][child]];
+            let (origin, pad) = (boxes.origin[axis], boxes.pad[axis]);
+            [low - origin - pad, high - origin + pad]
+        });
+        let (mut first, mut last) = (f32::INFINITY, 0.0_f32);
+        for packet in bits(mask) {
+            let (mut near, mut far) = (0.0_f32, f32::INFINITY);
+            for (axis, [low, high]) in faces.into_iter().enumerate() {
+                let (least, largest) = (self.least[axis][packet], self.largest[axis][packet]);
+                let (a, b, c, d) = (low * least, low * largest, high * least, high * largest);
+                near = near.max(a.min(b).min(c.min(d)));
+                far = far.min(a.max(b).max(c.max(d)));
+            }
+            first = first.min(near);
+            last = last.max(far);
+        }
+        [first * (1.0 - BOX_ROUNDING) / boxes.t_scale, last * (1.0 + BOX_ROUNDING) / boxes.t_scale]
+    }
+}
+
 /// [`super::PacketKernels::intersect_boxes`].
 pub(super) struct BoxKernel<'a> {
     pub(super) boxes: &'a NodeBoxes<'a>,
