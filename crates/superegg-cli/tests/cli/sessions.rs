@@ -62,7 +62,7 @@ fn stats_are_as_promised() {
         )
     );
     assert_eq!(keys(&stats["rays"]), sorted("camera shadow reflection refraction"));
-    assert_eq!(keys(&stats["compiled"]), sorted("bytes box_area_spared reaches_depth stand_in_rays"));
+    assert_eq!(keys(&stats["compiled"]), sorted("bytes box_area_spared reaches_depth stand_in_rays coarsened_rays"));
     assert_eq!(stats["compiled"]["reaches_depth"], serde_json::json!(true));
     assert_eq!(keys(&stats["seconds"]), sorted("parse compile render write"));
     let instances = ((1u64 << 40) - 1).to_string();
@@ -306,7 +306,7 @@ fn a_point_that_too_many_parts_surround_is_an_error_in_bounded_time() {
     let answer =
         sandbox.run_with("iotest deep.scn --all --points -", "x,y,z\n0.9,.9,.9\n.1,.2,.3\n900,0,0\n");
     assert_eq!(answer.code, Some(1));
-    assert!(answer.err.contains(":3: error: more primitives surround the point"), "{}", answer.err);
+    assert!(answer.err.contains(":3:1: error: more primitives surround the point"), "{}", answer.err);
     assert!(answer.err.contains("--limit"), "{}", answer.err);
     let found = rows(&answer.out);
     assert_eq!((found.len(), found[2][3], found[2][5]), (4, "", ""));
