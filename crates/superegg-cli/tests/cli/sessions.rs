@@ -62,7 +62,10 @@ fn stats_are_as_promised() {
         )
     );
     assert_eq!(keys(&stats["rays"]), sorted("camera shadow reflection refraction"));
-    assert_eq!(keys(&stats["compiled"]), sorted("bytes box_area_spared reaches_depth stand_in_rays coarsened_rays"));
+    assert_eq!(
+        keys(&stats["compiled"]),
+        sorted("bytes box_area_spared reaches_depth stand_in_rays coarsened_rays")
+    );
     assert_eq!(stats["compiled"]["reaches_depth"], serde_json::json!(true));
     assert_eq!(keys(&stats["seconds"]), sorted("parse compile render write"));
     let instances = ((1u64 << 40) - 1).to_string();
