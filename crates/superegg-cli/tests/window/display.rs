@@ -49,7 +49,21 @@ impl Display {
             let _ = server.wait();
             return Err("Xvfb does not start".to_owned());
         }
-        Ok(Self { _turn: turn, server, name: format!(":{}", number.trim()) })
+        let display = Self { _turn: turn, server, name: format!(":{}", number.trim()) };
+        // A server writes its number a moment before it takes connections.
+        for _ in 0..PATIENCE {
+            if display.takes_connections() {
+                return Ok(display);
+            }
+            sleep(POLL);
+        }
+        Err("Xvfb takes no connections".to_owned())
+    }
+
+    fn takes_connections(&self) -> bool {
+        let mut probe = Command::new("xdotool");
+        let probe = probe.arg("getdisplaygeometry").env("DISPLAY", &self.name);
+        probe.output().is_ok_and(|output| output.status.success())
     }
 
     pub(crate) fn kill(&mut self) {
