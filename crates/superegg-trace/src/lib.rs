@@ -33,6 +33,7 @@ mod nearest;
 #[doc(hidden)]
 pub mod packet;
 mod point;
+mod ranked;
 mod ray;
 pub mod reference;
 mod sample;

@@ -3,13 +3,13 @@
 //! Best-first search: parts of the graph are opened in the order of a lower bound on their distance. A leaf is first
 //! bounded by two evaluations of N, and its distance is computed only where bounds leave a choice.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::{Aabb, SearchLimits, Superquadric, Transform, inverse_of, unit_vector};
 
 use crate::point::{PointAnswer, PointLimits, PrimitiveAtPoint};
+use crate::ranked::Ranked;
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::{Group, Leaf, Target};
 use crate::scene::node::Slot;
@@ -177,34 +177,12 @@ enum Part {
     Bounded(usize),
 }
 
-/// A part with a lower bound on its distance.
-struct Pending {
-    bound: f64,
-    /// The number of levels above. Of equal bounds the deepest part comes first, so that a leaf is soon reached where
-    /// many boxes hold the point.
-    depth: usize,
-    part: Part,
-}
+/// A part with a lower bound on its distance, and the number of levels above. Of equal bounds the deepest part comes first,
+/// so that a leaf is soon reached where many boxes hold the point.
+type Pending = Ranked<usize, Part>;
 
-impl PartialEq for Pending {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Pending {}
-
-impl PartialOrd for Pending {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Pending {
-    /// The heap's greatest part is that of the smallest bound.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.bound.total_cmp(&self.bound).then(self.depth.cmp(&other.depth))
-    }
+fn pending(bound: f64, depth: usize, part: Part) -> Pending {
+    Ranked { priority: -bound, rank: depth, item: part }
 }
 
 struct Search<'a> {
@@ -230,8 +208,7 @@ impl<'a> Search<'a> {
             local: point,
             path: InstancePath::default(),
         };
-        let mut pending = BinaryHeap::new();
-        pending.push(Pending { bound: 0.0, depth: 0, part: Part::Node { frame: 0, node: 0 } });
+        let pending = BinaryHeap::from([pending(0.0, 0, Part::Node { frame: 0, node: 0 })]);
         let (frames, leaves) = (vec![root], Vec::new());
         let queue_left = limits.queued;
         Some(Self {
@@ -249,7 +226,8 @@ impl<'a> Search<'a> {
 
     /// The index of the nearest candidate.
     fn nearest(&mut self) -> Option<usize> {
-        while let Some(Pending { bound, part, .. }) = self.pending.pop() {
+        while let Some(Ranked { priority, item: part, .. }) = self.pending.pop() {
+            let bound = -priority;
             if bound > self.enough() {
                 break;
             }
@@ -286,7 +264,7 @@ impl<'a> Search<'a> {
             other != leaf && rival.level == Level::Fine && rival.bounds.lower <= enough
         };
         self.best == Some(leaf)
-            && self.pending.peek().is_none_or(|next| next.bound > enough)
+            && self.pending.peek().is_none_or(|next| -next.priority > enough)
             && !self.leaves.iter().enumerate().any(is_rival)
     }
 
@@ -301,7 +279,7 @@ impl<'a> Search<'a> {
                 Slot::Instance(instance) => Part::Instance { frame, instance },
             };
             let bound = distance_to_box(self.point, &world);
-            self.pending.push(Pending { bound, depth: path.indices().len(), part });
+            self.pending.push(pending(bound, path.indices().len(), part));
         }
     }
 
@@ -315,7 +293,7 @@ impl<'a> Search<'a> {
         let local = child.map().inverse().transform_point3(*local);
         self.frames.push(Frame { group: &child.group, world_from_group, local, path });
         let part = Part::Node { frame: self.frames.len() - 1, node: 0 };
-        self.pending.push(Pending { bound, depth, part });
+        self.pending.push(pending(bound, depth, part));
     }
 
     /// Bounds the distance to a leaf; `bound` is that to its box.
@@ -379,7 +357,7 @@ impl<'a> Search<'a> {
         }
         if *level != Level::Fine {
             let (bound, part) = (bounds.lower, Part::Bounded(leaf));
-            self.pending.push(Pending { bound, depth: usize::MAX, part });
+            self.pending.push(pending(bound, usize::MAX, part));
         }
     }
 

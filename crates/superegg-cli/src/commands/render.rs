@@ -306,8 +306,9 @@ impl Report<'_> {
         }
         if compiled.stand_in_rays > 0 {
             limits += &format!(
-                "; {} hit the proxy of an object smaller than half a pixel",
-                counted(compiled.stand_in_rays, "ray")
+                "; {} hit the proxy of an object smaller than half a pixel{}",
+                counted(compiled.stand_in_rays, "ray"),
+                if compiled.coarsened_rays > 0 { ", or of a larger one among too many" } else { "" }
             );
         }
         if compiled.coarsened_rays > 0 {

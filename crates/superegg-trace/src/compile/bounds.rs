@@ -3,12 +3,12 @@
 //! A box around the transformed corners of the group's own box grows with every rotated level. The extent along an axis
 //! does not. It is found by a best-first search down the graph that ends at a leaf, whose extent is exact.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Transform, inverse_of};
 
+use crate::ranked::Ranked;
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::{Group, Leaf};
 use crate::scene::node::Slot;
@@ -49,11 +49,11 @@ pub(super) fn image_box(
     refined
 }
 
-/// A part of the graph, ordered by its bound.
-struct Candidate<'a> {
-    /// An upper bound on the extent of the part.
-    bound: f64,
-    part: Part<'a>,
+/// A part of the graph. Its priority is an upper bound on its extent.
+type Candidate<'a> = Ranked<(), Part<'a>>;
+
+fn candidate(bound: f64, part: Part<'_>) -> Candidate<'_> {
+    Ranked { priority: bound, rank: (), item: part }
 }
 
 enum Part<'a> {
@@ -63,53 +63,35 @@ enum Part<'a> {
     Leaf,
 }
 
-impl PartialEq for Candidate<'_> {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Candidate<'_> {}
-
-impl PartialOrd for Candidate<'_> {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Candidate<'_> {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.bound.total_cmp(&other.bound)
-    }
-}
-
 /// An upper bound on `u . p` over the points p of a group. Its loop over nodes is its own, not [`Group::walk`], since it
 /// has one queue for all groups; so is that of `nearest.rs`.
 fn extent(group: &Group, primitives: &[CompiledPrimitive], u: DVec3) -> f64 {
     let mut open = BinaryHeap::new();
-    open.push(Candidate { bound: f64::INFINITY, part: Part::Node(group, 0, u, 0.0) });
+    open.push(candidate(f64::INFINITY, Part::Node(group, 0, u, 0.0)));
     for _ in 0..MOST_OPENED {
-        let Some(Candidate { bound, part }) = open.pop() else { return f64::NEG_INFINITY };
+        let Some(Candidate { priority: bound, item: part, .. }) = open.pop() else {
+            return f64::NEG_INFINITY;
+        };
         let Part::Node(group, node, u, so_far) = part else { return bound };
         for (child_box, slot) in group.nodes[node as usize].children() {
             let bound = so_far + box_extent(group, &child_box, u);
             open.push(match slot {
-                Slot::Node(child) => Candidate { bound, part: Part::Node(group, child, u, so_far) },
+                Slot::Node(child) => candidate(bound, Part::Node(group, child, u, so_far)),
                 Slot::Leaf(leaf) => {
                     let exact = so_far + leaf_extent(&group.leaves[leaf as usize], primitives, u);
-                    Candidate { bound: if exact < bound { exact } else { bound }, part: Part::Leaf }
+                    candidate(if exact < bound { exact } else { bound }, Part::Leaf)
                 }
                 Slot::Instance(instance) => {
                     let instance = &group.instances[instance as usize];
                     let forward = instance.map().forward();
                     let so_far = so_far + u.dot(forward.translation);
                     let u = forward.matrix3.transpose() * u;
-                    Candidate { bound, part: Part::Node(&instance.group, 0, u, so_far) }
+                    candidate(bound, Part::Node(&instance.group, 0, u, so_far))
                 }
             });
         }
     }
-    open.pop().map_or(f64::NEG_INFINITY, |best| best.bound)
+    open.pop().map_or(f64::NEG_INFINITY, |best| best.priority)
 }
 
 fn box_extent(group: &Group, tree_box: &Aabb, u: DVec3) -> f64 {

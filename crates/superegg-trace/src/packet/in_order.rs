@@ -8,7 +8,6 @@
 //!
 //! [`PacketLimits::work`]: super::traverse::PacketLimits
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use superegg_geom::kernels::packet::{NodeBoxes, PacketHits, PerPacket};
@@ -16,6 +15,7 @@ use superegg_geom::kernels::packet::{NodeBoxes, PacketHits, PerPacket};
 use super::frame::{Entry, Frame};
 use super::query::{PacketQuery, Tests};
 use super::traverse::Traversal;
+use crate::ranked::Ranked;
 use crate::scene::group::Instance;
 use crate::scene::node::Slot;
 use superegg_simd::bits;
@@ -32,44 +32,18 @@ const WORK_IN_F64: u32 = 16;
 
 /// A group that waits to be opened or hit as its proxy.
 struct Waiting {
-    /// The group with the largest priority is next.
-    priority: f32,
     /// A lower bound on the packets' t at which any ray reaches the group.
     least_t: f32,
-    /// The index of the parent among the entries.
-    parent: u32,
-    /// The index of the child in its parent.
-    index: u32,
     /// The packets that hit its box.
     mask: u32,
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    fn cmp(&self, other: &Self) -> Ordering {
-        // Of equal ones the child of the group that was opened last.
-        let key = |waiting: &Self| (waiting.parent, waiting.index);
-        self.priority.total_cmp(&other.priority).then_with(|| key(self).cmp(&key(other)))
-    }
 }
 
 /// The groups of one traversal.
 #[derive(Default)]
 struct Queue<'s> {
-    waiting: BinaryHeap<Waiting>,
+    /// Ranked by the index of the parent among the entries, and that of the child in its parent: of equal ones the child of
+    /// the group that was opened last is next.
+    waiting: BinaryHeap<Ranked<(u32, u32), Waiting>>,
     /// The opened groups.
     entries: Vec<Entry<'s>>,
     nodes: Vec<(u32, u32)>,
@@ -158,7 +132,7 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
         let scene_size = self.scene.size();
         let footprint = self.footprint.doubled(doublings, scene_size);
         self.open_in_order(&mut queue, root, mask);
-        while let Some(next) = queue.waiting.pop() {
+        while let Some(Ranked { rank: (parent, index), item: next, .. }) = queue.waiting.pop() {
             let mask = self.reaching(&next);
             if mask == 0 {
                 continue;
@@ -167,8 +141,8 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
                 self.tests.candidates.truncate(first_candidate);
                 return None;
             }
-            let parent = queue.entries[next.parent as usize];
-            let instance = &parent.group.instances[next.index as usize];
+            let parent = queue.entries[parent as usize];
+            let instance = &parent.group.instances[index as usize];
             let size = instance.size() * (parent.stretch * instance.stretch);
             let least_t = f64::from(next.least_t);
             queue.work += 2 + mask.count_ones();
@@ -177,11 +151,11 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
                     queue.coarsened |= mask;
                 }
                 if let Some(frame) = self.frame_in_order(parent, mask) {
-                    self.visit_proxy(&frame, next.index, mask);
+                    self.visit_proxy(&frame, index, mask);
                 }
                 continue;
             }
-            let entry = self.child_entry(&parent, instance, next.index);
+            let entry = self.child_entry(&parent, instance, index);
             self.open_in_order(&mut queue, entry, mask);
         }
         Some(Finished { doublings, work: self.work_of(&queue), coarsened: queue.coarsened })
@@ -245,7 +219,8 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
                         let [least_t, far] = frame.intervals.range(&boxes, child, mask);
                         // Shadow rays end at their surfaces. Most are stopped near them.
                         let priority = if Q::IS_ORDERED { -least_t } else { far.min(self.farthest(mask)) };
-                        queue.waiting.push(Waiting { priority, least_t, parent, index, mask });
+                        let (rank, item) = ((parent, index), Waiting { least_t, mask });
+                        queue.waiting.push(Ranked { priority: f64::from(priority), rank, item });
                     }
                 }
             }

@@ -4,12 +4,12 @@
 //! overlap that takes time without end, although the ray is stopped early. Here all parts wait in one queue in the order of
 //! the ray.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use superegg_geom::Ray;
 
 use super::traversal::{Bound, BoxTest, Traversal};
+use crate::ranked::Ranked;
 use crate::scene::group::Group;
 use crate::scene::node::Slot;
 
@@ -24,35 +24,31 @@ struct Opened<'s> {
     above: Option<(u32, u32)>,
 }
 
-/// A child that waits.
+/// A child that waits. The nearest is next, and of equally near ones that which arrived last: the origin is in their boxes.
 struct Waiting {
-    /// A lower bound on the t at which the ray reaches the child. The nearest child is next.
+    /// A lower bound on the t at which the ray reaches the child.
     near: f64,
     /// The index among the opened groups.
     opened: u32,
     slot: Slot,
-    /// The order of arrival. Of equally near children the last one is next: the origin is in their boxes.
-    number: u64,
 }
 
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
+/// The children that wait.
+#[derive(Default)]
+struct Queue {
+    heap: BinaryHeap<Ranked<u64, Waiting>>,
+    /// The number of arrivals.
+    arrived: u64,
+}
+
+impl Queue {
+    fn push(&mut self, waiting: Waiting) {
+        self.arrived += 1;
+        self.heap.push(Ranked { priority: -waiting.near, rank: self.arrived, item: waiting });
     }
-}
 
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    /// The greatest is next.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.near.total_cmp(&self.near).then(self.number.cmp(&other.number))
+    fn pop(&mut self) -> Option<Waiting> {
+        self.heap.pop().map(|ranked| ranked.item)
     }
 }
 
@@ -61,10 +57,9 @@ impl Traversal<'_> {
     pub(super) fn run_in_order(&mut self, root: &Group, ray: &Ray) {
         let scene_size = self.scene.size();
         let mut opened = vec![Opened { group: root, ray: *ray, stretch: 1.0, above: None }];
-        let mut waiting = BinaryHeap::new();
-        let mut number = 0;
+        let mut waiting = Queue::default();
         let begin = self.visited;
-        waiting.push(Waiting { near: 0.0, opened: 0, slot: Slot::Node(0), number });
+        waiting.push(Waiting { near: 0.0, opened: 0, slot: Slot::Node(0) });
         while let Some(next) = waiting.pop() {
             if next.near > self.t_max || self.is_over() || self.is_occluded {
                 return;
@@ -76,8 +71,7 @@ impl Traversal<'_> {
                     for (bounds, slot) in group.nodes[node as usize].children() {
                         self.visited += 1;
                         let Some(near) = boxes.clip(&bounds, self.t_max) else { continue };
-                        number += 1;
-                        waiting.push(Waiting { near, opened: next.opened, slot, number });
+                        waiting.push(Waiting { near, opened: next.opened, slot });
                     }
                 }
                 Slot::Leaf(index) => {
@@ -99,8 +93,7 @@ impl Traversal<'_> {
                     let ray = ray.to_local(instance.map());
                     let child = opened.len() as u32;
                     opened.push(Opened { group: &instance.group, ray, stretch, above });
-                    number += 1;
-                    waiting.push(Waiting { opened: child, slot: Slot::Node(0), number, ..next });
+                    waiting.push(Waiting { opened: child, slot: Slot::Node(0), ..next });
                 }
             }
         }

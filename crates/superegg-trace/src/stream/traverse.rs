@@ -422,7 +422,7 @@ impl<'s> Stream<'s> {
     fn enter(&mut self, slot: PackedSlot, index: u32, child: u8, mut list: List) {
         let top = list.after();
         let (group, stretch, trail) = self.frame();
-        let (doublings, scene_size) = (self.doublings(), self.query.scene.size());
+        let doublings = self.doublings();
         let Scratch { table, lists, tasks } = &mut *self.scratch;
         // Many rays in many levels would need much memory, so only a part of them may enter now.
         let inner_rays = table.lines.len() - self.query.rays.len();
@@ -458,7 +458,8 @@ impl<'s> Stream<'s> {
             let mut is_hidden = footprint.hides(size, f64::from(near));
             // A ray without width has an exact answer.
             if doublings > 0 && !is_hidden && footprint != Footprint::NONE {
-                is_hidden = footprint.doubled(doublings, scene_size).hides(size, f64::from(near));
+                let widened = footprint.doubled(doublings, self.query.scene.size());
+                is_hidden = widened.hides(size, f64::from(near));
                 if is_hidden {
                     table.coarsened.resize(self.query.rays.len(), false);
                     table.coarsened[id] = true;

@@ -94,7 +94,8 @@ pub(super) struct CompiledStats {
     box_area_spared: f64,
     /// Whether the recursion depth cut off objects.
     pub(super) reaches_depth: bool,
-    /// The number of rays that hit the proxy of an object smaller than half a pixel.
+    /// The number of rays that hit the proxy of an object: one smaller than half a pixel, or a
+    /// larger one among too many that overlap.
     pub(super) stand_in_rays: u64,
     /// The number of rays for which parts wider than half a pixel were hit as proxies, because too
     /// many overlap.
