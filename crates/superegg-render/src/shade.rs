@@ -3,8 +3,15 @@
 pub(crate) mod context;
 pub(crate) mod direct;
 pub(crate) mod floor;
+pub(crate) mod grouped_light;
+pub(crate) mod lane_math;
+pub(crate) mod light_kernel;
+pub(crate) mod light_sample;
 pub(crate) mod medium;
 pub(crate) mod pattern;
 pub(crate) mod phong;
 pub(crate) mod point;
+pub(crate) mod shadow_batch;
+pub(crate) mod state;
+pub(crate) mod surfaces;
 pub(crate) mod whitted;

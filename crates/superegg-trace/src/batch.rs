@@ -276,7 +276,7 @@ impl Surfaces<'_> {
             Some(surface) => surface,
             None => self.by_path.entry(hit.path.clone()).or_insert_with(|| Surface::of(scene, &hit.path)),
         };
-        let gradient = hit.unit_gradient.unwrap_or_else(|| shape.norm().value_and_gradient(hit.unit_point).1);
+        let gradient = hit.gradient(shape);
         let normal = unit_vector(*normal_map * gradient).unwrap_or(DVec3::Z);
         let point = world_from_unit.transform_point3(hit.unit_point);
         let (u, v) = shape.uv_at(hit.unit_point);

@@ -38,6 +38,8 @@ mod ray;
 pub mod reference;
 mod sample;
 mod scene;
+#[doc(hidden)]
+pub mod shaft;
 mod single;
 mod stream;
 mod surface;

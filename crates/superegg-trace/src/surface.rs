@@ -80,7 +80,7 @@ impl CompiledScene {
                 (proxy.unit_from_group, Proxy::unit_shape(), material, Some(instance))
             }
         };
-        let gradient = hit.unit_gradient.unwrap_or_else(|| shape.norm().value_and_gradient(hit.unit_point).1);
+        let gradient = hit.gradient(&shape);
         let mut normal = unit_vector(gradient).unwrap_or(DVec3::Z);
         let mut position = hit.unit_point;
         let mut position_error = 4.0 * f64::EPSILON * position.abs().max_element();

@@ -25,7 +25,14 @@ impl SampleKey {
     /// Point `index` of `count` for this sample, in [0, 1)^2. The points of all samples of the
     /// pixel together are a prefix of one sequence.
     pub(crate) fn point(self, index: u32, count: u32) -> DVec2 {
-        sobol(self.index.wrapping_mul(count).wrapping_add(index), self.seed)
+        let (index, seed) = self.index_and_seed(index, count);
+        sobol(index, seed)
+    }
+
+    /// The arguments of [`sobol`] for point `index` of `count`.
+    #[inline]
+    pub(crate) fn index_and_seed(self, index: u32, count: u32) -> (u32, u32) {
+        (self.index.wrapping_mul(count).wrapping_add(index), self.seed)
     }
 }
 
@@ -33,28 +40,34 @@ impl SampleKey {
 /// hashing (Burley, "Practical Hash-based Owen Scrambling", 2020). The 2^k points from a multiple
 /// of 2^k on have one point in each cell of every division into 2^k equal rectangles.
 pub(crate) fn sobol(index: u32, seed: u32) -> DVec2 {
-    let index = scramble(index, seed);
-    let across = scramble(index.reverse_bits(), hash(seed ^ 0x68bc_21eb));
-    let down = scramble(second_dimension(index), hash(seed ^ 0x02e5_be93));
+    let (across, down) = sobol_digits(index, seed);
     DVec2::new(f64::from(across), f64::from(down)) / (f64::from(u32::MAX) + 1.0)
 }
 
+/// The 32 binary digits of both coordinates of [`sobol`]. Without branches, so that a loop over it becomes lanes.
+#[inline(always)]
+pub(crate) fn sobol_digits(index: u32, seed: u32) -> (u32, u32) {
+    let index = scramble(index, seed);
+    let across = scramble(index.reverse_bits(), hash(seed ^ 0x68bc_21eb));
+    let down = scramble(second_dimension(index), hash(seed ^ 0x02e5_be93));
+    (across, down)
+}
+
 /// The second dimension of the Sobol sequence: the XOR of the direction numbers of the bits of the
-/// index. Each direction number v gives the next as v ^ (v >> 1).
-fn second_dimension(mut index: u32) -> u32 {
-    let (mut sum, mut number) = (0, 1u32 << 31);
-    while index != 0 {
-        if index & 1 == 1 {
-            sum ^= number;
-        }
-        index >>= 1;
-        number ^= number >> 1;
-    }
-    sum
+/// index. The direction numbers are the reversed rows of Pascal's triangle modulo 2, so the sum takes five steps of shifts.
+#[inline(always)]
+fn second_dimension(index: u32) -> u32 {
+    let mut x = index.reverse_bits();
+    x ^= (x & 0x5555_5555) << 1;
+    x ^= (x & 0x3333_3333) << 2;
+    x ^= (x & 0x0f0f_0f0f) << 4;
+    x ^= (x & 0x00ff_00ff) << 8;
+    x ^ (x << 16)
 }
 
 /// Owen scrambling of binary digits: whether a digit is flipped depends on the digits before it and
 /// the seed. Uses the hash of Laine and Karras on the reversed digits.
+#[inline(always)]
 fn scramble(digits: u32, seed: u32) -> u32 {
     let mut x = digits.reverse_bits();
     x = x.wrapping_add(seed);
@@ -66,6 +79,7 @@ fn scramble(digits: u32, seed: u32) -> u32 {
 }
 
 /// A hash: every bit of the result depends on all bits of the argument.
+#[inline(always)]
 fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);

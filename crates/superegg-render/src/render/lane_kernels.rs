@@ -9,12 +9,11 @@ use superegg_simd::{Simd, WithSimd};
 
 use crate::camera::view::View;
 use crate::shade::context::RenderContext;
+use crate::shade::lane_math::{MOST_EXPONENT, blinn_power, dot, inverse_length};
 use crate::shade::phong::{self, LobeWeights};
 
 /// Pictures with larger numbers are shaded in f64.
 const F32_LIMIT: f64 = 1e12;
-/// Materials with a sharper highlight are shaded in f64: f32 has too few digits for them.
-const EXPONENT_LIMIT: f64 = 2000.0;
 
 /// A point light relative to a pinhole camera.
 #[derive(Clone, Copy, Debug)]
@@ -75,7 +74,7 @@ impl PlainMaterial {
         let fits_f32 = diffuse.abs().max_element() < F32_LIMIT
             && material.specular.abs() < F32_LIMIT
             && ambient.abs().max_element() < F32_LIMIT
-            && (0.0..EXPONENT_LIMIT).contains(&exponent);
+            && (0.0..MOST_EXPONENT).contains(&exponent);
         (is_plain && fits_f32).then(|| Self {
             diffuse: diffuse.as_vec3().to_array(),
             specular: material.specular as f32,
@@ -192,14 +191,8 @@ impl WithSimd for ShadePacket<'_> {
             for axis in 0..3 {
                 half[axis] = half[axis] - ray[axis] * to_eye;
             }
-            let cos_half = (dot(normal, half) * inverse_length(half)).max(zero);
-            let exponent = lane(&materials.exponent);
-            // 0 to the power of 0 must be 1. The logarithm of the least normal number is finite,
-            // and other exponents of it still give nearly 0.
-            let log_cos = cos_half.max(splat(f32::MIN_POSITIVE)).log2_quick();
-            // Avoids subnormal results, which are many times slower.
-            let power = (exponent * log_cos).max(splat(-60.0));
-            let highlight = lane(&materials.specular) * power.exp2();
+            let highlight =
+                lane(&materials.specular) * blinn_power(normal, half, lane(&materials.exponent));
             let falloff = one / splat(light.falloff).mul_add(dot(offset, offset), one);
             for (axis, diffuse) in materials.diffuse.iter().enumerate() {
                 let color = splat(light.color[axis]) * falloff * lane(diffuse).mul_add(cos, highlight);
@@ -230,16 +223,4 @@ impl WithSimd for AddContribution<'_> {
             }
         }
     }
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: [Lanes<S>; 3], b: [Lanes<S>; 3]) -> Lanes<S> {
-    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
-}
-
-/// The reciprocal of the length; large for a zero vector.
-#[inline(always)]
-fn inverse_length<S: Simd>(v: [Lanes<S>; 3]) -> Lanes<S> {
-    let square = dot(v, v);
-    square.max(square.all(f32::MIN_POSITIVE)).rsqrt()
 }

@@ -8,7 +8,8 @@ use superegg_trace::packet::{LANES, ShadowRay, ShadowStart};
 use crate::render::primary_hits::PrimaryPoints;
 use crate::render::shadow_queue::ShadowQueue;
 use crate::shade::context::RenderContext;
-use crate::shade::direct::{self, LightSample, ShadowBatch};
+use crate::shade::light_sample::{LightSample, toward, unoccluded_light};
+use crate::shade::shadow_batch::ShadowBatch;
 use crate::shade::point::SurfacePoint;
 
 /// The queued shadow rays of points. They follow the rays of lanes in the [`ShadowQueue`].
@@ -32,7 +33,7 @@ impl PointShadows {
         let mut least_width = f64::INFINITY;
         for (index, (point, &own)) in (0..).zip(hits.points.iter().zip(&hits.candidates)) {
             let Some(sample) = LightSample::to_centre(light, point.position) else { continue };
-            let Some(color) = direct::unoccluded_light(point, &sample) else { continue };
+            let Some(color) = unoccluded_light(point, &sample) else { continue };
             let ShadowRay { ray, width } = shadow_ray(point, light_position);
             let past_floor = context.transmittance_past_floor(&ray, own.is_none(), 1.0);
             if past_floor == 0.0 {
@@ -67,7 +68,7 @@ impl PointShadows {
                 let media = &point.state.media;
                 colors[point.state.pixel] += color * media.transmittance_between(point.position, light);
             } else if context.has_transmission {
-                dimmed.push(point, direct::toward(point, light - point.position), color);
+                dimmed.push(point, toward(point, light - point.position), color);
             }
         }
         dimmed

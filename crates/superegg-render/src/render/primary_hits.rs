@@ -20,6 +20,7 @@ use crate::shade::context::{RenderContext, at_surface};
 use crate::shade::medium::Media;
 use crate::shade::phong::LobeWeights;
 use crate::shade::point::{PathState, SurfaceOwner, SurfacePoint, SurfaceView, albedo_of_shape};
+use crate::shade::state::ShadingState;
 use crate::shade::whitted::Wavefront;
 use crate::stats::TraceStats;
 
@@ -110,8 +111,7 @@ impl<'a> PrimaryHits<'a> {
         &mut self,
         camera: &CameraPaths<'a>,
         samples: &[FilmSample],
-        colors: &mut [DVec3],
-        stats: &mut TraceStats,
+        shading: &mut ShadingState<'_, 'a>,
     ) {
         let mut wave = Wavefront::new(camera.context, 0);
         for (pixel, sample) in samples.iter().enumerate() {
@@ -119,7 +119,7 @@ impl<'a> PrimaryHits<'a> {
             let state = camera.state(pixel, sample, &ray);
             wave.push(TraceRay::new(ray).with_footprint(camera.footprint), state);
         }
-        self.shaded.points = wave.trace(colors, stats);
+        self.shaded.points = wave.trace(shading);
         self.shaded.candidates.resize(self.shaded.points.len(), None);
     }
 

@@ -14,6 +14,9 @@ use crate::render::primary_hits::{CameraPaths, PrimaryHits};
 use crate::render::shadow_queue::ShadowQueue;
 use crate::shade::context::RenderContext;
 use crate::shade::direct;
+use crate::shade::shadow_batch::add_transmitted;
+use crate::shade::state::ShadingState;
+use crate::shade::surfaces::Surfaces;
 use crate::shade::whitted::Wavefront;
 use crate::stats::TraceStats;
 
@@ -22,6 +25,8 @@ pub(crate) struct TileTracer<'a> {
     camera: CameraPaths<'a>,
     pub(crate) stats: TraceStats,
     hits: PrimaryHits<'a>,
+    /// The surfaces that reflected, refracted and shadow rays hit.
+    instances: Surfaces<'a>,
     lanes: LaneLighting,
     point_shadows: PointShadows,
     shadow_queue: ShadowQueue,
@@ -42,6 +47,7 @@ impl<'a> TileTracer<'a> {
             camera: CameraPaths::new(context, view, samples),
             stats: TraceStats::default(),
             hits: PrimaryHits::new(&context),
+            instances: Surfaces::new(context.scene),
             lanes: LaneLighting::new(&context, view),
             point_shadows: PointShadows::default(),
             shadow_queue: ShadowQueue::default(),
@@ -55,12 +61,13 @@ impl<'a> TileTracer<'a> {
     pub(crate) fn trace(&mut self, samples: &[FilmSample]) -> &mut SampleResults {
         self.find_primary_hits(samples, true);
         self.add_light();
-        let Self { camera, stats, hits, lanes, results, .. } = self;
+        let Self { camera, stats, hits, lanes, results, instances, .. } = self;
         let mut wave = Wavefront::new(camera.context, 1);
+        let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
         for point in &hits.shaded.points {
-            wave.scatter(point, &mut results.colors, stats);
+            wave.scatter(point, &mut shading);
         }
-        wave.follow_all(&mut results.colors, stats);
+        wave.follow_all(&mut shading);
         lanes.write_colors(&hits.visible, &mut results.colors);
         self.finish(samples.len())
     }
@@ -85,7 +92,7 @@ impl<'a> TileTracer<'a> {
 
     /// Finds the first hit of each sample. Samples without a hit get the colour of the sky.
     fn find_primary_hits(&mut self, samples: &[FilmSample], in_lanes: bool) {
-        let Self { camera, stats, hits, lanes, results: SampleResults { colors, .. }, .. } = self;
+        let Self { camera, stats, hits, lanes, results: SampleResults { colors, .. }, instances, .. } = self;
         stats.rays.camera += samples.len() as u64;
         hits.clear();
         colors.clear();
@@ -96,7 +103,8 @@ impl<'a> TileTracer<'a> {
             hits.prepare_points(camera, samples, colors, stats);
         } else {
             colors.resize(samples.len(), DVec3::ZERO);
-            hits.trace_single_rays(camera, samples, colors, stats);
+            let mut shading = ShadingState { colors, stats, surfaces: instances };
+            hits.trace_single_rays(camera, samples, &mut shading);
         }
     }
 
@@ -122,13 +130,14 @@ impl<'a> TileTracer<'a> {
             }
         }
         let others = context.lights().filter(|(_, light)| !in_packets || point_position(light).is_none());
-        let (points, colors) = (&self.hits.shaded.points, &mut self.results.colors);
-        direct::add_light(context, points, &others, true, colors, &mut self.stats);
+        let Self { hits, stats, results, instances, .. } = self;
+        let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
+        direct::add_light(context, &hits.shaded.points, &others, true, &mut shading);
     }
 
     /// Adds the light of a point light to all first hits that it reaches.
     fn add_point_light(&mut self, index: usize, light: &Light, position: DVec3) {
-        let Self { camera, stats, hits, lanes, point_shadows, shadow_queue, results, .. } = self;
+        let Self { camera, stats, hits, lanes, point_shadows, shadow_queue, results, instances, .. } = self;
         let CameraPaths { context, footprint, .. } = camera;
         shadow_queue.start(position);
         let lane_width = lanes.queue_shadows(context, hits, (index, position), *footprint, shadow_queue);
@@ -151,7 +160,8 @@ impl<'a> TileTracer<'a> {
         let colors = &mut results.colors;
         let dimmed = point_shadows.add_unoccluded(context, &shaded.points, position, of_points, colors);
         lanes.add_unoccluded(rays.directions().len(), &occluded);
-        direct::add_transmitted(*context, dimmed, 1.0, colors, stats);
+        let mut shading = ShadingState { colors, stats, surfaces: instances };
+        add_transmitted(*context, dimmed, 1.0, &mut shading);
     }
 }
 

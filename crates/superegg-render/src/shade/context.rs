@@ -3,9 +3,9 @@
 use std::rc::Rc;
 
 use superegg_geom::glam::DVec3;
-use superegg_geom::{Aabb, Ray, inverse_of};
+use superegg_geom::{Aabb, Ray};
 use superegg_scene::{Light, Material, Pattern, Picture};
-use superegg_trace::{CompiledScene, Footprint, Hit, InstancePath, SurfaceInteraction, Target, TraceRay};
+use superegg_trace::{CompiledScene, Footprint, Hit, InstancePath, Target, TraceRay};
 
 use crate::settings::{Environment, RenderSettings};
 use crate::shade::floor::FloorPlane;
@@ -14,7 +14,8 @@ use crate::shade::phong::LobeWeights;
 use crate::shade::point::{
     MaterialRef, PathState, SurfaceOwner, SurfacePoint, SurfaceView, albedo_of_floor, albedo_of_shape,
 };
-use crate::stats::TraceStats;
+use crate::shade::state::ShadingState;
+use crate::shade::surfaces::{Located, Surface};
 
 /// The scene with its environment and picture settings.
 #[derive(Clone, Copy)]
@@ -27,7 +28,8 @@ pub(crate) struct RenderContext<'a> {
     pub(crate) has_transmission: bool,
 }
 
-fn transmits(material: &Material) -> bool {
+/// Whether light passes through a material.
+pub(crate) fn transmits(material: &Material) -> bool {
     material.refracted.is_some_and(|share| share > 0.0)
 }
 
@@ -99,7 +101,7 @@ impl<'a> RenderContext<'a> {
         ray: &TraceRay,
         hit: Option<&Hit>,
         state: PathState,
-        stats: &mut TraceStats,
+        shading: &mut ShadingState<'_, 'a>,
     ) -> Option<SurfacePoint<'a>> {
         let TraceRay { ray, footprint, .. } = ray;
         let ground = self.ground.filter(|_| !state.is_from_floor);
@@ -109,24 +111,25 @@ impl<'a> RenderContext<'a> {
             return Some(self.point_of_floor(&ground, ray, t, *footprint, state));
         }
         let hit = hit?;
-        stats.proxy_hits += u64::from(hit.path.is_proxy());
-        let surface = self.scene.interaction(hit);
-        Some(self.point_of_hit(surface, hit, ray, *footprint, state))
+        let surface = shading.surfaces.at(hit);
+        shading.stats.proxy_hits += u64::from(surface.primitive.is_none());
+        Some(self.point_of_hit(&surface, hit, ray, *footprint, state))
     }
 
     /// The colour of a surface at a hit, with its pattern.
-    pub(crate) fn albedo(&self, material: &Material, hit: &Hit, view: &SurfaceView) -> DVec3 {
+    pub(crate) fn albedo(&self, surface: &Surface<'_>, hit: &Hit, view: &SurfaceView) -> DVec3 {
+        let Surface { material, primitive: Some(primitive), world_from_unit, .. } = surface else {
+            return surface.material.color;
+        };
         if material.pattern == Pattern::None {
             return material.color;
         }
-        let (unit_from_world, _) = self.scene.unit_from_world(&hit.path);
-        let primitive = self.scene.primitive(hit.primitive);
-        albedo_of_shape(material, primitive, hit.unit_point, &inverse_of(&unit_from_world), view)
+        albedo_of_shape(material, self.scene.primitive(*primitive), hit.unit_point, world_from_unit, view)
     }
 
     fn point_of_hit(
         &self,
-        surface: SurfaceInteraction<'a>,
+        surface: &Surface<'a>,
         hit: &Hit,
         ray: &Ray,
         footprint: Footprint,
@@ -134,23 +137,20 @@ impl<'a> RenderContext<'a> {
     ) -> SurfacePoint<'a> {
         let direction = ray.direction.normalize();
         let footprint = at_surface(footprint, ray, hit.t);
-        let material = MaterialRef::from(surface.material);
-        let albedo = self.albedo(
-            &material,
-            hit,
-            &SurfaceView { normal: surface.normal, direction, width: footprint.width },
-        );
+        let Located { position, position_error, normal } = surface.locate(hit.unit_point, hit.gradient(&surface.shape));
+        let material = surface.material.clone();
+        let albedo = self.albedo(surface, hit, &SurfaceView { normal, direction, width: footprint.width });
         SurfacePoint {
-            state: state.after(ray.origin, surface.position),
-            owner: SurfaceOwner::Instance(Rc::new(surface.path)),
-            position: surface.position,
-            position_error: surface.position_error,
-            normal: surface.normal,
-            leaving: surface.leaving,
+            state: state.after(ray.origin, position),
+            owner: SurfaceOwner::Instance(Rc::clone(&surface.path)),
+            position,
+            position_error,
+            normal,
+            leaving: hit.leaving,
             to_eye: -direction,
             footprint,
             albedo,
-            weights: LobeWeights::of(&material, direction.dot(surface.normal).abs()),
+            weights: LobeWeights::of(&material, direction.dot(normal).abs()),
             material,
         }
     }

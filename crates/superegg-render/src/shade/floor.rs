@@ -22,9 +22,14 @@ impl<'a> FloorPlane<'a> {
         self.axes[2]
     }
 
+    /// The height of a point above the plane.
+    pub(crate) fn height_of(&self, point: DVec3) -> f64 {
+        point.dot(self.up()) - self.height
+    }
+
     /// The t > 0 of the hit of a ray that does not start on the plane.
     pub(crate) fn intersect(&self, ray: &Ray) -> Option<f64> {
-        let above = ray.origin.dot(self.up()) - self.height;
+        let above = self.height_of(ray.origin);
         let t = -above / ray.direction.dot(self.up());
         (t > 0.0 && t.is_finite()).then_some(t)
     }
@@ -32,7 +37,7 @@ impl<'a> FloorPlane<'a> {
     /// The projection of a nearby point onto the plane, and a bound on the rounding error of each
     /// coordinate.
     pub(crate) fn project(&self, point: DVec3) -> (DVec3, f64) {
-        let point = point - (point.dot(self.up()) - self.height) * self.up();
+        let point = point - self.height_of(point) * self.up();
         (point, 8.0 * f64::EPSILON * (point.abs().max_element() + self.height.abs()))
     }
 

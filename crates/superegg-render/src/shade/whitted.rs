@@ -10,7 +10,7 @@ use crate::shade::direct;
 use crate::shade::medium::Media;
 use crate::shade::phong;
 use crate::shade::point::{PathState, SurfacePoint};
-use crate::stats::TraceStats;
+use crate::shade::state::ShadingState;
 
 /// The reflected and refracted rays of one bounce.
 pub(crate) struct Wavefront<'a> {
@@ -39,14 +39,14 @@ impl<'a> Wavefront<'a> {
     }
 
     /// Adds the reflected and refracted rays of a point.
-    pub(crate) fn scatter(&mut self, point: &SurfacePoint<'_>, colors: &mut [DVec3], stats: &mut TraceStats) {
+    pub(crate) fn scatter(&mut self, point: &SurfacePoint<'_>, shading: &mut ShadingState<'_, 'a>) {
         let SurfacePoint { state, material, weights, .. } = point;
         if weights.is_local() {
             return;
         }
         if self.bounces > self.context.picture.bounces {
             let rest = DVec3::splat(weights.mirror + weights.transmitted);
-            self.terminate(&state.media, -point.to_eye, state.pixel, state.weight * rest, colors);
+            self.terminate(&state.media, -point.to_eye, state.pixel, state.weight * rest, shading);
             return;
         }
         let normal = point.facing_normal();
@@ -63,14 +63,14 @@ impl<'a> Wavefront<'a> {
             sharp += weights.transmitted * refracted.map_or(1.0, |(_, reflectance)| reflectance);
             if let Some((direction, reflectance)) = refracted {
                 let share = weights.transmitted * (1.0 - reflectance) * point.albedo.map(f64::sqrt);
-                stats.rays.refraction += self.follow(point, direction, share, TRANSMITTED, beyond, colors);
+                shading.stats.rays.refraction += self.follow(point, direction, share, TRANSMITTED, beyond, shading);
             }
         }
         let mirrored = phong::mirror(-point.to_eye, normal);
         if sharp > 0.0 {
             let share = DVec3::splat(sharp);
-            stats.rays.reflection +=
-                self.follow(point, mirrored, share, MIRRORED, state.media.clone(), colors);
+            shading.stats.rays.reflection +=
+                self.follow(point, mirrored, share, MIRRORED, state.media.clone(), shading);
         }
         if !is_blurred || weights.mirror == 0.0 {
             return;
@@ -83,8 +83,8 @@ impl<'a> Wavefront<'a> {
             let direction = if glossy.dot(normal) > 0.0 { glossy } else { mirrored };
             let share = DVec3::splat(weights.mirror / f64::from(blurred));
             let choice = BLURRED + 1 + sample;
-            stats.rays.reflection +=
-                self.follow(point, direction, share, choice, state.media.clone(), colors);
+            shading.stats.rays.reflection +=
+                self.follow(point, direction, share, choice, state.media.clone(), shading);
         }
     }
 
@@ -97,11 +97,11 @@ impl<'a> Wavefront<'a> {
         share: DVec3,
         choice: u32,
         media: Media,
-        colors: &mut [DVec3],
+        shading: &mut ShadingState<'_, 'a>,
     ) -> u64 {
         let weight = point.state.weight * share;
         if weight.max_element() <= self.context.picture.least_weight {
-            self.terminate(&media, direction, point.state.pixel, weight, colors);
+            self.terminate(&media, direction, point.state.pixel, weight, shading);
             return 0;
         }
         let key = point.state.key.branch(choice);
@@ -113,35 +113,35 @@ impl<'a> Wavefront<'a> {
 
     /// Ends a path. It receives the sky, so that clear glass and mirrors lose no energy. Inside an
     /// absorbing medium it receives nothing.
-    fn terminate(&self, media: &Media, direction: DVec3, pixel: usize, weight: DVec3, colors: &mut [DVec3]) {
+    fn terminate(&self, media: &Media, direction: DVec3, pixel: usize, weight: DVec3, shading: &mut ShadingState<'_, 'a>) {
         if !media.absorbs() {
-            colors[pixel] += weight * self.context.sky(direction);
+            shading.colors[pixel] += weight * self.context.sky(direction);
         }
     }
 
     /// Traces the rays. Returns the points that they hit, in the order of the rays. Rays without a
     /// hit add the sky to the colours.
-    pub(crate) fn trace(&mut self, colors: &mut [DVec3], stats: &mut TraceStats) -> Vec<SurfacePoint<'a>> {
-        let hits = self.context.scene.intersect_many_counted(&self.rays, &mut stats.coarsened);
+    pub(crate) fn trace(&mut self, shading: &mut ShadingState<'_, 'a>) -> Vec<SurfacePoint<'a>> {
+        let hits = self.context.scene.intersect_many_counted(&self.rays, &mut shading.stats.coarsened);
         let mut points = Vec::with_capacity(hits.len());
         for ((ray, state), hit) in self.rays.drain(..).zip(self.states.drain(..)).zip(hits) {
             let (pixel, weight) = (state.pixel, state.weight);
-            match self.context.surface_point(&ray, hit.as_ref(), state, stats) {
+            match self.context.surface_point(&ray, hit.as_ref(), state, shading) {
                 Some(point) => points.push(point),
-                None => colors[pixel] += weight * self.context.sky(ray.ray.direction),
+                None => shading.colors[pixel] += weight * self.context.sky(ray.ray.direction),
             }
         }
         points
     }
 
     /// Traces all rays, and the rays that they give rise to, to the end of each path.
-    pub(crate) fn follow_all(mut self, colors: &mut [DVec3], stats: &mut TraceStats) {
+    pub(crate) fn follow_all(mut self, shading: &mut ShadingState<'_, 'a>) {
         while !self.rays.is_empty() {
-            let points = self.trace(colors, stats);
+            let points = self.trace(shading);
             let lights = self.context.lights();
-            direct::add_light(self.context, &points, &lights, false, colors, stats);
+            direct::add_light(self.context, &points, &lights, false, shading);
             let mut next = Self::new(self.context, self.bounces + 1);
-            points.iter().for_each(|point| next.scatter(point, colors, stats));
+            points.iter().for_each(|point| next.scatter(point, shading));
             self = next;
         }
     }

@@ -1,7 +1,7 @@
 //! A ray to trace, and the hit that answers it.
 
 use superegg_geom::glam::DVec3;
-use superegg_geom::{Ray, RayStart};
+use superegg_geom::{Ray, RayStart, Superquadric};
 
 use super::footprint::Footprint;
 use crate::scene::id::SceneId;
@@ -115,6 +115,13 @@ pub struct Hit {
     pub path: InstancePath,
     /// The scene that was hit.
     pub(crate) scene: SceneId,
+}
+
+impl Hit {
+    /// The gradient of N at [`Hit::unit_point`], of any length. `shape` is the unit shape of the primitive.
+    pub fn gradient(&self, shape: &Superquadric) -> DVec3 {
+        self.unit_gradient.unwrap_or_else(|| shape.norm().value_and_gradient(self.unit_point).1)
+    }
 }
 
 /// Hits are equal if they are the same point of the same instance. The scene itself is not compared, so the hits of a

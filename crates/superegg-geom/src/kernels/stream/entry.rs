@@ -83,6 +83,27 @@ impl ShapeEntries {
         self.t_max[lane] = t_max;
     }
 
+    /// Sets the rays of all lanes, which go to one shape.
+    #[inline(always)]
+    pub fn set_all(
+        &mut self,
+        map: &DAffine3,
+        origin: &[[f64; ENTRY_LANES]; 3],
+        direction: &[[f64; ENTRY_LANES]; 3],
+        t_max: f64,
+    ) {
+        let DAffine3 { matrix3, translation } = map;
+        for axis in 0..3 {
+            let (x, y, z) = (matrix3.x_axis[axis], matrix3.y_axis[axis], matrix3.z_axis[axis]);
+            for i in 0..ENTRY_LANES {
+                self.origin[axis][i] =
+                    x * origin[0][i] + y * origin[1][i] + z * origin[2][i] + translation[axis];
+                self.direction[axis][i] = x * direction[0][i] + y * direction[1][i] + z * direction[2][i];
+            }
+        }
+        self.t_max = [t_max; ENTRY_LANES];
+    }
+
     /// Computes the entries of all lanes. Plain loops, which the compiler vectorises.
     #[inline(always)]
     pub fn run(&mut self) {

@@ -1,0 +1,153 @@
+//! Samples of a light from many points at once, in f32 lanes: the directions and the reflected light of each.
+
+use superegg_simd::{Column, Lanes, Simd, WithSimd};
+
+use crate::camera::sobol;
+use crate::shade::lane_math::{blinn_power, dot, inverse_length};
+
+/// The samples of one block.
+pub(crate) const BLOCK: usize = 16;
+
+type Numbers = Column<f32, BLOCK>;
+
+/// Samples of one light. Each belongs to a surface point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightBlock {
+    /// The seeds and indices of the random points on the light.
+    pub(crate) seed: [u32; BLOCK],
+    pub(crate) index: [u32; BLOCK],
+    /// From the surface point to the centre of the light.
+    pub(crate) to_centre: [Numbers; 3],
+    /// The unit normal on the side of the ray.
+    pub(crate) normal: [Numbers; 3],
+    /// The unit vector to the eye.
+    pub(crate) to_eye: [Numbers; 3],
+    /// The exponent of the highlight.
+    pub(crate) exponent: Numbers,
+    /// The result: from the centre of the light to the sample.
+    pub(crate) offset: [Numbers; 3],
+    /// The result: the cosine of the angle of incidence; 0 where the point faces away from the sample.
+    pub(crate) cos: Numbers,
+    /// The result: the highlight; 0 where the point faces away.
+    pub(crate) highlight: Numbers,
+}
+
+impl LightBlock {
+    /// A block without samples: unused ones have a cosine of 0.
+    pub(crate) const EMPTY: Self = Self {
+        seed: [0; BLOCK],
+        index: [0; BLOCK],
+        to_centre: [Column([1.0; BLOCK]); 3],
+        normal: [Column([0.0; BLOCK]); 3],
+        to_eye: [Column([0.0; BLOCK]); 3],
+        exponent: Column([0.0; BLOCK]),
+        offset: [Column([0.0; BLOCK]); 3],
+        cos: Column([0.0; BLOCK]),
+        highlight: Column([0.0; BLOCK]),
+    };
+
+    /// Resets a sample to that of an empty block.
+    pub(crate) fn reset(&mut self, sample: usize) {
+        self.normal.iter_mut().for_each(|column| column.0[sample] = 0.0);
+    }
+}
+
+/// Fills in the results of blocks.
+pub(crate) struct SampleLight<'a> {
+    pub(crate) blocks: &'a mut [LightBlock],
+    /// The radius of the light; 0 for a light without area, whose samples are its centre.
+    pub(crate) radius: f32,
+    /// Whether any point has a highlight.
+    pub(crate) has_highlights: bool,
+}
+
+impl WithSimd for SampleLight<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for block in self.blocks {
+            if self.radius > 0.0 {
+                place_on_disc(simd, block, self.radius);
+            }
+            reflect(simd, block, self.has_highlights);
+        }
+    }
+}
+
+/// Draws the samples on the discs that the light presents to the points.
+#[inline(always)]
+fn place_on_disc<S: Simd>(simd: S, block: &mut LightBlock, radius: f32) {
+    let (mut x, mut y) = ([0.0; BLOCK], [0.0; BLOCK]);
+    for i in 0..BLOCK {
+        let (across, down) = sobol::sobol_digits(block.index[i], block.seed[i]);
+        // In [-1, 1). An i32 converts in one instruction.
+        x[i] = (across >> 1) as i32 as f32 * (2.0 / 2_147_483_648.0) - 1.0;
+        y[i] = (down >> 1) as i32 as f32 * (2.0 / 2_147_483_648.0) - 1.0;
+    }
+    let splat = |x: f32| Lanes::<S>::splat(simd, x);
+    let (one, tiny) = (splat(1.0), splat(f32::MIN_POSITIVE));
+    for i in 0..BLOCK / S::F32_LANES {
+        // Concentric squares become circles, as in `sobol::disc`.
+        let (x, y) = (Lanes::load(simd, &x, i), Lanes::load(simd, &y, i));
+        let wide = y.abs().lt(x.abs());
+        let (long, short) = (wide.select(x, y), wide.select(y, x));
+        let ratio = short / long.abs().max(tiny).with_sign_of(long);
+        let (sin, cos) = sin_cos_quarter(simd, ratio);
+        let (along, beside) = (long * cos, long * sin);
+        let (disc_x, disc_y) = (wide.select(along, beside), wide.select(beside, along));
+        let centre = block.to_centre.each_ref().map(|column| -> Lanes<S> { column.load(simd, i) });
+        let scale = inverse_length(centre);
+        let [x, y, z] = [centre[0] * scale, centre[1] * scale, centre[2] * scale];
+        // An orthonormal basis around a unit vector (Duff et al. 2017).
+        let sign = z.with_unit_sign();
+        let a = -(one / (sign + z));
+        let b = x * y * a;
+        let across = [(sign * x * x).mul_add(a, one), sign * b, -(sign * x)];
+        let down = [b, (y * y).mul_add(a, sign), -y];
+        for axis in 0..3 {
+            let offset = splat(radius) * (disc_x * across[axis] + disc_y * down[axis]);
+            block.offset[axis].store(i, offset);
+        }
+    }
+}
+
+/// Computes the reflected light of all samples.
+#[inline(always)]
+fn reflect<S: Simd>(simd: S, block: &mut LightBlock, has_highlights: bool) {
+    let splat = |x: f32| Lanes::<S>::splat(simd, x);
+    let zero = splat(0.0);
+    for i in 0..BLOCK / S::F32_LANES {
+        let triple =
+            |columns: &[Numbers; 3]| columns.each_ref().map(|column| -> Lanes<S> { column.load(simd, i) });
+        let (centre, offset) = (triple(&block.to_centre), triple(&block.offset));
+        let (normal, to_eye) = (triple(&block.normal), triple(&block.to_eye));
+        let to_light = [centre[0] + offset[0], centre[1] + offset[1], centre[2] + offset[2]];
+        let scale = inverse_length(to_light);
+        let to_light = [to_light[0] * scale, to_light[1] * scale, to_light[2] * scale];
+        let cos = dot(normal, to_light);
+        let faces_light = zero.lt(cos);
+        block.cos.store(i, faces_light.select(cos, zero));
+        if !has_highlights {
+            continue;
+        }
+        let half = [to_light[0] + to_eye[0], to_light[1] + to_eye[1], to_light[2] + to_eye[2]];
+        let power = blinn_power(normal, half, block.exponent.load(simd, i));
+        block.highlight.store(i, faces_light.select(power, zero));
+    }
+}
+
+/// sin and cos of pi/4 times a number in [-1, 1], to 1e-6 (Taylor series).
+#[inline(always)]
+fn sin_cos_quarter<S: Simd>(simd: S, ratio: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let splat = |x: f32| Lanes::<S>::splat(simd, x);
+    let angle = ratio * splat(std::f32::consts::FRAC_PI_4);
+    let square = angle * angle;
+    let sin = square.mul_add(splat(-1.0 / 5040.0), splat(1.0 / 120.0));
+    let sin = square.mul_add(sin, splat(-1.0 / 6.0));
+    let sin = (square * angle).mul_add(sin, angle);
+    let cos = square.mul_add(splat(1.0 / 40320.0), splat(-1.0 / 720.0));
+    let cos = square.mul_add(cos, splat(1.0 / 24.0));
+    let cos = square.mul_add(cos, splat(-0.5));
+    (sin, square.mul_add(cos, splat(1.0)))
+}

@@ -1,0 +1,13 @@
+//! Shaft culling: what may occlude rays from one box to another.
+//!
+//! The shadow rays from neighbouring points to an area light lie in the convex hull of a box around the points and a box
+//! around the light: a shaft (Haines and Wallace 1991). One traversal of the scene per shaft finds the few shapes that may
+//! occlude its rays. Most shafts are empty, and their rays need no test.
+
+pub(crate) mod hull;
+mod occluders;
+mod occlusion;
+
+pub use hull::Shaft;
+pub use occluders::{Occluder, ShaftStart};
+pub use occlusion::ShaftRays;
