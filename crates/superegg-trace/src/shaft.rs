@@ -5,9 +5,10 @@
 //! occlude its rays. Most shafts are empty, and their rays need no test.
 
 pub(crate) mod hull;
+mod misses;
 mod occluders;
 mod occlusion;
 
 pub use hull::Shaft;
 pub use occluders::{Occluder, ShaftStart};
-pub use occlusion::ShaftRays;
+pub use occlusion::{OpenRays, ShaftRays};

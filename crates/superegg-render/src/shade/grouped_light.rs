@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Ray};
-use superegg_scene::Light;
+use superegg_scene::{Light, Picture};
 use superegg_simd::Arch;
 use superegg_trace::shaft::{Occluder, Shaft, ShaftRays, ShaftStart};
 
@@ -43,7 +43,9 @@ pub(crate) struct GroupedLight<'a> {
     lit: Vec<LitPoint>,
     occluders: Vec<Occluder>,
     rays: ShaftRays,
-    queued: Vec<QueuedSample>,
+    samples: Vec<Sample>,
+    /// A shadow ray that can add no more light than this is not traced.
+    least_light: f64,
     /// The rays to lights at a position, and to suns.
     remaining: [RemainingRays; 2],
 }
@@ -55,20 +57,25 @@ struct LitPoint {
     point: usize,
     /// From the point to the centre of the light, which is a unit vector for a sun.
     to_centre: DVec3,
-    /// The factors of the cosine and of the highlight of each sample.
+    /// The light of each sample is `diffuse` times a cosine, plus `specular` times a highlight.
     diffuse: DVec3,
     specular: DVec3,
 }
 
-/// A sample whose shadow ray is tested.
+/// A sample of a light.
 #[derive(Clone, Copy, Debug)]
-struct QueuedSample {
+struct Sample {
     /// The index of the point in the chunk.
     point: usize,
+    /// From the point to the sample.
+    to_light: DVec3,
     /// Its light if it is unoccluded.
     color: DVec3,
-    /// Whether an opaque shape occludes it.
-    is_dark: bool,
+}
+
+/// The light below which a sample does not matter: a small part of the least weight of a ray, as the exposure shows it.
+fn least_light(picture: &Picture) -> f64 {
+    1e-3 * picture.least_weight * (-picture.exposure.max(0.0)).exp2()
 }
 
 /// Coordinates and lengths outside of this range are left to f64.
@@ -92,7 +99,8 @@ impl<'a> GroupedLight<'a> {
             lit: Vec::new(),
             occluders: Vec::new(),
             rays: ShaftRays::default(),
-            queued: Vec::new(),
+            samples: Vec::new(),
+            least_light: least_light(context.picture),
             remaining: Default::default(),
         }
     }
@@ -107,12 +115,12 @@ impl<'a> GroupedLight<'a> {
         self.groups.iter_mut().for_each(Vec::clear);
         self.single.clear();
         for (index, point) in points.iter().enumerate() {
-            if !is_groupable(point) {
+            if !self.is_groupable(point) {
                 self.single.push(index);
                 continue;
             }
             let is_same = |group: &&mut Vec<usize>| {
-                group.first().is_none_or(|first| is_same_owner(&points[*first].owner, &point.owner))
+                group.first().is_none_or(|first| are_together(&points[*first], point))
             };
             match self.groups.iter_mut().find(is_same) {
                 Some(group) => group.push(index),
@@ -138,13 +146,17 @@ impl<'a> GroupedLight<'a> {
         }
     }
 
+    /// Whether the shadow rays of a point may share a shaft: they leave its surface in clear air, or they go through its
+    /// shape, which transmits light, and need none.
+    fn is_groupable(&self, point: &SurfacePoint<'_>) -> bool {
+        let is_clear = point.leaving && self.context.has_transmission;
+        let is_outside = !point.leaving && !point.state.media.absorbs();
+        (is_clear || is_outside) && !point.is_proxy() && point.position.is_finite()
+    }
+
     /// The number of samples of a light.
     fn sample_count(&self, light: &Light) -> u32 {
         if light.radius > 0.0 && self.is_first { self.context.picture.light_rays.max(1) } else { 1 }
-    }
-
-    fn remaining(&mut self, light: &Light) -> &mut RemainingRays {
-        &mut self.remaining[usize::from(light.position().is_none())]
     }
 
     /// Adds the shadow rays from a point to a light: one, or several for an area light.
@@ -158,11 +170,12 @@ impl<'a> GroupedLight<'a> {
             let Some(color) = unoccluded_light(point, &sample) else { continue };
             let ray = toward(point, sample.direction);
             let past_floor = context.transmittance_past_floor(&ray.ray, point.is_on_floor(), end);
-            if past_floor == 0.0 {
+            let color = past_floor * point.state.weight * color / f64::from(count);
+            // NaN is kept.
+            if color.max_element() <= self.least_light {
                 continue;
             }
-            let color = past_floor * point.state.weight * color / f64::from(count);
-            let RemainingRays { single, dimmed } = self.remaining(light);
+            let RemainingRays { single, dimmed } = &mut self.remaining[kind_of(light)];
             // A ray that goes through its own shape meets at least that.
             let goes_through = context.has_transmission && point.leaving;
             if goes_through { dimmed.push(point, ray, color) } else { single.push(point, ray, color) }
@@ -184,24 +197,34 @@ impl<'a> GroupedLight<'a> {
             return;
         }
         self.find_lit(group, points, (index, light), count);
-        let Some(first) = self.lit.first() else { return };
-        let own = match &points[first.point].owner {
-            SurfaceOwner::Instance(path) => Some(&**path),
-            SurfaceOwner::Floor => None,
-        };
+        if self.lit.is_empty() {
+            return;
+        }
         let has_highlights = self.lit.iter().any(|lit| lit.specular != DVec3::ZERO);
         self.fill_blocks(points, index, count);
         let (blocks, radius) = (&mut self.blocks[..], light.radius as f32);
         self.arch.dispatch(SampleLight { blocks, radius, has_highlights });
+        self.list_samples(count);
+        let Some(first) = self.samples.first().map(|sample| &points[sample.point]) else { return };
+        shading.stats.rays.shadow += self.samples.len() as u64;
+        if first.leaving {
+            self.queue_dimmed(points, light);
+            return;
+        }
+        let own = match &first.owner {
+            SurfaceOwner::Instance(path) => Some(&**path),
+            SurfaceOwner::Floor => None,
+        };
         let (shaft, width) = self.shaft(points, light);
         let start = ShaftStart { own, width };
-        let is_found = self.context.scene.find_occluders(&shaft, start, &mut self.occluders);
-        if is_found && self.occluders.is_empty() {
-            self.add_unoccluded(points, count, shading);
-        } else if is_found {
-            self.add_past_occluders(points, light, count, shading);
+        if !self.context.scene.find_occluders(&shaft, start, &mut self.occluders) {
+            self.queue_single(points, light);
+        } else if self.occluders.is_empty() {
+            for sample in &self.samples {
+                shading.colors[points[sample.point].state.pixel] += sample.color;
+            }
         } else {
-            self.queue_single(points, light, count);
+            self.add_past_occluders(points, light, shading);
         }
     }
 
@@ -308,38 +331,18 @@ impl<'a> GroupedLight<'a> {
         (shaft, width)
     }
 
-    /// Adds all samples that face the light.
-    fn add_unoccluded(
-        &self,
-        points: &[SurfacePoint<'_>],
-        count: u32,
-        shading: &mut ShadingState<'_, '_>,
-    ) {
-        let mut at = 0;
-        for lit in &self.lit {
-            let (mut cos, mut highlight) = (0.0, 0.0);
-            for _ in 0..count {
-                let (block, lane) = (&self.blocks[at / BLOCK], at % BLOCK);
-                shading.stats.rays.shadow += u64::from(block.cos.0[lane] > 0.0);
-                cos += block.cos.0[lane];
-                highlight += block.highlight.0[lane];
-                at += 1;
-            }
-            let color = lit.diffuse * f64::from(cos) + lit.specular * f64::from(highlight);
-            shading.colors[points[lit.point].state.pixel] += color;
-        }
-    }
-
-    /// Calls a function with each sample that faces the light: its point, the direction to it and its unoccluded light.
-    fn for_each_sample(&self, count: u32, mut use_sample: impl FnMut(usize, DVec3, DVec3)) {
-        for (number, lit) in self.lit.iter().enumerate() {
+    /// Lists the samples that face the light and matter.
+    fn list_samples(&mut self, count: u32) {
+        let Self { samples, lit, blocks, least_light, .. } = self;
+        samples.clear();
+        for (number, lit) in lit.iter().enumerate() {
             for at in number * count as usize..(number + 1) * count as usize {
-                let (block, lane) = (&self.blocks[at / BLOCK], at % BLOCK);
+                let (block, lane) = (&blocks[at / BLOCK], at % BLOCK);
                 let (cos, highlight) = (f64::from(block.cos.0[lane]), f64::from(block.highlight.0[lane]));
-                if cos > 0.0 {
-                    let offset = block.offset.each_ref().map(|column| f64::from(column.0[lane]));
-                    let color = lit.diffuse * cos + lit.specular * highlight;
-                    use_sample(lit.point, lit.to_centre + DVec3::from_array(offset), color);
+                let color = lit.diffuse * cos + lit.specular * highlight;
+                if color.max_element() > *least_light {
+                    let offset = DVec3::from_array(block.offset.map(|column| f64::from(column.0[lane])));
+                    samples.push(Sample { point: lit.point, to_light: lit.to_centre + offset, color });
                 }
             }
         }
@@ -350,52 +353,54 @@ impl<'a> GroupedLight<'a> {
         &mut self,
         points: &[SurfacePoint<'_>],
         light: &Light,
-        count: u32,
         shading: &mut ShadingState<'_, '_>,
     ) {
-        let (mut rays, mut queued) = (std::mem::take(&mut self.rays), std::mem::take(&mut self.queued));
+        let Self { samples, rays, occluders, context, remaining, .. } = self;
+        let RemainingRays { dimmed, .. } = &mut remaining[kind_of(light)];
         rays.clear();
-        queued.clear();
-        self.for_each_sample(count, |index, direction, color| {
-            let point = &points[index];
-            rays.push(&Ray { origin: point.position, direction, origin_error: point.position_error });
-            queued.push(QueuedSample { point: index, color, is_dark: false });
-        });
-        shading.stats.rays.shadow += rays.len() as u64;
-        let (scene, end) = (self.context.scene, end_of(light));
+        for sample in &*samples {
+            let SurfacePoint { position, position_error, .. } = points[sample.point];
+            rays.push(&Ray { origin: position, direction: sample.to_light, origin_error: position_error });
+        }
+        let (scene, end) = (context.scene, end_of(light));
         let is_transparent =
             |occluder: &Occluder| transmits(scene.material_of(scene.primitive(occluder.primitive)));
-        self.occluders.sort_by_key(is_transparent);
+        occluders.sort_by_key(is_transparent);
         let (opaque, transparent) =
-            self.occluders.split_at(self.occluders.partition_point(|occluder| !is_transparent(occluder)));
-        scene.occlude_rays(opaque, end, &mut rays);
-        if !transparent.is_empty() {
-            for (i, sample) in queued.iter_mut().enumerate() {
-                sample.is_dark = !rays.is_open(i);
-            }
-            scene.occlude_rays(transparent, end, &mut rays);
-        }
-        let is_opaque_only = transparent.is_empty();
-        for (i, sample) in queued.iter().enumerate() {
+            occluders.split_at(occluders.partition_point(|occluder| !is_transparent(occluder)));
+        scene.occlude_rays(opaque, end, rays);
+        let after_opaque = if transparent.is_empty() { None } else { Some(rays.open()) };
+        scene.occlude_rays(transparent, end, rays);
+        for (i, sample) in samples.iter().enumerate() {
             let point = &points[sample.point];
             if rays.is_open(i) {
                 shading.colors[point.state.pixel] += sample.color;
-            } else if !is_opaque_only && !sample.is_dark {
-                self.remaining(light).dimmed.push(point, toward(point, rays.ray(i).direction), sample.color);
+            } else if after_opaque.as_ref().is_some_and(|open| open.is_open(i)) {
+                dimmed.push(point, toward(point, sample.to_light), sample.color);
             }
         }
-        (self.rays, self.queued) = (rays, queued);
     }
 
     /// Leaves the shadow rays to be traced through the scene.
-    fn queue_single(&mut self, points: &[SurfacePoint<'_>], light: &Light, count: u32) {
-        let mut remaining = std::mem::take(self.remaining(light));
-        self.for_each_sample(count, |index, direction, color| {
-            let point = &points[index];
-            remaining.single.push(point, toward(point, direction), color);
-        });
-        *self.remaining(light) = remaining;
+    fn queue_single(&mut self, points: &[SurfacePoint<'_>], light: &Light) {
+        for sample in &self.samples {
+            let point = &points[sample.point];
+            self.remaining[kind_of(light)].single.push(point, toward(point, sample.to_light), sample.color);
+        }
     }
+
+    /// Leaves shadow rays that go through their own shape.
+    fn queue_dimmed(&mut self, points: &[SurfacePoint<'_>], light: &Light) {
+        for sample in &self.samples {
+            let point = &points[sample.point];
+            self.remaining[kind_of(light)].dimmed.push(point, toward(point, sample.to_light), sample.color);
+        }
+    }
+}
+
+/// The index of a light's rays in [`GroupedLight::remaining`].
+fn kind_of(light: &Light) -> usize {
+    usize::from(light.position().is_none())
 }
 
 /// The t where the shadow rays to a light end.
@@ -403,15 +408,12 @@ fn end_of(light: &Light) -> f64 {
     if light.position().is_some() { 1.0 } else { f64::INFINITY }
 }
 
-/// Whether the shadow rays of a point may share a shaft: they leave its surface outwards, in clear air.
-fn is_groupable(point: &SurfacePoint<'_>) -> bool {
-    !point.leaving && !point.is_proxy() && !point.state.media.absorbs() && point.position.is_finite()
-}
-
-fn is_same_owner(a: &SurfaceOwner, b: &SurfaceOwner) -> bool {
-    match (a, b) {
+/// Whether two points lie on the same side of one surface.
+fn are_together(a: &SurfacePoint<'_>, b: &SurfacePoint<'_>) -> bool {
+    let is_same = match (&a.owner, &b.owner) {
         (SurfaceOwner::Instance(a), SurfaceOwner::Instance(b)) => Rc::ptr_eq(a, b) || a == b,
         (SurfaceOwner::Floor, SurfaceOwner::Floor) => true,
         (SurfaceOwner::Instance(_) | SurfaceOwner::Floor, _) => false,
-    }
+    };
+    is_same && a.leaving == b.leaving
 }

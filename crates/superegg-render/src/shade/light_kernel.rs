@@ -69,6 +69,8 @@ impl WithSimd for SampleLight<'_> {
         for block in self.blocks {
             if self.radius > 0.0 {
                 place_on_disc(simd, block, self.radius);
+            } else {
+                block.offset = LightBlock::EMPTY.offset;
             }
             reflect(simd, block, self.has_highlights);
         }
@@ -150,4 +152,64 @@ fn sin_cos_quarter<S: Simd>(simd: S, ratio: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     let cos = square.mul_add(cos, splat(1.0 / 24.0));
     let cos = square.mul_add(cos, splat(-0.5));
     (sin, square.mul_add(cos, splat(1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_geom::SplitMix;
+    use superegg_geom::glam::{DVec2, DVec3};
+    use superegg_simd::{Arch, Scalar};
+
+    use super::*;
+    use crate::camera::sobol::{SampleKey, disc};
+
+    #[test]
+    fn samples_are_those_of_f64() {
+        let mut random = SplitMix::new(9);
+        let mut vector = || DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0));
+        for case in 0..200u32 {
+            let (radius, exponent) = (0.1 + f64::from(case % 5), f64::from(case % 7) * 30.0);
+            let key = SampleKey::new((case, 7 * case), case).branch(3);
+            let mut block = LightBlock::EMPTY;
+            let points: Vec<[DVec3; 3]> = (0..BLOCK as u32)
+                .map(|i| {
+                    let at = i as usize;
+                    let (centre, normal, eye) = (10.0 * vector(), vector().normalize(), vector().normalize());
+                    (block.index[at], block.seed[at]) = key.index_and_seed(i, 16);
+                    for axis in 0..3 {
+                        block.to_centre[axis].0[at] = centre[axis] as f32;
+                        block.normal[axis].0[at] = normal[axis] as f32;
+                        block.to_eye[axis].0[at] = eye[axis] as f32;
+                    }
+                    block.exponent.0[at] = exponent as f32;
+                    [centre, normal, eye]
+                })
+                .collect();
+            let mut scalar = [block];
+            let mut lanes = [block];
+            let sample = |blocks: &mut [LightBlock], in_lanes: bool| {
+                let kernel = SampleLight { blocks, radius: radius as f32, has_highlights: true };
+                if in_lanes { Arch::new().dispatch(kernel) } else { kernel.with_simd(Scalar) }
+            };
+            sample(&mut lanes, true);
+            sample(&mut scalar, false);
+            for block in [&lanes[0], &scalar[0]] {
+                for (i, [centre, normal, eye]) in points.iter().enumerate() {
+                    let DVec2 { x, y } = radius * disc(key.point(i as u32, 16));
+                    let (across, down) = centre.normalize().any_orthonormal_pair();
+                    let to_light = (centre + x * across + y * down).normalize();
+                    let offset = DVec3::from_array(block.offset.map(|column| f64::from(column.0[i])));
+                    assert!((offset - (x * across + y * down)).length() < 1e-5 * radius, "{case} {i}");
+                    let cos = normal.dot(to_light).max(0.0);
+                    assert!((f64::from(block.cos.0[i]) - cos).abs() < 1e-5, "{case} {i}");
+                    let half = normal.dot((to_light + *eye).normalize()).max(0.0).powf(exponent);
+                    if cos > 1e-4 {
+                        assert!((f64::from(block.highlight.0[i]) - half).abs() < 1e-3, "{case} {i}");
+                    } else if cos == 0.0 {
+                        assert!(block.highlight.0[i] < 1e-4 || block.cos.0[i] > 0.0);
+                    }
+                }
+            }
+        }
+    }
 }

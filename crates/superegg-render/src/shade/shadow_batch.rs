@@ -81,7 +81,7 @@ pub(crate) fn add_transmitted(
         if batch.rays.is_empty() {
             return;
         }
-        let hits = context.scene.intersect_many_counted(&batch.rays, &mut shading.stats.coarsened);
+        let hits = context.scene.intersect_alike(&batch.rays, &mut shading.stats.coarsened);
         shading.stats.rays.shadow += hits.len() as u64;
         let mut next = ShadowBatch::default();
         for ((contribution, ray), hit) in batch.into_pairs().zip(hits) {

@@ -122,7 +122,7 @@ impl<'a> Wavefront<'a> {
     /// Traces the rays. Returns the points that they hit, in the order of the rays. Rays without a
     /// hit add the sky to the colours.
     pub(crate) fn trace(&mut self, shading: &mut ShadingState<'_, 'a>) -> Vec<SurfacePoint<'a>> {
-        let hits = self.context.scene.intersect_many_counted(&self.rays, &mut shading.stats.coarsened);
+        let hits = self.context.scene.intersect_alike(&self.rays, &mut shading.stats.coarsened);
         let mut points = Vec::with_capacity(hits.len());
         for ((ray, state), hit) in self.rays.drain(..).zip(self.states.drain(..)).zip(hits) {
             let (pixel, weight) = (state.pixel, state.weight);

@@ -184,6 +184,11 @@ impl CompiledScene {
         self.root.as_ref().map_or(0.0, |root| 2.0 * root.bounds.half_extent().length())
     }
 
+    /// No surface is farther from a point in the box.
+    pub(crate) fn reach_from(&self, origins: &Aabb) -> f64 {
+        self.root.as_ref().map_or(0.0, |root| 2.0 * root.bounds.union(origins).half_extent().length())
+    }
+
     /// The name of an instance: the root's name and the aliases down to the primitive, joined by `/`.
     pub fn path_name(&self, path: &InstancePath) -> String {
         let mut name = self.root_name.clone();

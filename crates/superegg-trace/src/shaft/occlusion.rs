@@ -64,13 +64,12 @@ impl ShaftRays {
         self.groups[index / ENTRY_LANES].open >> (index % ENTRY_LANES) & 1 == 1
     }
 
-    /// The number of rays that no shape has occluded.
-    pub fn open_count(&self) -> usize {
-        self.groups.iter().map(|group| group.open.count_ones() as usize).sum()
+    /// The rays that no shape has occluded so far.
+    pub fn open(&self) -> OpenRays {
+        OpenRays(self.groups.iter().map(|group| group.open as u8).collect())
     }
 
-    /// The ray of this index.
-    pub fn ray(&self, index: usize) -> Ray {
+    fn ray(&self, index: usize) -> Ray {
         let (group, lane) = (&self.groups[index / ENTRY_LANES], index % ENTRY_LANES);
         let vector = |rows: &[[f64; ENTRY_LANES]; 3]| DVec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
         Ray {
@@ -82,6 +81,17 @@ impl ShaftRays {
 
     fn close(&mut self, index: usize) {
         self.groups[index / ENTRY_LANES].open &= !(1 << (index % ENTRY_LANES));
+    }
+}
+
+/// The rays of [`ShaftRays`] that no shape had occluded at a time.
+#[derive(Clone, Debug)]
+pub struct OpenRays(Vec<u8>);
+
+impl OpenRays {
+    /// Whether the ray of this index was open.
+    pub fn is_open(&self, index: usize) -> bool {
+        self.0[index / ENTRY_LANES] >> (index % ENTRY_LANES) & 1 == 1
     }
 }
 
@@ -203,5 +213,99 @@ fn test_in_f64(scene: &CompiledScene, occluder: &Occluder, t_max: f64, rays: &mu
     let local = rays.ray(index).through(&occluder.unit_from_world);
     if shape.occluded(&local, occluder.start, t_max) {
         rays.close(index);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_geom::{Aabb, SplitMix};
+    use superegg_lang::load_text;
+
+    use super::super::hull::Shaft;
+    use super::super::occluders::ShaftStart;
+    use super::*;
+    use crate::ray::query::{SurfaceStart, TraceRay};
+
+    /// A fractal of overlapping shapes, some of them not convex, with sheared and mirrored children.
+    const FRACTAL: &str = "prm ball\nexp 1 .4\ncoeff .2 .3 .1\nprm star\nexp 3 2.5\ncoeff .3 .2 .3\n\
+        obj all\nap ball\nap star\nxs .3 .2 .1\nao all a\nrs 1 2 3 40\nss .8 .8 .8\nxs .6 0 0\n\
+        ao all b\nrs 2 1 0 70\nss .8 .7 -.8\nxs -.6 .2 0\nao all c\nss .6 .6 .6\nxs 0 -1.2 .4\n";
+
+    fn vector(random: &mut SplitMix) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0))
+    }
+
+    #[test]
+    fn rays_in_a_shaft_are_occluded_as_in_the_scene() {
+        let (session, diagnostics) = load_text("shaft.scn", FRACTAL);
+        assert!(diagnostics.is_empty(), "{diagnostics:?}");
+        let scene = CompiledScene::compile(session.scene(), Some("all"), 4);
+        let mut random = SplitMix::new(11);
+        let (mut empty, mut few, mut many, mut occluded, mut on_surfaces) = (0, 0, 0, 0, 0);
+        let (mut found, mut rays) = (Vec::new(), ShaftRays::default());
+        for case in 0..1_500 {
+            // From points of a surface, or from free ones.
+            let free = 2.5 * vector(&mut random);
+            let hit = scene.intersect(&Ray::new(free, -free + 0.5 * vector(&mut random)).into());
+            let surface = hit.filter(|hit| case % 2 == 0 && !hit.leaving).map(|hit| scene.interaction(&hit));
+            let (origin, error) =
+                surface.as_ref().map_or((free, 0.0), |surface| (surface.position, surface.position_error));
+            let spread = if surface.is_some() { 0.0 } else { 0.2 };
+            let target = 3.0 * vector(&mut random);
+            let is_sun = case % 3 == 0;
+            let (mut given, radius) = (Vec::new(), 0.3 * random.unit());
+            for _ in 0..13 {
+                let origin = origin + spread * vector(&mut random);
+                let to = target + radius * vector(&mut random);
+                let direction = if is_sun { to } else { to - origin };
+                if surface.as_ref().is_none_or(|surface| surface.normal.dot(direction) > 0.0) {
+                    given.push(Ray { origin, direction, origin_error: error });
+                }
+            }
+            let around = |center: DVec3, half: f64| Aabb::around(center, DVec3::splat(half));
+            let origins = around(origin, spread + error);
+            let shaft = if is_sun {
+                Shaft::along(&origins, &around(target, radius))
+            } else {
+                Shaft::between(&origins, &around(target, radius))
+            };
+            let own = surface.as_ref().map(|surface| &surface.path);
+            on_surfaces += u32::from(own.is_some());
+            if !scene.find_occluders(&shaft, ShaftStart { own, width: 0.0 }, &mut found) {
+                many += 1;
+                continue;
+            }
+            *if found.is_empty() { &mut empty } else { &mut few } += 1;
+            rays.clear();
+            given.iter().for_each(|ray| rays.push(ray));
+            let end = if is_sun { f64::INFINITY } else { 1.0 };
+            scene.occlude_rays(&found, end, &mut rays);
+            for (index, ray) in given.iter().enumerate() {
+                let start = own.and_then(|own| SurfaceStart::of(own.clone(), RayStart::SurfaceOutward));
+                let expected = scene.occluded(&TraceRay::new(*ray).with_start(start), end);
+                assert_eq!(rays.is_open(index), !expected, "case {case}: {ray:?}");
+                occluded += u32::from(expected);
+            }
+        }
+        assert!(empty > 100 && few > 300 && many > 10 && occluded > 500 && on_surfaces > 100,
+            "{empty} {few} {many} {occluded} {on_surfaces}");
+    }
+
+    #[test]
+    fn groups_that_a_wide_ray_does_not_open_end_the_search() {
+        let (session, _) = load_text("shaft.scn", FRACTAL);
+        let scene = CompiledScene::compile(session.scene(), Some("all"), 12);
+        let shaft = Shaft::between(
+            &Aabb::around(DVec3::new(0.0, 0.0, 3.0), DVec3::splat(0.01)),
+            &Aabb::around(DVec3::new(0.0, 0.0, -3.0), DVec3::splat(0.01)),
+        );
+        let mut found = Vec::new();
+        assert!(!scene.find_occluders(&shaft, ShaftStart { own: None, width: 1e3 }, &mut found));
+        let beside = Shaft::between(
+            &Aabb::around(DVec3::new(40.0, 0.0, 3.0), DVec3::splat(0.01)),
+            &Aabb::around(DVec3::new(40.0, 0.0, -3.0), DVec3::splat(0.01)),
+        );
+        assert!(scene.find_occluders(&beside, ShaftStart { own: None, width: 1e3 }, &mut found));
+        assert!(found.is_empty());
     }
 }
