@@ -11,6 +11,7 @@ pub(crate) mod medium;
 pub(crate) mod pattern;
 pub(crate) mod phong;
 pub(crate) mod point;
+pub(crate) mod point_groups;
 pub(crate) mod shadow_batch;
 pub(crate) mod state;
 pub(crate) mod surfaces;

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU32;
 
-use crate::superquadric::Convex;
+use crate::superquadric::{Convex, Superquadric};
 
 /// A power, with the two values that have formulas of their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,7 @@ pub(super) fn lane_power(p: f64) -> f32 {
     p.min(1e9) as f32
 }
 
-/// The powers of a convex shape for [`super::stream`]: p = 2/e and q = 2/n, at least 1 and at most 1e9.
+/// The powers of a shape for [`super::stream`]: p = 2/e and q = 2/n, at most 1e9; at least 1 for a convex shape.
 ///
 /// `Option<LanePowers>` is no larger than two f32: p is stored by its bits, which are not 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,6 +47,11 @@ pub struct LanePowers {
 impl LanePowers {
     /// The powers of a shape.
     pub fn of(shape: &Convex) -> Self {
+        Self::of_any(shape)
+    }
+
+    /// The powers of a shape of any exponents, for the search of [`super::stream`]; at most 1e9.
+    pub fn of_any(shape: &Superquadric) -> Self {
         let norm = shape.norm();
         let p_bits = NonZeroU32::new(lane_power(norm.xy.p).to_bits()).unwrap_or(NonZeroU32::MIN);
         Self { p_bits, q: lane_power(norm.rz.p) }

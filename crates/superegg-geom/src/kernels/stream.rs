@@ -7,6 +7,7 @@
 
 mod boxes;
 mod entry;
+mod search;
 mod solve;
 
 pub use boxes::{BoxRay, ListedRay, NodeEntries, intersect_boxes};

@@ -191,8 +191,7 @@ impl WithSimd for ShadePacket<'_> {
             for axis in 0..3 {
                 half[axis] = half[axis] - ray[axis] * to_eye;
             }
-            let highlight =
-                lane(&materials.specular) * blinn_power(normal, half, lane(&materials.exponent));
+            let highlight = lane(&materials.specular) * blinn_power(normal, half, lane(&materials.exponent));
             let falloff = one / splat(light.falloff).mul_add(dot(offset, offset), one);
             for (axis, diffuse) in materials.diffuse.iter().enumerate() {
                 let color = splat(light.color[axis]) * falloff * lane(diffuse).mul_add(cos, highlight);

@@ -9,8 +9,8 @@ use crate::render::primary_hits::PrimaryPoints;
 use crate::render::shadow_queue::ShadowQueue;
 use crate::shade::context::RenderContext;
 use crate::shade::light_sample::{LightSample, toward, unoccluded_light};
-use crate::shade::shadow_batch::ShadowBatch;
 use crate::shade::point::SurfacePoint;
+use crate::shade::shadow_batch::ShadowBatch;
 
 /// The queued shadow rays of points. They follow the rays of lanes in the [`ShadowQueue`].
 #[derive(Default)]

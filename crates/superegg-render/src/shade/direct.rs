@@ -22,12 +22,9 @@ pub(crate) fn add_light<'l>(
     is_first: bool,
     shading: &mut ShadingState<'_, '_>,
 ) {
-    let mut grouped = GroupedLight::new(context, is_first);
-    for points in points.chunks(GroupedLight::MOST_POINTS) {
-        grouped.start(points);
-        for (index, light) in lights.clone() {
-            grouped.add_light(points, (index, light), shading);
-        }
+    let mut grouped = GroupedLight::new(context, points, is_first);
+    for (index, light) in lights.clone() {
+        grouped.add_light(points, (index, light), shading);
     }
     for (end, rays) in grouped.into_rays() {
         add_unoccluded(context, rays.single, end, shading);

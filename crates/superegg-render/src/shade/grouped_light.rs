@@ -4,8 +4,6 @@
 //! for which one search of the scene finds the shapes that may occlude them: usually none, and all samples are unoccluded.
 //! Otherwise the rays are tested against these shapes alone.
 
-use std::rc::Rc;
-
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Ray};
 use superegg_scene::{Light, Picture};
@@ -17,6 +15,7 @@ use crate::shade::lane_math::MOST_EXPONENT;
 use crate::shade::light_kernel::{BLOCK, LightBlock, SampleLight};
 use crate::shade::light_sample::{LIGHTS, LightSample, toward, unoccluded_light};
 use crate::shade::point::{SurfaceOwner, SurfacePoint};
+use crate::shade::point_groups::PointGroups;
 use crate::shade::shadow_batch::ShadowBatch;
 use crate::shade::state::ShadingState;
 
@@ -29,16 +28,13 @@ pub(crate) struct RemainingRays {
     pub(crate) dimmed: ShadowBatch,
 }
 
-/// Adds direct light to surface points, with memory for one chunk of points after the other.
+/// Adds direct light to surface points, with memory for one group after the other.
 pub(crate) struct GroupedLight<'a> {
     context: RenderContext<'a>,
     /// Whether the points are first hits, which get several samples of each area light.
     is_first: bool,
     arch: Arch,
-    /// For each group the indices of its points in the chunk. Further lists are empty, and kept for their memory.
-    groups: Vec<Vec<usize>>,
-    /// The points that are lit one by one.
-    single: Vec<usize>,
+    groups: PointGroups,
     blocks: Vec<LightBlock>,
     lit: Vec<LitPoint>,
     occluders: Vec<Occluder>,
@@ -53,7 +49,7 @@ pub(crate) struct GroupedLight<'a> {
 /// A point that a light may reach.
 #[derive(Clone, Copy, Debug)]
 struct LitPoint {
-    /// The index in the chunk.
+    /// The index of the point.
     point: usize,
     /// From the point to the centre of the light, which is a unit vector for a sun.
     to_centre: DVec3,
@@ -65,7 +61,7 @@ struct LitPoint {
 /// A sample of a light.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
-    /// The index of the point in the chunk.
+    /// The index of the point.
     point: usize,
     /// From the point to the sample.
     to_light: DVec3,
@@ -85,16 +81,13 @@ const F32_RANGE: std::ops::Range<f64> = 1e-12..1e12;
 const MARGIN: f64 = 1.001;
 
 impl<'a> GroupedLight<'a> {
-    /// The most points that are grouped at a time.
-    pub(crate) const MOST_POINTS: usize = 32;
-
-    pub(crate) fn new(context: RenderContext<'a>, is_first: bool) -> Self {
+    /// For all points that are given to [`GroupedLight::add_light`].
+    pub(crate) fn new(context: RenderContext<'a>, points: &[SurfacePoint<'_>], is_first: bool) -> Self {
         Self {
             context,
             is_first,
             arch: Arch::new(),
-            groups: Vec::new(),
-            single: Vec::new(),
+            groups: PointGroups::of(points, |point| is_groupable(&context, point)),
             blocks: Vec::new(),
             lit: Vec::new(),
             occluders: Vec::new(),
@@ -110,48 +103,19 @@ impl<'a> GroupedLight<'a> {
         [1.0, f64::INFINITY].into_iter().zip(self.remaining)
     }
 
-    /// Groups at most [`GroupedLight::MOST_POINTS`] points by the surfaces that they lie on.
-    pub(crate) fn start(&mut self, points: &[SurfacePoint<'_>]) {
-        self.groups.iter_mut().for_each(Vec::clear);
-        self.single.clear();
-        for (index, point) in points.iter().enumerate() {
-            if !self.is_groupable(point) {
-                self.single.push(index);
-                continue;
-            }
-            let is_same = |group: &&mut Vec<usize>| {
-                group.first().is_none_or(|first| are_together(&points[*first], point))
-            };
-            match self.groups.iter_mut().find(is_same) {
-                Some(group) => group.push(index),
-                None => self.groups.push(vec![index]),
-            }
-        }
-    }
-
-    /// Adds the light of one source to the points given to [`GroupedLight::start`].
+    /// Adds the light of one source to the points given to [`GroupedLight::new`].
     pub(crate) fn add_light(
         &mut self,
         points: &[SurfacePoint<'_>],
         (index, light): (u32, &Light),
         shading: &mut ShadingState<'_, '_>,
     ) {
-        for i in 0..self.single.len() {
-            self.sample_single(&points[self.single[i]], (index, light));
+        for i in 0..self.groups.single().len() {
+            self.sample_single(&points[self.groups.single()[i]], (index, light));
         }
         for group in 0..self.groups.len() {
-            if !self.groups[group].is_empty() {
-                self.light_group(group, points, (index, light), shading);
-            }
+            self.light_group(group, points, (index, light), shading);
         }
-    }
-
-    /// Whether the shadow rays of a point may share a shaft: they leave its surface in clear air, or they go through its
-    /// shape, which transmits light, and need none.
-    fn is_groupable(&self, point: &SurfacePoint<'_>) -> bool {
-        let is_clear = point.leaving && self.context.has_transmission;
-        let is_outside = !point.leaving && !point.state.media.absorbs();
-        (is_clear || is_outside) && !point.is_proxy() && point.position.is_finite()
     }
 
     /// The number of samples of a light.
@@ -191,8 +155,8 @@ impl<'a> GroupedLight<'a> {
     ) {
         let count = self.sample_count(light);
         if !(self.fits_lanes(light) && self.is_clear_of_floor(group, points, light)) {
-            for i in 0..self.groups[group].len() {
-                self.sample_single(&points[self.groups[group][i]], (index, light));
+            for i in 0..self.groups.get(group).len() {
+                self.sample_single(&points[self.groups.get(group)[i]], (index, light));
             }
             return;
         }
@@ -236,17 +200,17 @@ impl<'a> GroupedLight<'a> {
     /// Whether no shadow ray of the group crosses the floor.
     fn is_clear_of_floor(&self, group: usize, points: &[SurfacePoint<'_>], light: &Light) -> bool {
         let Some(ground) = self.context.ground else { return true };
-        if points[self.groups[group][0]].is_on_floor() {
+        if self.groups.get(group).iter().all(|&i| points[i].is_on_floor()) {
             return true;
         }
         let height = |point: DVec3| ground.height_of(point);
         let least =
-            self.groups[group].iter().map(|&i| height(points[i].position)).fold(f64::INFINITY, f64::min);
+            self.groups.get(group).iter().map(|&i| height(points[i].position)).fold(f64::INFINITY, f64::min);
         let of_light = match light.position() {
             Some(position) => height(position) - MARGIN * light.radius,
-            None => light.direction_from(DVec3::ZERO).map_or(-1.0, |direction| {
-                direction.dot(ground.up()) - MARGIN * light.radius
-            }),
+            None => light
+                .direction_from(DVec3::ZERO)
+                .map_or(-1.0, |direction| direction.dot(ground.up()) - MARGIN * light.radius),
         };
         least > 0.0 && of_light > 0.0
     }
@@ -260,8 +224,8 @@ impl<'a> GroupedLight<'a> {
         count: u32,
     ) {
         self.lit.clear();
-        for i in 0..self.groups[group].len() {
-            let index = self.groups[group][i];
+        for i in 0..self.groups.get(group).len() {
+            let index = self.groups.get(group)[i];
             let point = &points[index];
             let Some(LightSample { direction, color, .. }) = LightSample::to_centre(light, point.position)
             else {
@@ -408,12 +372,10 @@ fn end_of(light: &Light) -> f64 {
     if light.position().is_some() { 1.0 } else { f64::INFINITY }
 }
 
-/// Whether two points lie on the same side of one surface.
-fn are_together(a: &SurfacePoint<'_>, b: &SurfacePoint<'_>) -> bool {
-    let is_same = match (&a.owner, &b.owner) {
-        (SurfaceOwner::Instance(a), SurfaceOwner::Instance(b)) => Rc::ptr_eq(a, b) || a == b,
-        (SurfaceOwner::Floor, SurfaceOwner::Floor) => true,
-        (SurfaceOwner::Instance(_) | SurfaceOwner::Floor, _) => false,
-    };
-    is_same && a.leaving == b.leaving
+/// Whether the shadow rays of a point may share a shaft: they leave its surface in clear air, or they go through its shape,
+/// which transmits light, and need none.
+fn is_groupable(context: &RenderContext<'_>, point: &SurfacePoint<'_>) -> bool {
+    let is_clear = point.leaving && context.has_transmission;
+    let is_outside = !point.leaving && !point.state.media.absorbs();
+    (is_clear || is_outside) && !point.is_proxy() && point.position.is_finite()
 }

@@ -124,4 +124,3 @@ pub(crate) fn add_transmitted(
         batch = next;
     }
 }
-

@@ -63,7 +63,8 @@ impl<'a> Wavefront<'a> {
             sharp += weights.transmitted * refracted.map_or(1.0, |(_, reflectance)| reflectance);
             if let Some((direction, reflectance)) = refracted {
                 let share = weights.transmitted * (1.0 - reflectance) * point.albedo.map(f64::sqrt);
-                shading.stats.rays.refraction += self.follow(point, direction, share, TRANSMITTED, beyond, shading);
+                shading.stats.rays.refraction +=
+                    self.follow(point, direction, share, TRANSMITTED, beyond, shading);
             }
         }
         let mirrored = phong::mirror(-point.to_eye, normal);
@@ -113,7 +114,14 @@ impl<'a> Wavefront<'a> {
 
     /// Ends a path. It receives the sky, so that clear glass and mirrors lose no energy. Inside an
     /// absorbing medium it receives nothing.
-    fn terminate(&self, media: &Media, direction: DVec3, pixel: usize, weight: DVec3, shading: &mut ShadingState<'_, 'a>) {
+    fn terminate(
+        &self,
+        media: &Media,
+        direction: DVec3,
+        pixel: usize,
+        weight: DVec3,
+        shading: &mut ShadingState<'_, 'a>,
+    ) {
         if !media.absorbs() {
             shading.colors[pixel] += weight * self.context.sky(direction);
         }
@@ -122,7 +130,13 @@ impl<'a> Wavefront<'a> {
     /// Traces the rays. Returns the points that they hit, in the order of the rays. Rays without a
     /// hit add the sky to the colours.
     pub(crate) fn trace(&mut self, shading: &mut ShadingState<'_, 'a>) -> Vec<SurfacePoint<'a>> {
-        let hits = self.context.scene.intersect_alike(&self.rays, &mut shading.stats.coarsened);
+        let (scene, coarsened) = (self.context.scene, &mut shading.stats.coarsened);
+        // Camera rays are alike too, but few of their shafts are empty.
+        let hits = if self.bounces == 0 {
+            scene.intersect_many_counted(&self.rays, coarsened)
+        } else {
+            scene.intersect_alike(&self.rays, coarsened)
+        };
         let mut points = Vec::with_capacity(hits.len());
         for ((ray, state), hit) in self.rays.drain(..).zip(self.states.drain(..)).zip(hits) {
             let (pixel, weight) = (state.pixel, state.weight);

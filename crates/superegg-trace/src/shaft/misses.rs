@@ -1,18 +1,24 @@
 //! Rays that leave one surface together and hit nothing.
 
+use std::collections::HashMap;
+
+use foldhash::fast::RandomState;
 use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 
 use super::hull::Shaft;
 use super::occluders::{Occluder, ShaftStart};
 use crate::ray::limits::Coarsened;
-use crate::ray::query::{Hit, Side, TraceRay};
+use crate::ray::query::{Hit, Side, SurfaceStart, TraceRay};
 use crate::scene::compiled::CompiledScene;
+use crate::scene::path::InstancePath;
 
-/// Groups are made of this many neighbouring rays.
+/// The most rays of a group.
 const NEIGHBOURS: usize = 64;
 /// Smaller groups are not split.
 const LEAST_SPLIT: usize = 16;
+/// Halves of a shaft with more shapes are seldom empty.
+const MOST_SPLIT: usize = 2;
 /// Smaller groups cost more than their rays.
 const LEAST_GROUP: usize = 4;
 
@@ -21,22 +27,8 @@ impl CompiledScene {
     /// leave one surface through an empty shaft are not traced.
     pub fn intersect_alike(&self, rays: &[TraceRay], coarsened: &mut Coarsened) -> Vec<Option<Hit>> {
         let mut finder = MissFinder { scene: self, found: Vec::new(), misses: vec![false; rays.len()] };
-        let mut groups: Vec<Vec<usize>> = Vec::new();
-        for first in (0..rays.len()).step_by(NEIGHBOURS) {
-            groups.iter_mut().for_each(Vec::clear);
-            for index in first..rays.len().min(first + NEIGHBOURS) {
-                let ray = &rays[index];
-                if ray.start.as_ref().is_some_and(|start| start.side == Side::Inward) {
-                    continue;
-                }
-                let is_same =
-                    |group: &&mut Vec<usize>| group.first().is_none_or(|&first| rays[first].start == ray.start);
-                match groups.iter_mut().find(is_same) {
-                    Some(group) => group.push(index),
-                    None => groups.push(vec![index]),
-                }
-            }
-            groups.iter().for_each(|group| finder.test(rays, group));
+        for group in by_start(rays).iter().flat_map(|indices| indices.chunks(NEIGHBOURS)) {
+            finder.test(rays, group);
         }
         let misses = finder.misses;
         if !misses.contains(&true) {
@@ -47,6 +39,30 @@ impl CompiledScene {
         let mut hits = self.intersect_many_counted(&traced, coarsened).into_iter();
         misses.into_iter().map(|is_miss| if is_miss { None } else { hits.next().flatten() }).collect()
     }
+}
+
+/// The indices of the rays that leave each surface outwards, and of those that start on none.
+fn by_start(rays: &[TraceRay]) -> Vec<Vec<usize>> {
+    let mut surfaces: HashMap<Option<&InstancePath>, usize, RandomState> = HashMap::default();
+    let mut by_surface: Vec<Vec<usize>> = Vec::new();
+    let mut last = None;
+    for (index, ray) in rays.iter().enumerate() {
+        let path = match &ray.start {
+            Some(SurfaceStart { side: Side::Inward, .. }) => continue,
+            Some(SurfaceStart { side: Side::Outward, path }) => Some(path),
+            None => None,
+        };
+        let surface = match last {
+            Some((last_path, surface)) if last_path == path => surface,
+            _ => *surfaces.entry(path).or_insert_with(|| {
+                by_surface.push(Vec::new());
+                by_surface.len() - 1
+            }),
+        };
+        last = Some((path, surface));
+        by_surface[surface].push(index);
+    }
+    by_surface
 }
 
 struct MissFinder<'s> {
@@ -78,11 +94,10 @@ impl MissFinder<'_> {
         let width = width + spread * self.scene.reach_from(&origins);
         let own = rays[first].start.as_ref().map(|start| &start.path);
         let shaft = Shaft::along(&origins, &directions);
-        let is_complete =
-            self.scene.find_occluders(&shaft, ShaftStart { own, width }, &mut self.found);
+        let is_complete = self.scene.find_occluders(&shaft, ShaftStart { own, width }, &mut self.found);
         if is_complete && self.found.is_empty() {
             group.iter().for_each(|&index| self.misses[index] = true);
-        } else if group.len() >= 2 * LEAST_SPLIT {
+        } else if is_complete && self.found.len() <= MOST_SPLIT && group.len() >= 2 * LEAST_SPLIT {
             let (one, other) = group.split_at(group.len() / 2);
             self.test(rays, one);
             self.test(rays, other);

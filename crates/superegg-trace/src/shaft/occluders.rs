@@ -1,8 +1,9 @@
 //! The shapes in a shaft.
 
+use smallvec::SmallVec;
+use superegg_geom::RayStart;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::kernels::LanePowers;
-use superegg_geom::RayStart;
 
 use super::hull::{HalfSpace, HalfSpaces, Shaft};
 use crate::ray::footprint::Footprint;
@@ -21,8 +22,8 @@ const MOST_OCCLUDERS: usize = 16;
 pub struct Occluder {
     /// From the world to the space of the unit shape.
     pub(crate) unit_from_world: DAffine3,
-    /// The powers of the shape; `None` if it is not convex.
-    pub(crate) powers: Option<LanePowers>,
+    pub(crate) powers: LanePowers,
+    pub(crate) is_convex: bool,
     /// The index of the primitive.
     pub primitive: u32,
     /// How the rays start on this shape.
@@ -45,12 +46,13 @@ impl CompiledScene {
         found.clear();
         let Some(root) = self.root.as_deref() else { return true };
         let path = InstancePath::default();
-        let mut search = Search { start, found, path, nodes_left: MOST_NODES };
+        let mut search = Search { scene: self, start, found, path, nodes_left: MOST_NODES };
         search.visit(root, &shaft.sides, &DAffine3::IDENTITY, 1.0).is_some()
     }
 }
 
 struct Search<'p, 'f> {
+    scene: &'p CompiledScene,
     start: ShaftStart<'p>,
     found: &'f mut Vec<Occluder>,
     path: InstancePath,
@@ -68,7 +70,7 @@ impl Search<'_, '_> {
         stretch: f64,
     ) -> Option<()> {
         let tree_sides = TreeSides::of(sides, group);
-        let mut pending = smallvec::SmallVec::<[u32; 32]>::from_slice(&[0]);
+        let mut pending = SmallVec::<[u32; 32]>::from_slice(&[0]);
         while let Some(node) = pending.pop() {
             self.nodes_left = self.nodes_left.checked_sub(1)?;
             let node = &group.nodes[node as usize];
@@ -114,9 +116,12 @@ impl Search<'_, '_> {
         if self.found.len() == MOST_OCCLUDERS {
             return None;
         }
+        let shape = || self.scene.primitives[leaf.primitive as usize].unit_shape();
+        let powers = leaf.lane_powers.unwrap_or_else(|| LanePowers::of_any(&shape()));
         self.found.push(Occluder {
             unit_from_world: leaf.unit_from_group * *group_from_world,
-            powers: leaf.lane_powers,
+            powers,
+            is_convex: leaf.lane_powers.is_some(),
             primitive: leaf.primitive,
             start: if is_own { RayStart::SurfaceOutward } else { RayStart::Free },
         });
@@ -148,7 +153,7 @@ fn is_outside(leaf: &Leaf, sides: &[HalfSpace]) -> bool {
 }
 
 /// The sides of a shaft in the space of a group's tree, in f32. The largest component of each normal is 1.
-struct TreeSides(smallvec::SmallVec<[[f32; 4]; super::hull::MOST_SIDES]>);
+struct TreeSides(SmallVec<[[f32; 4]; super::hull::MOST_SIDES]>);
 
 /// Twice the relative rounding error of a sum of four products.
 const ROUNDING: f32 = 1e-6;
@@ -156,18 +161,21 @@ const ROUNDING: f32 = 1e-6;
 impl TreeSides {
     fn of(sides: &[HalfSpace], group: &Group) -> Self {
         let space = &group.space;
-        let convert = |side: &HalfSpace| {
-            let size = side.normal.abs().max_element();
-            let normal = side.normal / size;
-            let offset = side.offset / size;
-            let terms = offset.abs() + normal.abs().dot(space.center.abs());
-            let offset = (offset - normal.dot(space.center) + 16.0 * f64::EPSILON * terms) * space.scale;
-            let DVec3 { x, y, z } = normal;
+        let mut converted = SmallVec::new();
+        for side in sides {
+            let scale = side.normal.abs().max_element().recip();
+            let DVec3 { x, y, z } = scale * side.normal;
+            let offset = side.offset - side.normal.dot(space.center);
+            let rounding =
+                16.0 * f64::EPSILON * (side.offset.abs() + side.normal.abs().dot(space.center.abs()));
+            let offset = ((offset + rounding) * (scale * space.scale)) as f32;
+            let side = [x as f32, y as f32, z as f32, offset + ROUNDING * offset.abs()];
             // Where a number leaves the range of f32 the side is left out.
-            let side = [x as f32, y as f32, z as f32, offset as f32 + ROUNDING * offset.abs() as f32];
-            side.iter().all(|x| x.is_finite()).then_some(side)
-        };
-        Self(sides.iter().filter_map(convert).collect())
+            if side.iter().all(|x| x.is_finite()) {
+                converted.push(side);
+            }
+        }
+        Self(converted)
     }
 
     /// The children of a node whose boxes may meet the shaft, one bit each.
@@ -176,7 +184,8 @@ impl TreeSides {
         let mut outside = [false; WIDTH];
         for [x, y, z, offset] in &self.0 {
             // The corner of each box that is deepest inside.
-            let column = |axis: usize, component: f32| &node.bounds[if component > 0.0 { axis } else { axis + 3 }];
+            let column =
+                |axis: usize, component: f32| &node.bounds[if component > 0.0 { axis } else { axis + 3 }];
             let (xs, ys, zs) = (column(0, *x), column(1, *y), column(2, *z));
             for child in 0..WIDTH {
                 let (x, y, z) = (x * xs[child], y * ys[child], z * zs[child]);

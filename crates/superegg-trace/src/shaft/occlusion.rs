@@ -1,6 +1,7 @@
 //! Shadow rays against the few shapes in their shaft.
 
 use superegg_geom::glam::DVec3;
+use superegg_geom::kernels::LanePowers;
 use superegg_geom::kernels::stream::{
     END, ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
 };
@@ -131,7 +132,8 @@ impl WithSimd for Occlude<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { scene, occluders, t_max, rays } = self;
-        let mut queue = Queue { lanes: StreamLanes::default(), rays: smallvec::SmallVec::new() };
+        let mut convex = Queue::new(true);
+        let mut others = Queue::new(false);
         let mut entries = ShapeEntries::default();
         for (number, occluder) in occluders.iter().enumerate() {
             for group in 0..rays.groups.len() {
@@ -147,36 +149,60 @@ impl WithSimd for Occlude<'_> {
                         continue;
                     }
                     let ray = group * ENTRY_LANES + lane;
-                    match occluder.powers {
-                        Some(powers) if kind != EntryKind::Unresolved && occluder.start == RayStart::Free => {
-                            let entry = entries.get(lane);
-                            let ShapeEntry { t_entry, t_per_s, length, .. } = entry;
-                            let exit =
-                                (kind == EntryKind::Inside).then_some(t_entry + f64::from(length) * t_per_s);
-                            queue.lanes.set(queue.rays.len(), powers, &entry, false);
-                            let (ray, occluder) = (ray as u32, number as u32);
-                            queue.rays.push(Queued { ray, occluder, t_entry, t_per_s, exit });
-                        }
-                        Some(_) | None => test_in_f64(scene, occluder, t_max, rays, ray),
+                    if kind == EntryKind::Unresolved || occluder.start != RayStart::Free {
+                        test_in_f64(scene, occluder, t_max, rays, ray);
+                        continue;
                     }
+                    let entry = entries.get(lane);
+                    let ShapeEntry { t_entry, t_per_s, length, .. } = entry;
+                    let exit = (kind == EntryKind::Inside).then_some(t_entry + f64::from(length) * t_per_s);
+                    let (ray, number) = (ray as u32, number as u32);
+                    let queued = Queued { ray, occluder: number, t_entry, t_per_s, exit };
+                    let queue = if occluder.is_convex { &mut convex } else { &mut others };
+                    queue.push(occluder.powers, &entry, queued);
                 }
-                if queue.rays.len() > STREAM_LANES - ENTRY_LANES {
-                    queue.solve(simd, scene, occluders, t_max, rays);
+                for queue in [&mut convex, &mut others] {
+                    if queue.is_full() {
+                        queue.run(simd, scene, occluders, t_max, rays);
+                    }
                 }
             }
         }
-        queue.solve(simd, scene, occluders, t_max, rays);
+        convex.run(simd, scene, occluders, t_max, rays);
+        others.run(simd, scene, occluders, t_max, rays);
     }
 }
 
+/// Rays that wait for a kernel.
 struct Queue {
+    /// Whether the shapes are convex.
+    is_convex: bool,
     lanes: StreamLanes,
     rays: smallvec::SmallVec<[Queued; STREAM_LANES]>,
+    answers: StreamHits,
 }
 
 impl Queue {
+    fn new(is_convex: bool) -> Self {
+        let (lanes, answers) = (StreamLanes::default(), StreamHits::default());
+        Self { is_convex, lanes, rays: smallvec::SmallVec::new(), answers }
+    }
+
     #[inline(always)]
-    fn solve<S: Simd>(
+    fn push(&mut self, powers: LanePowers, entry: &ShapeEntry, ray: Queued) {
+        self.lanes.set(self.rays.len(), powers, entry, false);
+        self.rays.push(ray);
+    }
+
+    /// Whether the next eight rays might not fit.
+    #[inline(always)]
+    fn is_full(&self) -> bool {
+        self.rays.len() > STREAM_LANES - ENTRY_LANES
+    }
+
+    /// Closes the rays that the kernel finds occluded, and tests those that it leaves open in f64.
+    #[inline(always)]
+    fn run<S: Simd>(
         &mut self,
         simd: S,
         scene: &CompiledScene,
@@ -184,10 +210,14 @@ impl Queue {
         t_max: f64,
         rays: &mut ShaftRays,
     ) {
-        let Self { lanes, rays: queued } = self;
-        let mut answers = StreamHits::default();
-        lanes.clear_from(queued.len());
-        lanes.occluded(simd, queued.len(), &mut answers);
+        let Self { is_convex, lanes, rays: queued, answers } = self;
+        let count = queued.len();
+        lanes.clear_from(count);
+        if *is_convex {
+            lanes.occluded(simd, count, answers)
+        } else {
+            lanes.enters(simd, count, answers)
+        }
         for lane in bits(answers.found | answers.unresolved) {
             let Queued { ray, occluder, t_entry, t_per_s, exit } = queued[lane];
             let (ray, length) = (ray as usize, answers.s[lane]);
@@ -287,8 +317,10 @@ mod tests {
                 occluded += u32::from(expected);
             }
         }
-        assert!(empty > 100 && few > 300 && many > 10 && occluded > 500 && on_surfaces > 100,
-            "{empty} {few} {many} {occluded} {on_surfaces}");
+        assert!(
+            empty > 100 && few > 300 && many > 10 && occluded > 500 && on_surfaces > 100,
+            "{empty} {few} {many} {occluded} {on_surfaces}"
+        );
     }
 
     #[test]

@@ -62,6 +62,8 @@ pub(super) struct LeafQueues<'s> {
     outside: SolverQueue<'s>,
     /// Rays that start in the box.
     inside: SolverQueue<'s>,
+    /// Rays to shapes that are not convex.
+    not_convex: SolverQueue<'s>,
     answers: StreamHits,
     /// Whether the queues are to be flushed.
     pub(super) must_flush: bool,
@@ -74,13 +76,16 @@ impl<'s> LeafQueues<'s> {
             approaching: Vec::with_capacity(ENTRY_LANES),
             outside: SolverQueue::new(),
             inside: SolverQueue::new(),
+            not_convex: SolverQueue::new(),
             answers: StreamHits::default(),
             must_flush: false,
         }
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.approaching.is_empty() && self.outside.rays.is_empty() && self.inside.rays.is_empty()
+        let Self { approaching, outside, inside, not_convex, .. } = self;
+        let is_waiting = |queue: &SolverQueue<'_>| !queue.rays.is_empty();
+        approaching.is_empty() && ![outside, inside, not_convex].into_iter().any(is_waiting)
     }
 
     /// Adds a ray, by its index in the space of the leaf's group. Returns whether the queue is full.
@@ -119,6 +124,9 @@ impl<'s> LeafQueues<'s> {
         if self.must_flush || self.inside.is_full() {
             self.solve_inside(simd, query, table);
         }
+        if self.must_flush || self.not_convex.is_full() {
+            self.solve_not_convex(simd, query, table);
+        }
         self.must_flush = false;
         true
     }
@@ -142,23 +150,28 @@ impl<'s> LeafQueues<'s> {
             // The one hit of a ray that goes into the shape is its exit.
             let is_inward = start == RayStart::SurfaceInward && is_inside && query.any_before.is_none();
             let is_solvable = start == RayStart::Free || is_inward;
-            let powers = match pair.leaf.lane_powers {
-                Some(powers) if kind != EntryKind::Unresolved && is_solvable => powers,
-                Some(_) | None => {
-                    table.leaf_states[pair.id as usize].waits -= 1;
-                    table.test_in_f64(query, &pair, start);
-                    continue;
-                }
-            };
+            if kind == EntryKind::Unresolved
+                || !is_solvable
+                || (pair.leaf.lane_powers.is_none() && start != RayStart::Free)
+            {
+                table.leaf_states[pair.id as usize].waits -= 1;
+                table.test_in_f64(query, &pair, start);
+                continue;
+            }
             let approach = self.approaches.get(lane);
             let ShapeEntry { t_entry: entry, t_per_s: t_per_length, length, .. } = approach;
             let exit = is_inside.then_some(entry + f64::from(length) * t_per_length);
             let ray = QueuedRay { pair, start, entry, t_per_length, exit };
-            // Occlusion does not depend on whether the ray starts in the box.
-            if is_inside && query.any_before.is_none() {
-                self.inside.push(powers, &approach, is_inward, ray);
-            } else {
-                self.outside.push(powers, &approach, false, ray);
+            match pair.leaf.lane_powers {
+                None => {
+                    let shape = query.scene.primitives[pair.leaf.primitive as usize].unit_shape();
+                    self.not_convex.push(LanePowers::of_any(&shape), &approach, false, ray);
+                }
+                // Occlusion does not depend on whether the ray starts in the box.
+                Some(powers) if is_inside && query.any_before.is_none() => {
+                    self.inside.push(powers, &approach, is_inward, ray);
+                }
+                Some(powers) => self.outside.push(powers, &approach, false, ray),
             }
         }
         self.approaching.clear();
@@ -196,6 +209,25 @@ impl<'s> LeafQueues<'s> {
             take_hit(query, table, &self.answers, lane, &self.inside.rays[lane], leaving);
         }
         self.inside.rays.clear();
+    }
+
+    /// Rays that certainly miss are done; hits are computed in f64.
+    #[inline(always)]
+    fn solve_not_convex<S: Simd>(&mut self, simd: S, query: &Query<'s>, table: &mut RayTable) {
+        let count = self.not_convex.rays.len();
+        if count == 0 {
+            return;
+        }
+        self.not_convex.lanes.clear_from(count);
+        self.not_convex.lanes.enters(simd, count, &mut self.answers);
+        for lane in bits(end_waits(table, &self.not_convex.rays, &self.answers)) {
+            let ray = &self.not_convex.rays[lane];
+            match query.any_before {
+                Some(t_max) => take_occlusion(query, table, &self.answers, lane, ray, t_max),
+                None => table.test_in_f64(query, &ray.pair, ray.start),
+            }
+        }
+        self.not_convex.rays.clear();
     }
 }
 

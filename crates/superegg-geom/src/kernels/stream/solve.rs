@@ -25,12 +25,12 @@ type StreamColumn = Column<f32, STREAM_LANES>;
 /// Rays in the spaces of their convex shapes.
 #[derive(Clone, Debug)]
 pub struct StreamLanes {
-    start: [StreamColumn; 3],
-    direction: [StreamColumn; 3],
+    pub(super) start: [StreamColumn; 3],
+    pub(super) direction: [StreamColumn; 3],
     /// The length of the segment from the start, in unit space; negative, an empty segment, where a lane has no ray.
-    length: StreamColumn,
-    p: StreamColumn,
-    q: StreamColumn,
+    pub(super) length: StreamColumn,
+    pub(super) p: StreamColumn,
+    pub(super) q: StreamColumn,
     /// The rays that are known to start on the surface and to go in, one bit each.
     inward: u32,
 }

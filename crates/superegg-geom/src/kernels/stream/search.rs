@@ -1,0 +1,239 @@
+//! Rays against shapes of any exponents, in f32: certain misses and certain entries.
+//!
+//! N rises with |x|, |y| and |z|. Along an interval of a ray each of them has a least value, which is 0 or that at one end,
+//! so N of these three is a lower bound of N on the interval: above 1, the ray does not enter the shape there. Intervals are
+//! halved until they are discarded so, or a point inside is found. The gap of the bound shrinks with the width of the
+//! interval, so the number of steps grows with the reciprocal of the distance from the surface; rays that graze it stay
+//! unresolved.
+
+use superegg_simd::{Lanes, Mask, Simd, Triple};
+
+use super::super::norm::SIDE_BY_SIDE;
+use super::solve::{StreamHits, StreamLanes};
+
+/// The most intervals that are examined.
+const MOST_STEPS: u32 = 64;
+/// Shorter intervals, in unit space, are not halved.
+const LEAST_WIDTH: f32 = 1.0 / 4096.0;
+/// More than the rounding error of a coordinate.
+const COORDINATE: f32 = 6e-7;
+/// The error of a logarithm to base 2 of a norm is below this times 1 + 1/p + 1/q.
+const LOGARITHM: f32 = 6e-6;
+/// Smaller powers are left to f64: their norms have too few digits.
+const LEAST_POWER: f32 = 1.0 / 32.0;
+/// Stands for the logarithm of 0.
+const LOG_ZERO: f32 = -1e4;
+
+impl StreamLanes {
+    /// Whether each ray in the first `count` lanes enters its shape, whatever the exponents. Where it certainly does, `found`
+    /// is set and `s` is the distance of a point inside from the start of the segment; where it may, `unresolved` is set.
+    #[inline(always)]
+    pub fn enters<S: Simd>(&self, simd: S, count: usize, hits: &mut StreamHits) {
+        (hits.found, hits.unresolved, hits.leaving) = (0, 0, 0);
+        for i in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
+            let length: Lanes<S, SIDE_BY_SIDE> = self.length.load(simd, i);
+            let search = Search {
+                start: Triple::load(simd, &self.start, i),
+                direction: Triple::load(simd, &self.direction, i),
+                length,
+                norm: LogNorm::new(self.p.load(simd, i), self.q.load(simd, i)),
+            };
+            let (inside, unresolved, s) = search.run();
+            hits.s.store(i, inside.select(s, length.all(f32::INFINITY)));
+            hits.found |= inside.bits_from(i);
+            hits.unresolved |= unresolved.bits_from(i);
+        }
+    }
+}
+
+struct Search<S: Simd, const K: usize> {
+    start: Triple<S, K>,
+    direction: Triple<S, K>,
+    length: Lanes<S, K>,
+    norm: LogNorm<S, K>,
+}
+
+impl<S: Simd, const K: usize> Search<S, K> {
+    /// The lanes with a point inside, those without an answer, and the distances of the points inside.
+    #[inline(always)]
+    fn run(&self) -> (Mask<S, K>, Mask<S, K>, Lanes<S, K>) {
+        let Self { start, direction, length, norm } = self;
+        let (zero, half) = (length.all(0.0), length.all(0.5));
+        let least = length.all(LEAST_POWER);
+        let mut active = zero.le(*length);
+        let mut unresolved = active & (norm.p.lt(least) | norm.q.lt(least));
+        active = active.and_not(unresolved);
+        let mut inside = zero.lt(zero);
+        let (mut s, mut width, mut at) = (zero, *length, zero);
+        for _ in 0..MOST_STEPS {
+            if !active.any() {
+                break;
+            }
+            let near = start.along(s, *direction);
+            let far = start.along(s + width, *direction);
+            let is_clear = active & norm.tolerance.le(norm.log_value(least_between(near, far)));
+            let middle = s + width * half;
+            let point = start.along(middle, *direction);
+            let is_inside = active & norm.log_value(enlarged(point)).le(-norm.tolerance);
+            at = is_inside.select(middle, at);
+            inside = inside | is_inside;
+            s = is_clear.select(s + width, s);
+            let next = is_clear.select((width + width).min(*length - s), width * half);
+            width = next;
+            let is_over = is_clear & next.le(zero);
+            let is_narrow = active.and_not(is_clear) & next.lt(length.all(LEAST_WIDTH));
+            active = active.and_not(is_inside | is_over | is_narrow);
+            unresolved = unresolved | is_narrow.and_not(is_inside);
+        }
+        (inside, (unresolved | active).and_not(inside), at)
+    }
+}
+
+/// N by logarithms, of non-negative coordinates.
+struct LogNorm<S: Simd, const K: usize> {
+    p: Lanes<S, K>,
+    q: Lanes<S, K>,
+    inverse_p: Lanes<S, K>,
+    inverse_q: Lanes<S, K>,
+    /// A bound on the error of the logarithm.
+    tolerance: Lanes<S, K>,
+}
+
+impl<S: Simd, const K: usize> LogNorm<S, K> {
+    #[inline(always)]
+    fn new(p: Lanes<S, K>, q: Lanes<S, K>) -> Self {
+        let one = p.all(1.0);
+        let (inverse_p, inverse_q) = (one / p, one / q);
+        let tolerance = p.all(LOGARITHM) * (one + inverse_p + inverse_q);
+        Self { p, q, inverse_p, inverse_q, tolerance }
+    }
+
+    #[inline(always)]
+    fn log_value(&self, at: Triple<S, K>) -> Lanes<S, K> {
+        let around = join(self.p, self.inverse_p, log(at.x), log(at.y));
+        join(self.q, self.inverse_q, around, log(at.z))
+    }
+}
+
+#[inline(always)]
+fn log<S: Simd, const K: usize>(x: Lanes<S, K>) -> Lanes<S, K> {
+    let log = x.max(x.all(f32::MIN_POSITIVE)).log2_quick();
+    x.all(0.0).lt(x).select(log, x.all(LOG_ZERO))
+}
+
+/// Lower bounds of |x|, |y| and |z| between two points of a line.
+#[inline(always)]
+fn least_between<S: Simd, const K: usize>(a: Triple<S, K>, b: Triple<S, K>) -> Triple<S, K> {
+    Triple { x: least_size(a.x, b.x), y: least_size(a.y, b.y), z: least_size(a.z, b.z) }
+}
+
+#[inline(always)]
+fn least_size<S: Simd, const K: usize>(a: Lanes<S, K>, b: Lanes<S, K>) -> Lanes<S, K> {
+    let zero = a.all(0.0);
+    let least = (a.abs().min(b.abs()) - a.all(COORDINATE)).max(zero);
+    zero.lt(a * b).select(least, zero)
+}
+
+/// Upper bounds of |x|, |y| and |z|.
+#[inline(always)]
+fn enlarged<S: Simd, const K: usize>(point: Triple<S, K>) -> Triple<S, K> {
+    let more = point.x.all(COORDINATE);
+    Triple { x: point.x.abs() + more, y: point.y.abs() + more, z: point.z.abs() + more }
+}
+
+/// The logarithm of (2^(p a) + 2^(p b))^(1/p).
+#[inline(always)]
+fn join<S: Simd, const K: usize>(
+    p: Lanes<S, K>,
+    inverse_p: Lanes<S, K>,
+    a: Lanes<S, K>,
+    b: Lanes<S, K>,
+) -> Lanes<S, K> {
+    let power = (-(p * (a - b).abs())).exp2();
+    inverse_p.mul_add(power.log2_of_one_plus(), a.max(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use superegg_simd::{Arch, Scalar, WithSimd};
+
+    use super::super::entry::ShapeEntry;
+    use super::super::solve::STREAM_LANES;
+    use super::*;
+    use crate::kernels::LanePowers;
+    use crate::math::random::SplitMix;
+    use crate::{Exponents, Ray, RayStart, Superquadric};
+
+    struct Enter<'a>(&'a StreamLanes, &'a mut StreamHits);
+
+    impl WithSimd for Enter<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            self.0.enters(simd, STREAM_LANES, self.1);
+        }
+    }
+
+    #[test]
+    fn answers_are_those_of_the_certified_search() {
+        let exponents = [1e-4, 0.3, 1.0, 1.9, 2.0, 2.4, 3.0, 4.0, 7.0, 20.0, 63.0];
+        let mut random = SplitMix::new(21);
+        let (mut inside, mut clear, mut open) = (0, 0, 0);
+        for case in 0..exponents.len() * exponents.len() * 12 {
+            let (e, n) =
+                (exponents[case % exponents.len()], exponents[case / exponents.len() % exponents.len()]);
+            let shape = Superquadric::unit(Exponents::new(e, n).unwrap());
+            let (mut lanes, mut rays) = (StreamLanes::default(), Vec::new());
+            for lane in 0..STREAM_LANES {
+                let mut start: [f64; 3] = std::array::from_fn(|_| 2.0 * random.unit() - 1.0);
+                start[lane % 3] = if lane % 2 == 0 { 1.0 } else { -1.0 };
+                // Many rays pass near an axis, where the shapes have their tips.
+                let to = DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0));
+                let to = if lane % 4 == 0 { to * DVec3::AXES[lane / 4 % 3] * 0.999 } else { to };
+                let start = DVec3::from_array(start).as_vec3();
+                let direction = (to.as_vec3() - start).normalize();
+                let exits = (0..3).map(|axis| {
+                    let face = f64::from(direction[axis].signum());
+                    (face - f64::from(start[axis])) / f64::from(direction[axis])
+                });
+                let length = exits.filter(|t| t.is_finite()).fold(4.0, f64::min).max(0.0) as f32;
+                let entry = ShapeEntry {
+                    start: start.to_array(),
+                    direction: direction.to_array(),
+                    length,
+                    t_entry: 0.0,
+                    t_per_s: 1.0,
+                };
+                lanes.set(lane, LanePowers::of_any(&shape), &entry, false);
+                rays.push((Ray::new(start.as_dvec3(), direction.as_dvec3()), length));
+            }
+            let (mut wide, mut scalar) = (StreamHits::default(), StreamHits::default());
+            Arch::new().dispatch(Enter(&lanes, &mut wide));
+            Enter(&lanes, &mut scalar).with_simd(Scalar);
+            for answers in [&wide, &scalar] {
+                for (lane, (ray, length)) in rays.iter().enumerate() {
+                    let (found, unknown) =
+                        (answers.found >> lane & 1 == 1, answers.unresolved >> lane & 1 == 1);
+                    let exact = shape.intersect_certified(ray, RayStart::Free);
+                    if found {
+                        inside += 1;
+                        let at = ray.point_at(f64::from(answers.s[lane]));
+                        assert!(shape.norm().value(at) < 1.0, "{shape:?} {ray:?}");
+                        assert!(exact.is_some(), "{shape:?} {ray:?}");
+                    } else if unknown {
+                        open += 1;
+                    } else {
+                        clear += 1;
+                        assert!(
+                            exact.is_none_or(|hit| hit.t > f64::from(*length)),
+                            "{shape:?} {ray:?} {exact:?}"
+                        );
+                    }
+                }
+            }
+        }
+        assert!(inside > 10_000 && clear > 10_000 && open * 4 < inside + clear, "{inside} {clear} {open}");
+    }
+}
