@@ -11,7 +11,7 @@ use superegg_geom::{Aabb, Transform, inverse_of};
 
 use super::parts::{FoldedLeaf, GroupItem, LeafMaps, Parts};
 use crate::scene::group::{FoldedName, Group, Instance, Leaf, NameRef};
-use crate::scene::node::Slot;
+use crate::scene::node::{Node, Slot};
 
 /// Groups of more items are not folded.
 const MOST_FOLDED: usize = 64;
@@ -74,7 +74,7 @@ fn is_large_enough(item: &GroupItem, parent_size: f64) -> bool {
     let GroupItem { group, parent_from_child, .. } = item;
     let image_size = 2.0 * group.bounds.transformed(parent_from_child).half_extent().length();
     let scale = image_size / (group.size() * group.space.scale);
-    group.nodes.iter().flat_map(|node| node.children()).all(|(tree_box, slot)| {
+    group.nodes.iter().flat_map(Node::children).all(|(tree_box, slot)| {
         let least_part = match slot {
             Slot::Node(_) => return true,
             Slot::Leaf(_) => LEAST_LEAF,
