@@ -3,6 +3,7 @@
 mod assemble;
 mod bounds;
 mod compiler;
+mod fold;
 mod parts;
 mod patch;
 mod proxy;

@@ -6,11 +6,12 @@ use rayon::prelude::*;
 use superegg_geom::{Aabb, Transform};
 
 use super::bounds;
+use super::fold::fold;
 use super::parts::{FoldedLeaf, GroupItem, LARGE, LeafMaps, NO_MAP, Parts, map_all};
 use super::survey::Survey;
 use crate::scene::bvh::Tree;
 use crate::scene::compiled::BoxInflation;
-use crate::scene::group::{Chain, Group, Instance, Leaf, NameRef, Names};
+use crate::scene::group::{Group, Instance, Leaf, NameRef, Names};
 use crate::scene::node::{Slot, TreeBox, TreeSpace, whole_box};
 use crate::scene::primitive::CompiledPrimitive;
 
@@ -29,7 +30,7 @@ impl InflationSum {
     }
 }
 
-/// Assembles a group; `None` if it is empty.
+/// Assembles a group after its small children are folded into it; `None` if it is empty.
 ///
 /// Loose boxes determine the space of the tree, tight boxes the tree, and the tree the order of the leaves.
 pub(super) fn assemble(
@@ -39,6 +40,8 @@ pub(super) fn assemble(
     primitives: &[CompiledPrimitive],
     inflation: &mut InflationSum,
 ) -> Option<Group> {
+    let has_one_child = parts.item_count() == 1;
+    fold(&mut parts, &survey.leaf_box);
     let mut whole = survey.leaf_box;
     whole = parts.folded.iter().fold(whole, |whole, leaf| whole.union(&leaf.maps.loose_box()));
     let group_boxes: Vec<Aabb> = parts
@@ -54,7 +57,7 @@ pub(super) fn assemble(
         })
         .collect();
     whole = group_boxes.iter().fold(whole, |whole, b| whole.union(b));
-    if parts.leaves.is_empty() && parts.folded.is_empty() && parts.groups.is_empty() {
+    if parts.item_count() == 0 {
         return None;
     }
     let space = TreeSpace::of(&whole);
@@ -65,25 +68,16 @@ pub(super) fn assemble(
     drop(boxes);
 
     let leaf_count = parts.leaves.len() + parts.folded.len();
-    let mut chains: Vec<Chain> = Vec::new();
-    let mut name_of = |child: u32, chain: Chain| {
-        if chain.is_empty() {
-            return NameRef::child(child);
-        }
-        chains.push(chain);
-        NameRef::chain(chains.len() as u32 - 1)
-    };
     let mut folded: Vec<Option<Leaf>> = Vec::with_capacity(parts.folded.len());
-    for FoldedLeaf { child, primitive, maps, chain } in std::mem::take(&mut parts.folded) {
-        let name = if parts.container.is_none() { NameRef::ROOT } else { name_of(child, chain) };
+    for FoldedLeaf { name, primitive, maps } in std::mem::take(&mut parts.folded) {
         folded.push(Some(Leaf::new(maps.unit_from_group, primitive, name, primitives)));
     }
     let mut groups: Vec<Option<Instance>> = Vec::with_capacity(parts.groups.len());
-    for GroupItem { child, parent_from_child, group, chain } in std::mem::take(&mut parts.groups) {
-        let name = name_of(child, chain);
+    for GroupItem { name, parent_from_child, group } in std::mem::take(&mut parts.groups) {
         let stretch = stretch_of(&parent_from_child);
         groups.push(Some(Instance { parent_from_child, group, name, stretch }));
     }
+    let folded_names = std::mem::take(&mut parts.folded_names);
     let plain = &parts.leaves;
     let make_plain = |item: u32| {
         let (child, primitive) = plain[item as usize];
@@ -129,7 +123,9 @@ pub(super) fn assemble(
         space,
         bounds,
         names,
-        chains,
+        work: Group::work_with(&folded_names),
+        folded: folded_names,
+        has_one_child,
         count,
         signature: survey.signature,
         growth: 1.0,

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use num_bigint::BigUint;
-use superegg_geom::{Transform, inverse_of};
+use superegg_geom::Transform;
 use superegg_scene::{Child, MAX_DEPTH, Scene};
 
 use super::assemble::{InflationSum, assemble};
@@ -136,7 +136,7 @@ impl<'a> Compiler<'a> {
     fn only_primitive(&mut self, primitive: u32) -> Option<Arc<Group>> {
         let radii = self.described.primitives[primitive as usize].radii;
         let maps = LeafMaps::new(&Transform::IDENTITY, radii);
-        let leaf = FoldedLeaf { child: 0, primitive, maps, chain: Vec::new() };
+        let leaf = FoldedLeaf { name: NameRef::ROOT, primitive, maps };
         let parts = Parts { folded: vec![leaf], primitive_count: 1, ..Parts::default() };
         self.assemble(parts, Arc::default(), Survey::NOTHING)
     }
@@ -156,7 +156,7 @@ impl<'a> Compiler<'a> {
             return group.clone();
         }
         let names = self.names(container);
-        let parts = self.parts(container, remaining, &names);
+        let parts = self.parts(container, remaining);
         // The lookup needs an owned key. Groups are few.
         let key = (Box::from(self.index.container_names[container as usize]), remaining);
         let before = self.before.and_then(|before| before.opened.get(&key));
@@ -193,7 +193,7 @@ impl<'a> Compiler<'a> {
     }
 
     /// The content of a group, with the groups of its children opened.
-    fn parts(&mut self, container: u32, remaining: u32, names: &Arc<Names>) -> Parts<'a> {
+    fn parts(&mut self, container: u32, remaining: u32) -> Parts<'a> {
         let description = match self.index.containers[container as usize] {
             Container::Object(object) => object,
             Container::Table(_) => return self.rows(container),
@@ -233,7 +233,8 @@ impl<'a> Compiler<'a> {
                     let Some(parent_from_child) = transform() else { continue };
                     parts.group_count += &group.count;
                     if seen.insert((*entity, bits_of(&parent_from_child))) {
-                        push_group(&mut parts, child, parent_from_child, group, names);
+                        let name = NameRef::child(child);
+                        parts.groups.push(GroupItem { name, parent_from_child, group });
                     }
                 }
             }
@@ -256,41 +257,6 @@ impl<'a> Compiler<'a> {
             ..Parts::default()
         }
     }
-}
-
-/// Adds a group as a child. The level of a group with a single child is folded into its parent.
-fn push_group(
-    parts: &mut Parts<'_>,
-    child: u32,
-    parent_from_child: Transform,
-    group: Arc<Group>,
-    names: &Arc<Names>,
-) {
-    let chain_of = |name: NameRef| {
-        let mut chain = vec![(names.clone(), child)];
-        group.extend_chain(name, &mut chain);
-        chain
-    };
-    match (&group.leaves[..], &group.instances[..]) {
-        ([leaf], []) => {
-            let maps = LeafMaps {
-                unit_from_group: leaf.unit_from_group * *parent_from_child.inverse(),
-                group_from_unit: *parent_from_child.forward() * inverse_of(&leaf.unit_from_group),
-            };
-            let chain = chain_of(leaf.name);
-            parts.folded.push(FoldedLeaf { child, primitive: leaf.primitive, maps, chain });
-            return;
-        }
-        ([], [instance]) => {
-            if let Ok(folded) = parent_from_child.after(instance.map()) {
-                let (group, chain) = (instance.group.clone(), chain_of(instance.name));
-                parts.groups.push(GroupItem { child, parent_from_child: folded, group, chain });
-                return;
-            }
-        }
-        (_, _) => {}
-    }
-    parts.groups.push(GroupItem { child, parent_from_child, group, chain: Vec::new() });
 }
 
 /// The primitives of a scene, with their names and materials.

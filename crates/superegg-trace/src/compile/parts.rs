@@ -8,7 +8,7 @@ use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::{Aabb, Transform};
 use superegg_scene::{Child, Entity, InstanceTable, Object, Scene, object_heights};
 
-use crate::scene::group::{Chain, Group};
+use crate::scene::group::{FoldedName, Group, NameRef};
 use crate::scene::primitive::CompiledPrimitive;
 
 /// From this many items on, work is done in parallel.
@@ -125,20 +125,16 @@ impl<'a> Index<'a> {
 
 /// A child that is a group.
 pub(super) struct GroupItem {
-    pub(super) child: u32,
+    pub(super) name: NameRef,
     pub(super) parent_from_child: Transform,
     pub(super) group: Arc<Group>,
-    /// The aliases of folded levels, the child's own first. Empty if no level was folded.
-    pub(super) chain: Chain,
 }
 
-/// A child that is a primitive below folded levels, or the root.
+/// A primitive of a child that is folded, or the root.
 pub(super) struct FoldedLeaf {
-    pub(super) child: u32,
+    pub(super) name: NameRef,
     pub(super) primitive: u32,
     pub(super) maps: LeafMaps,
-    /// As in [`GroupItem`].
-    pub(super) chain: Chain,
 }
 
 /// The content of a group.
@@ -150,8 +146,11 @@ pub(super) struct Parts<'a> {
     pub(super) children: Arc<Vec<&'a Child>>,
     /// Children that are primitives: the indices of child, or of the row of a table, and primitive.
     pub(super) leaves: Vec<(u32, u32)>,
+    /// The primitives of folded children.
     pub(super) folded: Vec<FoldedLeaf>,
     pub(super) groups: Vec<GroupItem>,
+    /// The names of what comes from folded children.
+    pub(super) folded_names: Vec<FoldedName>,
     /// The number of children that are primitives, including duplicates.
     pub(super) primitive_count: u64,
     /// The number of instances of primitives in all groups.
@@ -164,6 +163,11 @@ impl Parts<'_> {
             Container::Object(object) => object.parent_from_child(self.children[child as usize]).ok(),
             Container::Table(table) => Some(table.transform(child as usize)),
         }
+    }
+
+    /// The number of leaves and instances.
+    pub(super) fn item_count(&self) -> usize {
+        self.leaves.len() + self.folded.len() + self.groups.len()
     }
 
     /// The number of children, or of the rows of a table.

@@ -36,7 +36,7 @@ impl<'a> Patchable<'a> {
         let is_flat = parts.folded.is_empty()
             && parts.groups.is_empty()
             && group.instances.is_empty()
-            && group.chains.is_empty();
+            && group.folded.is_empty();
         if !is_flat || parts.leaves.len() != group.leaves.len() || parts.leaves.len() < LEAST_PATCHED {
             return None;
         }
@@ -101,7 +101,9 @@ pub(super) fn patched(
         nodes: refitted.nodes,
         space: group.space,
         names: names.clone(),
-        chains: Vec::new(),
+        folded: Vec::new(),
+        work: group.work,
+        has_one_child: group.has_one_child,
         count: parts.primitive_count.into(),
         signature,
         growth,

@@ -60,7 +60,8 @@ impl Joined {
     }
 }
 
-/// Computes the signature and the box of an object's content, and which leaves differ from those before.
+/// Computes the signature and the box of an object's content, and which leaves differ from those before. No child is folded
+/// yet.
 pub(super) fn survey_object(
     parts: &Parts<'_>,
     names: &Names,
@@ -106,16 +107,9 @@ pub(super) fn survey_object(
             .reduce(|| Joined::NOTHING, Joined::join),
     };
     let mut hash = Mixer::new(joined.signature);
-    for folded in &parts.folded {
-        hash.words([u64::from(folded.child), u64::from(folded.primitive)]);
-        hash.shape(&primitives[folded.primitive as usize]);
-        hash.words(folded.maps.unit_from_group.to_cols_array().map(f64::to_bits));
-        folded.chain.iter().for_each(|(names, index)| hash.text(&names.get(*index)));
-    }
     for item in &parts.groups {
-        hash.words([u64::from(item.child), item.group.signature]);
+        hash.words([item.name.as_child().map_or(u64::MAX, u64::from), item.group.signature]);
         hash.words(bits_of(&item.parent_from_child));
-        item.chain.iter().for_each(|(names, index)| hash.text(&names.get(*index)));
     }
     if let Names::Listed { text, .. } = names {
         hash.text(text);

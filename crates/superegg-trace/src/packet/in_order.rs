@@ -208,6 +208,7 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
                 t_scale: frame.t_scale,
                 inverses: &self.stacks.inverses.inverses,
             };
+            queue.work += 1;
             let Tests { kernels, batch, .. } = &*self.tests;
             let hit = kernels.intersect_boxes(&boxes, &frame.intervals, &batch.ends, mask);
             for (child, slot) in node.slots().enumerate().filter(|(child, _)| hit[*child] != 0) {
@@ -220,6 +221,7 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
                         // Shadow rays end at their surfaces. Most are stopped near them.
                         let priority = if Q::IS_ORDERED { -least_t } else { far.min(self.farthest(mask)) };
                         let (rank, item) = ((parent, index), Waiting { least_t, mask });
+                        queue.work += 1;
                         queue.waiting.push(Ranked { priority: f64::from(priority), rank, item });
                     }
                 }

@@ -11,6 +11,7 @@ use super::frame::{Entry, Frame, InverseStack};
 use super::query::{PacketQuery, Tests};
 use crate::ray::footprint::Footprint;
 use crate::scene::compiled::CompiledScene;
+use crate::scene::group::Leaf;
 use crate::scene::node::Slot;
 use superegg_simd::bits;
 
@@ -46,7 +47,7 @@ pub(super) struct Traversal<'t, 's, Q> {
 /// The bounds on the work for one trace.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PacketLimits {
-    /// After this many groups the traversal begins again in order.
+    /// After this many groups the traversal begins again in order. Two tests of folded leaves count as a group.
     pub(super) most_opened: u32,
     /// The most work in order for each width of the rays, in the units of `in_order`.
     pub(super) work: u32,
@@ -66,6 +67,8 @@ const GROUPS_IN_F64: u32 = 4;
 pub(super) struct Work {
     /// The number of groups opened so far.
     pub(super) opened: u32,
+    /// The number of tests of leaves of folded groups so far.
+    folded_leaves: u32,
     /// The number of packets whose rays were tested in f64, one by one, because their origin is within a shape's box.
     pub(super) packets_in_f64: u32,
     /// How often the width of the rays was doubled to bound the work.
@@ -92,8 +95,8 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
 
     /// Whether the traversal begins again in order.
     fn gives_up(&self) -> bool {
-        let Work { opened, packets_in_f64, .. } = self.work;
-        opened + GROUPS_IN_F64 * packets_in_f64 > self.limits.most_opened
+        let Work { opened, folded_leaves, packets_in_f64, .. } = self.work;
+        opened + folded_leaves / 2 + GROUPS_IN_F64 * packets_in_f64 > self.limits.most_opened
     }
 
     fn visit_group(&mut self, entry: Entry<'s>, mask: u32) {
@@ -138,7 +141,8 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
     }
 
     pub(super) fn visit_leaf(&mut self, frame: &Frame<'s>, index: u32, mask: u32) {
-        let primitive = frame.group.leaves[index as usize].primitive;
+        let Leaf { primitive, name, .. } = frame.group.leaves[index as usize];
+        self.work.folded_leaves += u32::from(frame.group.was_in_group(name));
         let shape = self.scene.primitives[primitive as usize].unit_shape();
         self.test(frame, &frame.leaf(index, shape), mask);
     }

@@ -9,7 +9,7 @@ use superegg_geom::Aabb;
 use superegg_geom::glam::DAffine3;
 use superegg_scene::Material;
 
-use super::group::{Group, Instance, Leaf, NameRef, Names};
+use super::group::{Group, Instance, Leaf, Names};
 use super::id::SceneId;
 use super::path::InstancePath;
 use super::primitive::CompiledPrimitive;
@@ -181,7 +181,7 @@ impl CompiledScene {
 
     /// The diameter of the bounding box; 0 for an empty scene.
     pub(crate) fn size(&self) -> f64 {
-        self.root.as_ref().map_or(0.0, |root| 2.0 * root.bounds.half_extent().length())
+        self.root.as_ref().map_or(0.0, |root| root.size())
     }
 
     /// No surface is farther from a point in the box.
@@ -192,7 +192,12 @@ impl CompiledScene {
     /// The name of an instance: the root's name and the aliases down to the primitive, joined by `/`.
     pub fn path_name(&self, path: &InstancePath) -> String {
         let mut name = self.root_name.clone();
-        self.for_each_name(path, |group, child| group.push_name(child, &mut name));
+        self.for_each_level(path, |group, child| {
+            if let Some(child) = child {
+                name.push('/');
+                name.push_str(&group.names.get(child));
+            }
+        });
         name
     }
 
@@ -207,32 +212,39 @@ impl CompiledScene {
     /// lexicographically smaller list comes first.
     pub(crate) fn rank(&self, path: &InstancePath) -> Vec<u32> {
         let mut ranks = Vec::with_capacity(path.indices().len());
-        self.for_each_name(path, |group, child| ranks.push(group.rank(child)));
+        self.for_each_level(path, |_, child| ranks.extend(child));
         ranks
     }
 
     /// The instance id of a picture: a hash of the path, greater than [`InstancePath::FLOOR_ID`].
     ///
     /// It depends on the order of children in their objects, not on the order of leaves in a tree, so it is the same each
-    /// time the scene is compiled.
+    /// time the scene is compiled. Levels of a single child below the root are left out.
     pub fn instance_id(&self, path: &InstancePath) -> u32 {
         let mut hash = 0x811c_9dc5;
         let mut mix = |index: u32| hash = u32::wrapping_mul(hash ^ index, 0x0100_0193).rotate_left(15);
-        self.for_each_name(path, |group, child| mix(group.rank(child)));
+        let mut is_root = true;
+        self.for_each_level(path, |group, child| {
+            if is_root || !group.has_one_child {
+                mix(child.unwrap_or(0));
+            }
+            is_root = false;
+        });
         if path.is_proxy() {
             mix(InstancePath::INSTANCE);
         }
         (hash ^ (hash >> 16)).max(InstancePath::FLOOR_ID + 1)
     }
 
-    fn for_each_name(&self, path: &InstancePath, mut visit: impl FnMut(&Group, NameRef)) {
+    /// Visits the levels of a path, as [`Group::for_each_level`].
+    fn for_each_level(&self, path: &InstancePath, mut visit: impl FnMut(&Group, Option<u32>)) {
         let (passed, end) = self.groups_along(path);
         for (group, index) in &passed {
-            visit(group, group.instances[*index as usize].name);
+            group.for_each_level(group.instances[*index as usize].name, &mut visit);
         }
         match end {
-            PathEnd::Leaf(group, leaf) => visit(group, leaf.name),
-            PathEnd::Proxy(group, instance) => visit(group, instance.name),
+            PathEnd::Leaf(group, leaf) => group.for_each_level(leaf.name, &mut visit),
+            PathEnd::Proxy(group, instance) => group.for_each_level(instance.name, &mut visit),
             PathEnd::Nowhere => {}
         }
     }

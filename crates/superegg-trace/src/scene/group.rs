@@ -9,7 +9,7 @@ use superegg_geom::kernels::LanePowers;
 use superegg_geom::{Aabb, Ray, Transform};
 use superegg_scene::row_name;
 
-use super::node::{Node, TreeSpace};
+use super::node::{Node, TreeSpace, WIDTH};
 use super::primitive::CompiledPrimitive;
 use super::proxy::Proxy;
 
@@ -61,7 +61,7 @@ pub(crate) struct Instance {
 impl Instance {
     /// The diameter of the child's box, in the child's space.
     pub(crate) fn size(&self) -> f64 {
-        2.0 * self.group.bounds.half_extent().length()
+        self.group.size()
     }
 
     /// Parent from child.
@@ -70,13 +70,13 @@ impl Instance {
     }
 }
 
-/// The name of a child: an index in its group's [`Group::names`], or in [`Group::chains`] where levels of a single child
-/// were folded.
+/// The name of a leaf or an instance: an index in its group's [`Group::names`], or in [`Group::folded`] if it belongs to a
+/// child that was folded into the group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct NameRef(u32);
 
 impl NameRef {
-    const CHAIN: u32 = 1 << 31;
+    const FOLDED: u32 = 1 << 31;
     /// The root itself, which has no alias.
     pub(crate) const ROOT: Self = Self(u32::MAX);
 
@@ -84,18 +84,18 @@ impl NameRef {
         Self(index)
     }
 
-    pub(crate) fn chain(index: u32) -> Self {
-        Self(index | Self::CHAIN)
+    pub(crate) fn folded(index: u32) -> Self {
+        Self(index | Self::FOLDED)
     }
 
-    /// The index among the names of the group; `None` for a chain and the root.
+    /// The index among the names of the group; `None` for the content of a folded child and the root.
     pub(crate) fn as_child(self) -> Option<u32> {
-        (self.0 & Self::CHAIN == 0).then_some(self.0)
+        (self.0 & Self::FOLDED == 0).then_some(self.0)
     }
 
-    /// The index among the chains of the group; `None` for a child and the root.
-    fn as_chain(self) -> Option<usize> {
-        (self != Self::ROOT && self.0 & Self::CHAIN != 0).then_some((self.0 & !Self::CHAIN) as usize)
+    /// The index among the folded names of the group; `None` for a child and the root.
+    fn as_folded(self) -> Option<usize> {
+        (self != Self::ROOT && self.0 & Self::FOLDED != 0).then_some((self.0 & !Self::FOLDED) as usize)
     }
 }
 
@@ -152,8 +152,16 @@ impl Names {
     }
 }
 
-/// The aliases of levels that were folded into one, from the top down: a list of names, and the index in it.
-pub(crate) type Chain = Vec<(Arc<Names>, u32)>;
+/// The name of a leaf or an instance of a child that was folded into a group. It shares the names of the child, which may be
+/// folded ones too, so a name takes the same memory at every depth.
+#[derive(Clone, Debug)]
+pub(crate) struct FoldedName {
+    /// The index of the child.
+    pub(crate) child: u32,
+    pub(crate) group: Arc<Group>,
+    /// The name in the group of the child.
+    pub(crate) name: NameRef,
+}
 
 /// An object opened to a remaining depth. Empty children are left out.
 #[derive(Debug)]
@@ -166,7 +174,11 @@ pub(crate) struct Group {
     /// The box around everything, in the group's space.
     pub(crate) bounds: Aabb,
     pub(crate) names: Arc<Names>,
-    pub(crate) chains: Vec<Chain>,
+    pub(crate) folded: Vec<FoldedName>,
+    /// The work of a ray in this group, as [`Group::work_with`] counts it. Limits on work use it.
+    pub(crate) work: u32,
+    /// Whether the object has only one child that counts. Instance ids leave out such levels.
+    pub(crate) has_one_child: bool,
     /// The number of instances of primitives, including those left out as duplicates.
     pub(crate) count: BigUint,
     /// A hash of everything that the group is compiled from. Equal signatures mean equal content.
@@ -179,26 +191,37 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// Appends the aliases of a child to a path.
-    pub(super) fn push_name(&self, name: NameRef, path: &mut String) {
-        let mut push = |names: &Names, index: u32| {
-            path.push('/');
-            path.push_str(&names.get(index));
-        };
-        if let Some(child) = name.as_child() {
-            push(&self.names, child);
-        } else if let Some(chain) = name.as_chain() {
-            self.chains[chain].iter().for_each(|(names, index)| push(names, *index));
+    /// Visits the levels of a name from this group down: each with the index of its child, `None` for the root itself.
+    pub(super) fn for_each_level(&self, name: NameRef, mut visit: impl FnMut(&Self, Option<u32>)) {
+        let (mut group, mut name) = (self, name);
+        while let Some(folded) = name.as_folded() {
+            let folded = &group.folded[folded];
+            visit(group, Some(folded.child));
+            (group, name) = (&folded.group, folded.name);
         }
+        visit(group, name.as_child());
     }
 
-    /// Appends the aliases of a child to a chain.
-    pub(crate) fn extend_chain(&self, name: NameRef, chain: &mut Chain) {
-        if let Some(child) = name.as_child() {
-            chain.push((self.names.clone(), child));
-        } else if let Some(own) = name.as_chain() {
-            chain.extend_from_slice(&self.chains[own]);
-        }
+    /// The number of leaves and instances.
+    pub(crate) fn item_count(&self) -> usize {
+        self.leaves.len() + self.instances.len()
+    }
+
+    /// Whether a name belongs to a folded child of several items.
+    pub(crate) fn was_in_group(&self, name: NameRef) -> bool {
+        name.as_folded().is_some_and(|folded| self.folded[folded].group.item_count() > 1)
+    }
+
+    /// The work of a ray in a group with these folded names, as a number of groups without them. Rays pass by most of a
+    /// wide tree.
+    pub(crate) fn work_with(folded: &[FoldedName]) -> u32 {
+        let count = folded.iter().filter(|name| name.group.item_count() > 1).count();
+        1 + (count.min(WIDTH * WIDTH) / WIDTH) as u32
+    }
+
+    /// The diameter of the box.
+    pub(crate) fn size(&self) -> f64 {
+        2.0 * self.bounds.half_extent().length()
     }
 
     /// Follows instances down from this group. Returns the last group and the ray in its space.
@@ -209,17 +232,12 @@ impl Group {
         })
     }
 
-    /// The index of a child among the object's children. It decides between hits at the same t.
-    pub(super) fn rank(&self, name: NameRef) -> u32 {
-        let of_chain = |chain: usize| self.chains[chain].first().map_or(0, |(_, index)| *index);
-        name.as_child().or_else(|| name.as_chain().map(of_chain)).unwrap_or(0)
-    }
-
     /// The memory of the group without its children's, in bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of::<Self>()
             + self.leaves.capacity() * size_of::<Leaf>()
             + self.instances.capacity() * size_of::<Instance>()
             + self.nodes.capacity() * size_of::<Node>()
+            + self.folded.capacity() * size_of::<FoldedName>()
     }
 }

@@ -482,7 +482,7 @@ impl<'s> Stream<'s> {
         if lists.arrivals.is_empty() {
             return;
         }
-        self.entered += lists.arrivals.len() as u64;
+        self.entered += lists.arrivals.len() as u64 * u64::from(inner.work);
         self.queues.must_flush |= table.trails.len() >= self.most_trails;
         let trail = table.push_trail(trail, index);
         tasks.push(Task::Leave);
