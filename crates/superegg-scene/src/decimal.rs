@@ -28,12 +28,13 @@ pub fn short_decimal(bytes: &[u8]) -> Option<(f64, usize)> {
     };
     let first = at;
     let mut mantissa = 0_u64;
+    // Few digits stand before the point.
     at = digits(bytes, at, &mut mantissa);
     let mut count = at - first;
     let mut places = 0;
     if bytes.get(at) == Some(&b'.') {
         let after = at + 1;
-        at = digits(bytes, after, &mut mantissa);
+        at = many_digits(bytes, after, &mut mantissa);
         places = at - after;
         count += places;
     }
@@ -57,10 +58,19 @@ pub fn short_decimal(bytes: &[u8]) -> Option<(f64, usize)> {
     Some((if is_negative { -number } else { number }, at))
 }
 
-/// Appends the digits from an index on to a number and returns the index after them. Eight are read
-/// at once where there are eight bytes.
+/// Appends the digits from an index on to a number and returns the index after them.
 #[inline]
 fn digits(bytes: &[u8], mut at: usize, number: &mut u64) -> usize {
+    while let Some(digit) = bytes.get(at).map(|byte| byte.wrapping_sub(b'0')).filter(|digit| *digit < 10) {
+        *number = number.wrapping_mul(10).wrapping_add(digit.into());
+        at += 1;
+    }
+    at
+}
+
+/// As [`digits`], eight at once where there are eight bytes.
+#[inline]
+fn many_digits(bytes: &[u8], mut at: usize, number: &mut u64) -> usize {
     while let Some(&eight) = bytes.get(at..).and_then(<[u8]>::first_chunk) {
         let (value, count) = leading_digits(u64::from_le_bytes(eight));
         *number = number.wrapping_mul(POWERS_OF_TEN[count]).wrapping_add(value);
@@ -69,11 +79,7 @@ fn digits(bytes: &[u8], mut at: usize, number: &mut u64) -> usize {
             return at;
         }
     }
-    while let Some(digit) = bytes.get(at).map(|byte| byte.wrapping_sub(b'0')).filter(|digit| *digit < 10) {
-        *number = number.wrapping_mul(10).wrapping_add(digit.into());
-        at += 1;
-    }
-    at
+    digits(bytes, at, number)
 }
 
 /// 1 to 1e8.
