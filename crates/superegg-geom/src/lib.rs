@@ -18,12 +18,14 @@ pub use math::aabb::{Aabb, RayReciprocal};
 pub use math::numeric::{scale_to_unit, unit_vector};
 pub use math::random::SplitMix;
 pub use math::ray::{Ray, RayStart};
-pub use math::transform::{Transform, TransformError, TransformStep, error_through, inverse_of};
+pub use math::transform::{
+    Transform, TransformBound, TransformError, TransformStep, error_through, inverse_of,
+};
 pub use measure::{
     ClosestPoint, ImageSampler, InteriorSampler, SearchLimits, SurfaceArea, SurfacePoint, SurfaceSampler,
 };
 pub use mesh::{Mesh, MeshError};
-pub use norm::NormForm;
+pub use norm::{BOUND_SHAPES, NormForm};
 pub use shape::{Exponents, ShapeError, ShapeHit};
 #[cfg(feature = "baseline")]
 pub use solve::textbook;

@@ -45,7 +45,7 @@ pub use grammar::command::{
 pub use grammar::spec::{Arg, ArgKind, CommandSpec, Group, NameKind, Range, Shorthand, parse_size};
 pub use grammar::table::{COMMANDS, find_command};
 pub use parse::number::{NumberError, format_number, parse_number};
-pub use parse::parser::{Parsed, parse_line};
+pub use parse::parser::{Columns, Parsed, parse_line};
 pub use session::help::help;
 pub use session::interpreter::{Effect, Session};
 pub use session::script::{Flow, Perform, load_text, not_text, run_script};

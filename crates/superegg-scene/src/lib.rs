@@ -7,6 +7,7 @@
 
 mod animation;
 mod camera;
+mod decimal;
 mod environment;
 mod light;
 mod name_index;
@@ -23,6 +24,7 @@ mod view_settings;
 
 pub use animation::{Key, Track, TrackSubject, TrackWord};
 pub use camera::{Camera, Lens};
+pub use decimal::short_decimal;
 pub use environment::{AmbientOcclusion, Floor, Sky};
 pub use light::{Light, LightKind};
 pub use nesting::object_heights;

@@ -22,21 +22,24 @@ pub(crate) struct NameIndex {
 }
 
 impl NameIndex {
-    /// The index of `count` numbers with their names.
+    /// The index of `count` numbers with their names. It is not full.
     pub(crate) fn of<'a>(count: usize, names: impl Iterator<Item = (u32, &'a str)>) -> Self {
         let hasher = RandomState::default();
-        let length = (2 * count + 1).next_power_of_two();
-        let leaf = length.min(1 << LEAF_BITS);
-        let mut leaves = vec![vec![0; leaf]; length / leaf];
-        for (number, name) in names.take(count) {
-            let hash = hasher.hash_one(name);
-            let mut at = hash as usize & (length - 1);
-            while leaves[at >> LEAF_BITS][at & (leaf - 1)] != 0 {
-                at = (at + 1) & (length - 1);
-            }
-            leaves[at >> LEAF_BITS][at & (leaf - 1)] = slot(hash, number);
-        }
-        Self { hasher, slots: PersistentVector::from_leaves(leaves), used: count }
+        let slots = names.take(count).map(|(number, name)| slot(hasher.hash_one(name), number));
+        let slots = slots_of((2 * count + 3).next_power_of_two(), slots);
+        Self { hasher, slots, used: count }
+    }
+
+    /// Makes room for as many names again. The names need not be hashed: slots have the bits of
+    /// their hashes that count.
+    pub(crate) fn grow(&mut self) {
+        let used = self.slots.iter().copied().filter(|slot| *slot != 0);
+        self.slots = slots_of(2 * self.slots.len(), used);
+    }
+
+    /// The number of names that were added.
+    pub(crate) fn used(&self) -> usize {
+        self.used
     }
 
     /// Whether there are no slots.
@@ -52,7 +55,7 @@ impl NameIndex {
     /// The number of a name. `is_named` says whether a number has the name.
     pub(crate) fn find(&self, name: &str, is_named: impl Fn(u32) -> bool) -> Option<u32> {
         let hash = self.hasher.hash_one(name);
-        let mut at = hash as usize & (self.slots.len().wrapping_sub(1));
+        let mut at = first_slot(hash, self.slots.len());
         loop {
             match *self.slots.get(at)? {
                 0 => return None,
@@ -62,19 +65,43 @@ impl NameIndex {
         }
     }
 
-    /// Adds the number of a name. The index must not be full.
-    pub(crate) fn insert(&mut self, name: &str, number: u32) {
+    /// Adds the number of a name, unless another number has the name. Returns whether it was added.
+    /// `is_named` is as in [`NameIndex::find`]. The index must not be full.
+    pub(crate) fn insert(&mut self, name: &str, number: u32, is_named: impl Fn(u32) -> bool) -> bool {
         let hash = self.hasher.hash_one(name);
         let mask = self.slots.len().wrapping_sub(1);
-        let mut at = hash as usize & mask;
-        while self.slots.get(at).is_some_and(|held| *held != 0) {
+        let mut at = first_slot(hash, self.slots.len());
+        while let Some(held) = self.slots.get(at).copied().filter(|held| *held != 0) {
+            if held >> 32 == hash >> 32 && is_named(self::number(held)) {
+                return false;
+            }
             at = (at + 1) & mask;
         }
         if let Some(free) = self.slots.get_mut(at) {
             *free = slot(hash, number);
             self.used += 1;
         }
+        true
     }
+}
+
+/// A table of this many slots, a power of two, with some used ones.
+fn slots_of(length: usize, used: impl Iterator<Item = u64>) -> PersistentVector<u64, LEAF_BITS> {
+    let leaf = length.min(1 << LEAF_BITS);
+    let mut leaves = vec![vec![0; leaf]; length / leaf];
+    for slot in used {
+        let mut at = first_slot(slot, length);
+        while leaves[at >> LEAF_BITS][at & (leaf - 1)] != 0 {
+            at = (at + 1) & (length - 1);
+        }
+        leaves[at >> LEAF_BITS][at & (leaf - 1)] = slot;
+    }
+    PersistentVector::from_leaves(leaves)
+}
+
+/// Where the search for a name begins, from its hash or its slot: by the half that both have.
+fn first_slot(hash: u64, length: usize) -> usize {
+    (hash >> 32) as usize & length.wrapping_sub(1)
 }
 
 fn slot(hash: u64, number: u32) -> u64 {

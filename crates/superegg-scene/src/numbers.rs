@@ -24,6 +24,8 @@ impl<const N: usize> Numbers<N> {
         }
     }
 
+    /// Inlined: a row that is stored and loaded again costs more than it takes to recover it.
+    #[inline]
     pub(crate) fn get(&self, row: usize) -> [f64; N] {
         match self {
             Self::Single(held) => decimals(&held[row]),
@@ -71,7 +73,7 @@ impl<const N: usize> Numbers<N> {
 }
 
 /// 1 to 1e22: the powers of ten that f64 holds exactly.
-const POWERS: [f64; 23] = [
+pub(crate) const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
     1e19, 1e20, 1e21, 1e22,
 ];

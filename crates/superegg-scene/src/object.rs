@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use imbl::Vector;
 use smol_str::SmolStr;
-use superegg_geom::{Transform, TransformError, TransformStep};
+use superegg_geom::{Transform, TransformBound, TransformError, TransformStep};
 
 use crate::ordered_map::OrderedMap;
 
@@ -40,16 +40,25 @@ impl StepList {
         Ok(composed)
     }
 
-    /// Appends a step. `composed` is the transform of the steps before it.
-    fn push(&mut self, step: TransformStep, composed: &Transform) {
+    /// The bounds of that transform; `None` if its steps do not prove any.
+    fn bound(&self) -> Option<TransformBound> {
+        let of_earlier = |earlier: &Arc<EarlierSteps>| TransformBound::of(&earlier.composed);
+        let earlier = self.earlier.as_ref().map_or(TransformBound::IDENTITY, of_earlier);
+        self.recent().iter().try_fold(earlier, TransformBound::after)
+    }
+
+    /// Appends a step, without a check.
+    fn push(&mut self, step: TransformStep) -> Result<(), TransformError> {
         if self.recent().len() < MOST_RECENT {
             self.recent = Some(self.recent().iter().cloned().chain([step]).collect());
-            return;
+            return Ok(());
         }
+        let composed = self.composed()?;
         let mut steps = self.earlier.take().map(|earlier| earlier.steps.clone()).unwrap_or_default();
         steps.extend(self.recent().iter().cloned());
-        self.earlier = Some(Arc::new(EarlierSteps { steps, composed: *composed }));
+        self.earlier = Some(Arc::new(EarlierSteps { steps, composed }));
         self.recent = Some(Arc::new([step]));
+        Ok(())
     }
 
     fn steps(&self) -> impl Iterator<Item = &TransformStep> {
@@ -106,8 +115,8 @@ struct Cursor {
     alias: SmolStr,
     /// The number of the child in the map of children.
     number: usize,
-    /// The child's own transform.
-    composed: Transform,
+    /// The bounds of the child's own transform; `None` if its steps do not prove any.
+    bound: Option<TransformBound>,
 }
 
 impl PartialEq for Object {
@@ -118,6 +127,10 @@ impl PartialEq for Object {
             && self.cursor_alias() == other.cursor_alias()
     }
 }
+
+/// Below this product of bounds on the entries of two transforms and their inverses no entry of
+/// their product overflows, and no column cancels to zero.
+const WELL_CONDITIONED: f64 = 1e12;
 
 /// The largest absolute entry of a transform and its inverse.
 fn extent(map: &Transform) -> f64 {
@@ -174,17 +187,14 @@ impl Object {
 
     /// Adds a child and moves the cursor to it. Returns whether the alias was free.
     pub(crate) fn push_child(&mut self, alias: &str, child: Child) -> bool {
-        let is_free = !self.children.contains(alias);
-        if is_free {
-            self.child_extent = self.child_extent.max(extent(&Transform::IDENTITY));
-            let number = self.children.push(alias, child);
-            self.set_cursor(alias, number, Transform::IDENTITY);
-        }
-        is_free
+        let Some(number) = self.children.push(alias, child) else { return false };
+        self.child_extent = self.child_extent.max(1.0);
+        self.set_cursor(alias, number, Some(TransformBound::IDENTITY));
+        true
     }
 
-    fn set_cursor(&mut self, alias: &str, number: usize, composed: Transform) {
-        let cursor = Cursor { alias: alias.into(), number, composed };
+    fn set_cursor(&mut self, alias: &str, number: usize, bound: Option<TransformBound>) {
+        let cursor = Cursor { alias: alias.into(), number, bound };
         match &mut self.cursor {
             Some(held) => **held = cursor,
             None => self.cursor = Some(Box::new(cursor)),
@@ -223,44 +233,46 @@ impl Object {
     /// Moves the cursor to a child. Returns whether the alias exists.
     pub(crate) fn move_cursor(&mut self, alias: &str) -> bool {
         let Some(number) = self.children.number_of(alias) else { return false };
-        // The steps were composed when they were appended, so they can be composed.
-        let composed = self.children.get_at(number).and_then(|child| child.own.composed().ok());
-        self.set_cursor(alias, number, composed.unwrap_or(Transform::IDENTITY));
+        let bound = self.children.get_at(number).and_then(|child| child.own.bound());
+        self.set_cursor(alias, number, bound);
         true
     }
 
     /// Appends a step to the child at the cursor. Returns false if there is no child.
     pub(crate) fn push_child_step(&mut self, step: TransformStep) -> Result<bool, TransformError> {
-        let Some(cursor) = &self.cursor else { return Ok(false) };
-        let (before, mut composed) = (cursor.composed, cursor.composed);
-        composed.append(&step)?;
-        if let Some(overall) = &self.overall {
-            overall.composed.after(&composed)?;
-        }
-        let number = cursor.number;
-        let Some(child) = self.children.get_mut_at(number) else { return Ok(false) };
-        child.own.push(step, &before);
-        self.child_extent = self.child_extent.max(extent(&composed));
-        if let Some(cursor) = &mut self.cursor {
-            cursor.composed = composed;
-        }
+        let Some(cursor) = &mut self.cursor else { return Ok(false) };
+        let Some(child) = self.children.get_mut_at(cursor.number) else { return Ok(false) };
+        let bound = cursor.bound.and_then(|bound| bound.after(&step));
+        let overall = self.overall.as_ref().map(|overall| &overall.composed);
+        let is_plain = |bound: &TransformBound| {
+            overall.is_none_or(|overall| extent(overall) * bound.largest() < WELL_CONDITIONED)
+        };
+        let extent = match bound.filter(is_plain) {
+            Some(bound) => bound.largest(),
+            None => {
+                let mut composed = child.own.composed()?;
+                composed.append(&step)?;
+                overall.map(|overall| overall.after(&composed)).transpose()?;
+                extent(&composed)
+            }
+        };
+        child.own.push(step)?;
+        self.child_extent = self.child_extent.max(extent);
+        cursor.bound = bound;
         Ok(true)
     }
 
     /// Appends a step to the transform of the whole.
     pub(crate) fn push_overall_step(&mut self, step: TransformStep) -> Result<(), TransformError> {
-        let before = *self.overall();
-        let mut composed = before;
+        let mut composed = *self.overall();
         composed.append(&step)?;
-        // Below this bound on the entries of both transforms and their inverses no product
-        // overflows, and no column cancels to zero. Only above it is each child checked.
-        const WELL_CONDITIONED: f64 = 1e12;
+        // Only above this bound is each child checked.
         let is_plain = extent(&composed) * self.child_extent < WELL_CONDITIONED;
         for (_, child) in self.children().filter(|_| !is_plain) {
             composed.after(&child.own.composed()?)?;
         }
         let mut steps = self.overall.take().map_or_else(StepList::default, |overall| overall.steps);
-        steps.push(step, &before);
+        steps.push(step)?;
         self.overall = Some(Box::new(Overall { steps, composed }));
         Ok(())
     }

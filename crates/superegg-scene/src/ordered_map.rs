@@ -8,7 +8,7 @@ use crate::persistent_vector::{self, PersistentVector};
 /// The logarithm of the number of entries that a change after a clone copies.
 const LEAF_BITS: u32 = 6;
 
-/// Names of at most this many entries are compared one by one. Most objects have few children.
+/// Names of up to this many entries are compared one by one. Most objects have few children.
 const MOST_COMPARED: usize = 16;
 
 /// A persistent map: cloning takes constant time and memory, and clones share everything that
@@ -130,13 +130,15 @@ impl<V: Clone> OrderedMap<V> {
         }
     }
 
-    /// Appends a name that the map does not have, and returns its number.
-    pub(crate) fn push(&mut self, name: &str, value: V) -> usize {
+    /// Appends a name and returns its number; `None` if the map has the name.
+    pub(crate) fn push(&mut self, name: &str, value: V) -> Option<usize> {
         let number = self.entries.len();
+        if !self.index_name(name, number) {
+            return None;
+        }
         self.entries.push(Some(Entry { name: name.into(), value }));
         self.count += 1;
-        self.index_name(name, number);
-        number
+        Some(number)
     }
 
     /// Clones the value that another map has under a name, at its position here. Does nothing unless
@@ -168,27 +170,37 @@ impl<V: Clone> OrderedMap<V> {
             return false;
         }
         let Some(number) = self.number_of(name) else { return false };
+        if !self.index_name(new, number) {
+            return false;
+        }
         if let Some(Some(entry)) = self.entries.get_mut(number) {
             entry.name = new.into();
         }
-        self.index_name(new, number);
         true
     }
 
-    /// Makes the number of a name known.
-    fn index_name(&mut self, name: &str, number: usize) {
-        if self.index.is_empty() && self.entries.len() <= MOST_COMPARED {
-            return;
+    /// Makes the number of a new name known. Returns false if the map has the name.
+    fn index_name(&mut self, name: &str, number: usize) -> bool {
+        if self.index.is_empty() && self.entries.len() < MOST_COMPARED {
+            return !self.contains(name);
         }
         if self.index.is_full() {
-            self.rebuild_index();
-        } else {
-            self.index.insert(name, number as u32);
+            // An index without lost names grows faster than it is made anew.
+            if !self.index.is_empty() && self.index.used() == self.count {
+                self.index.grow();
+            } else {
+                self.rebuild_index();
+            }
         }
+        let entries = &self.entries;
+        let is_named = |number: u32| {
+            entries.get(number as usize).and_then(Option::as_ref).is_some_and(|entry| entry.name == name)
+        };
+        self.index.insert(name, number as u32, is_named)
     }
 
     fn rebuild_index(&mut self) {
-        if self.entries.len() <= MOST_COMPARED {
+        if self.entries.len() < MOST_COMPARED {
             self.index = NameIndex::default();
             return;
         }

@@ -122,6 +122,8 @@ pub enum SceneError {
 #[derive(Clone, Debug)]
 pub struct Scene {
     entities: OrderedMap<Arc<Entity>>,
+    /// The number of the entity that was changed last. The next change is likely to be there.
+    recent: usize,
     lights: OrderedMap<Light>,
     /// The camera.
     pub camera: Camera,
@@ -167,6 +169,7 @@ impl Default for Scene {
     fn default() -> Self {
         Self {
             entities: OrderedMap::default(),
+            recent: 0,
             lights: OrderedMap::default(),
             camera: Camera::default(),
             sets_camera: false,
@@ -268,11 +271,13 @@ impl Scene {
 
     /// The primitive or object of this name.
     pub fn get(&self, name: &str) -> Option<&Entity> {
-        self.entities.get(name).map(|entity| &**entity)
+        let number = self.entity_number(name, self.recent)?;
+        self.entities.get_at(number).map(|entity| &**entity)
     }
 
     fn get_mut(&mut self, name: &str) -> Option<&mut Entity> {
-        self.entities.get_mut(name).map(Arc::make_mut)
+        self.recent = self.entity_number(name, self.recent)?;
+        self.entities.get_mut_at(self.recent).map(Arc::make_mut)
     }
 
     /// Adds an entity, or replaces the one of this name.

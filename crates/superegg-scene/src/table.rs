@@ -120,6 +120,7 @@ impl InstanceTable {
     }
 
     /// The shape of this index.
+    #[inline]
     fn shape_at(&self, shape: usize) -> TableShape {
         let Kind { exponents, material } = self.kinds[self.kind_of[shape] as usize];
         TableShape { radii: DVec3::from_array(self.radii.get(shape)), exponents, material }
@@ -134,11 +135,13 @@ impl InstanceTable {
     ///
     /// # Panics
     /// If the row is not below [`InstanceTable::len`]. So do the other methods that take a row.
+    #[inline]
     pub fn shape_index(&self, row: usize) -> u32 {
         self.shape_of[row]
     }
 
     /// The shape of a row.
+    #[inline]
     pub fn shape(&self, row: usize) -> TableShape {
         self.shape_at(self.shape_of[row] as usize)
     }
@@ -156,11 +159,13 @@ impl InstanceTable {
     }
 
     /// The centre of a row.
+    #[inline]
     pub fn position(&self, row: usize) -> DVec3 {
         DVec3::from_array(self.positions.get(row))
     }
 
     /// The rotation of a row from the space of its shape, a unit quaternion.
+    #[inline]
     pub fn rotation(&self, row: usize) -> DQuat {
         DQuat::from_array(self.rotations.get(row)).normalize()
     }
@@ -171,6 +176,7 @@ impl InstanceTable {
     }
 
     /// The map from the space of a row's shape to the space of the table.
+    #[inline]
     pub fn transform(&self, row: usize) -> Transform {
         Transform::rigid(self.rotation(row), self.position(row))
     }

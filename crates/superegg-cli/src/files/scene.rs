@@ -227,6 +227,10 @@ impl Loader<'_> {
                 self.is_interrupted = true;
                 return Ok(Flow::Stop);
             }
+            // Nearly every line.
+            if self.kept == Lines::Dropped && matches!(effect, Effect::Changed(None)) {
+                return Ok(Flow::Continue);
+            }
             self.perform(session, line, effect, &folder, diagnostics)
         })
     }

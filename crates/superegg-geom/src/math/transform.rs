@@ -144,6 +144,7 @@ impl Transform {
     pub const IDENTITY: Self = Self { forward: DAffine3::IDENTITY, inverse: DAffine3::IDENTITY };
 
     /// A rotation followed by a translation. The rotation is a unit quaternion.
+    #[inline]
     pub fn rigid(rotation: DQuat, translation: DVec3) -> Self {
         let matrix3 = DMat3::from_quat(rotation);
         let transposed = matrix3.transpose();
@@ -231,6 +232,82 @@ impl Transform {
     /// `error` in each coordinate.
     pub fn world_error(&self, point: DVec3, error: f64) -> f64 {
         error_through(&self.forward, point, error)
+    }
+}
+
+/// Bounds of the entries of a transform and its inverse that follow its steps without composing
+/// them: a proof, for nearly all lists of steps, that [`Transform::from_steps`] succeeds.
+///
+/// ```
+/// use superegg_geom::{TransformBound, TransformStep, glam::DVec3};
+/// let bound = TransformBound::IDENTITY.after(&TransformStep::Translate(DVec3::X)).unwrap();
+/// assert!(bound.largest() >= 1.0 && bound.largest() < 1.01);
+/// assert!(bound.after(&TransformStep::Scale(DVec3::new(1.0, 0.0, 1.0))).is_none());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransformBound {
+    /// Of the factors by which the linear parts of map and inverse stretch a length.
+    stretch: [f64; 2],
+    /// Of the lengths of the translations of map and inverse.
+    offset: [f64; 2],
+}
+
+impl TransformBound {
+    /// The bounds of the map that moves nothing.
+    pub const IDENTITY: Self = Self { stretch: [1.0; 2], offset: [0.0; 2] };
+
+    /// The bounds of a transform.
+    pub fn of(transform: &Transform) -> Self {
+        let maps = [&transform.forward, &transform.inverse];
+        let squared =
+            |m: &DMat3| [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length_squared).iter().sum::<f64>();
+        Self {
+            // The Frobenius norm.
+            stretch: maps.map(|map| squared(&map.matrix3).sqrt()),
+            offset: maps.map(|map| map.translation.length()),
+        }
+    }
+
+    /// An upper bound of the absolute entries of map and inverse.
+    pub fn largest(&self) -> f64 {
+        let [a, b] = self.stretch;
+        let [c, d] = self.offset;
+        a.max(b).max(c).max(d)
+    }
+
+    /// The bounds after another step; `None` if the step cannot be appended for certain.
+    #[must_use]
+    pub fn after(self, step: &TransformStep) -> Option<Self> {
+        /// Products of such bounds neither overflow nor vanish.
+        const LARGEST: f64 = 1e100;
+        /// More than the rounding errors of a step.
+        const EXCESS: f64 = 1.0 + 1e-12;
+        let Self { stretch: [there, back], offset: [to, from] } = self;
+        let bound = match step {
+            TransformStep::Translate(by) => {
+                let by = by.length();
+                Self { stretch: self.stretch, offset: [to + by, from + back * by] }
+            }
+            TransformStep::Rotate { axis, angle_deg }
+                if axis.is_finite() && angle_deg.is_finite() && *axis != DVec3::ZERO =>
+            {
+                self
+            }
+            TransformStep::Orient(quaternion) if unit_quaternion(*quaternion).is_some() => self,
+            TransformStep::Scale(factors) if factors.is_finite() => {
+                let (most, inverse) = (factors.abs().max_element(), factors.recip().abs().max_element());
+                Self { stretch: [there * most, back * inverse], offset: [to * most, from] }
+            }
+            TransformStep::Rotate { .. }
+            | TransformStep::Orient(_)
+            | TransformStep::Scale(_)
+            | TransformStep::Affine(_) => return None,
+        };
+        let bound =
+            Self { stretch: bound.stretch.map(|x| x * EXCESS), offset: bound.offset.map(|x| x * EXCESS) };
+        // False for numbers that are not finite, too.
+        let [stretch, offset] = [bound.stretch, bound.offset].map(|pair| pair.iter().all(|x| *x < LARGEST));
+        (stretch && offset).then_some(bound)
     }
 }
 

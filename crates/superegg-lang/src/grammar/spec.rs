@@ -412,7 +412,12 @@ pub(crate) struct Args<'a> {
     pub(crate) options: Vec<&'static str>,
 }
 
-impl Args<'_> {
+impl<'a> Args<'a> {
+    /// The arguments of a command without any.
+    pub(crate) fn none(spelling: &'a str) -> Self {
+        Self { spelling, words: SmallVec::new(), numbers: SmallVec::new(), size: None, options: Vec::new() }
+    }
+
     pub(crate) fn text(&self, i: usize) -> String {
         self.words[i].clone().into_owned()
     }

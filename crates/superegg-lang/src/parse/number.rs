@@ -1,6 +1,7 @@
 //! Reading and writing of numbers.
 
 use superegg_geom::glam::{DAffine3, DQuat, DVec3};
+use superegg_scene::short_decimal;
 use thiserror::Error;
 
 /// Why a word is not a number. The message follows the word: `'1e999' is too large a number`.
@@ -21,14 +22,15 @@ pub enum NumberError {
 /// # Errors
 /// The word is not a number, or larger than the largest f64.
 pub fn parse_number(word: &str) -> Result<f64, NumberError> {
-    let is_plain = |c: u8| c.is_ascii_digit() || matches!(c, b'+' | b'-' | b'.' | b'e' | b'E');
-    if !word.bytes().all(is_plain) {
-        return Err(NumberError::NotANumber);
+    match short_decimal(word.as_bytes()) {
+        Some((number, length)) if length == word.len() => return Ok(number),
+        Some(_) | None => {}
     }
     match word.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
-        Ok(_) => Err(NumberError::TooLarge),
-        Err(_) => Err(NumberError::NotANumber),
+        // The standard library takes the words `inf` and `nan`, too.
+        Ok(_) if word.bytes().any(|c| c.is_ascii_digit()) => Err(NumberError::TooLarge),
+        Ok(_) | Err(_) => Err(NumberError::NotANumber),
     }
 }
 

@@ -7,15 +7,19 @@ use smallvec::SmallVec;
 
 use crate::color::{color_names, is_hexadecimal};
 use crate::diagnostic::{Fault, FaultCode};
-use crate::grammar::command::Command;
+use crate::grammar::command::{Command, ObjectCommand};
 use crate::grammar::spec::{
-    Arg, ArgKind, Args, CommandSpec, Range as NumberRange, Shorthand, not_keyable, parse_size, size_form,
+    Arg, ArgKind, Args, Build, CommandSpec, Range as NumberRange, Shorthand, not_keyable, parse_size,
+    size_form,
 };
 use crate::grammar::table::{COMMANDS, SHARED_SPELLING, commands_spelt, find_command};
 use crate::parse::number::{format_number, parse_number};
-use crate::parse::words::{Quoting, Word, Words, split_words};
+use crate::parse::words::{Quoting, Word, Words, split_plain, split_words};
 use crate::suggest::{did_you_mean, nearest};
 use crate::text::{one_of, shorten};
+
+/// The columns of words. Most lines have few.
+pub type Columns = SmallVec<[Range<usize>; 6]>;
 
 /// A parsed line: the command, its row of the table, and the columns of its words.
 #[derive(Clone, Debug)]
@@ -27,7 +31,7 @@ pub struct Parsed {
     pub spec: &'static CommandSpec,
     /// The columns of the command and of each positional argument, in characters from 0. Options
     /// and image sizes, which may stand anywhere, are not included.
-    pub columns: Vec<Range<usize>>,
+    pub columns: Columns,
     /// The nested command, for a command that takes a line (`key`).
     pub keyed: Option<Box<Parsed>>,
 }
@@ -48,6 +52,9 @@ impl Parsed {
 /// The words of a line. Quotes are special only if the command takes a file. A `#` begins a word
 /// where the command takes a colour, and a comment elsewhere.
 pub(crate) fn words_of_command(line: &str) -> Words<'_> {
+    if let Some(words) = split_plain(line) {
+        return words;
+    }
     let words = split_words(line, Quoting::Plain, &begins_color);
     let takes_file = || {
         let spec = words.first().and_then(|first| find_command(first.text));
@@ -125,15 +132,14 @@ pub(crate) fn command_of(first: &str, rest: &[Word<'_>]) -> Option<&'static Comm
     commands_spelt(first).nth(usize::from(is_second))
 }
 
-fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault> {
+/// The command of the words of a line.
+pub(crate) fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault> {
     let spec = command_of(first.text, rest).ok_or_else(|| unknown_command(first))?;
-    let mut args = Args {
-        spelling: first.text,
-        words: SmallVec::new(),
-        numbers: SmallVec::new(),
-        size: None,
-        options: Vec::new(),
-    };
+    if let Some(args) = read_plain(spec, first, rest) {
+        let columns = std::iter::once(first).chain(rest).map(|word| word.columns.clone()).collect();
+        return Ok(Parsed { command: spec.build.command(&args), spec, columns, keyed: None });
+    }
+    let mut args = Args::none(first.text);
     let keyed = match line_within(spec, rest).and_then(<[_]>::split_first) {
         Some((first, rest)) => Some(Box::new(parse_keyed(first, rest)?)),
         None => None,
@@ -173,6 +179,41 @@ fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault>
         .map(|word| word.columns.clone())
         .collect();
     Ok(Parsed { command, spec, columns, keyed })
+}
+
+/// The command of the words of a valid line about the selected object, if its arguments are numbers
+/// and names alone. `None` for any other line, valid or not.
+pub(crate) fn plain_object_command<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Option<ObjectCommand> {
+    let spec = command_of(first.text, rest)?;
+    let Build::Object(build) = spec.build else { return None };
+    Some(build(&read_plain(spec, first, rest)?))
+}
+
+/// The arguments of a valid line of a command that takes numbers and names alone, as nearly all
+/// lines of large scenes are. `None` for any other line, valid or not: it is read with all rules.
+#[inline]
+fn read_plain<'a>(spec: &CommandSpec, first: &Word<'a>, rest: &[Word<'a>]) -> Option<Args<'a>> {
+    if !spec.options.is_empty() {
+        return None;
+    }
+    let mut args = Args::none(first.text);
+    let mut words = rest.iter();
+    for (index, part) in spec.args.iter().enumerate() {
+        if index > 0 && words.len() == 0 {
+            break;
+        }
+        for arg in *part {
+            let word = words.next()?;
+            match arg.kind {
+                ArgKind::Number(range) if arg.shorthand.is_none() => {
+                    args.numbers.push(parse_number(word.text).ok().filter(|x| range.contains(*x))?);
+                }
+                ArgKind::Name(_) => args.words.push(Cow::Borrowed(word.text)),
+                _ => return None,
+            }
+        }
+    }
+    (words.len() == 0).then_some(args)
 }
 
 /// A word at one position. A word that stands for three numbers fills three positions.

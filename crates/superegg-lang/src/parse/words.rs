@@ -32,9 +32,6 @@ pub(crate) type BeginsWord<'f> = dyn Fn(&[Word<'_>], &str) -> bool + 'f;
 /// a word to begin with it. An open quote extends to the end.
 pub(crate) fn split_words<'a>(line: &'a str, quoting: Quoting, begins_word: &BeginsWord<'_>) -> Words<'a> {
     if line.is_ascii() {
-        if quoting == Quoting::Plain && memchr::memchr(b'#', line.as_bytes()).is_none() {
-            return split_at_blanks(line);
-        }
         let characters = line.bytes().enumerate().map(|(byte, c)| (byte, byte, char::from(c)));
         return split(line, quoting, begins_word, characters);
     }
@@ -42,24 +39,54 @@ pub(crate) fn split_words<'a>(line: &'a str, quoting: Quoting, begins_word: &Beg
     split(line, quoting, begins_word, characters)
 }
 
-/// The words of an ASCII line without comments and quotes, as most lines are.
-fn split_at_blanks(line: &str) -> Words<'_> {
+/// The words of an ASCII line without comments and quotes, as most lines are; `None` for any other
+/// line.
+#[inline]
+pub(crate) fn split_plain(line: &str) -> Option<Words<'_>> {
     let bytes = line.as_bytes();
-    let find = |start: usize, wants_blank: bool| {
-        let found = bytes[start..].iter().position(|byte| is_blank(char::from(*byte)) == wants_blank);
-        found.map_or(bytes.len(), |length| start + length)
-    };
+    let kind = |at: usize| bytes.get(at).map(|byte| BYTE_KINDS[usize::from(*byte)]);
     let mut words = Words::new();
-    let mut end = 0;
+    let mut at = 0;
     loop {
-        let start = find(end, false);
-        if start == bytes.len() {
-            return words;
+        while kind(at) == Some(ByteKind::Blank) {
+            at += 1;
         }
-        end = find(start, true);
-        words.push(Word { text: &line[start..end], columns: start..end });
+        let start = at;
+        while kind(at) == Some(ByteKind::Word) {
+            at += 1;
+        }
+        match kind(at) {
+            Some(ByteKind::Special) => return None,
+            None if at == start => return Some(words),
+            None | Some(ByteKind::Blank | ByteKind::Word) => {
+                words.push(Word { text: &line[start..at], columns: start..at });
+            }
+        }
     }
 }
+
+/// What a byte of a line can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ByteKind {
+    Blank,
+    Word,
+    /// A quote, the beginning of a comment, or part of a character that is not ASCII.
+    Special,
+}
+
+const BYTE_KINDS: [ByteKind; 256] = {
+    let mut kinds = [ByteKind::Word; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        kinds[byte] = match byte as u8 {
+            b'\t'..=b'\r' | b' ' => ByteKind::Blank,
+            b'"' | b'#' | 0x80.. => ByteKind::Special,
+            _ => ByteKind::Word,
+        };
+        byte += 1;
+    }
+    kinds
+};
 
 /// Whether a character is white space. Most are ASCII.
 #[inline]
@@ -105,4 +132,31 @@ fn split<'a>(
         words.push(Word { text: &line[first + usize::from(is_quoted)..], columns: first_column..end });
     }
     words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plain_lines_have_the_words_of_all_rules() {
+        let mut state = 3_u64;
+        let alphabet: Vec<char> = "ab1.-+ \t\r\u{b}\u{c}\u{1c}\u{7f}#\"é\u{a0}\u{2003}".chars().collect();
+        let mut plain = 0;
+        for _ in 0..20_000 {
+            let mut line = String::new();
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let kinds = if state >> 63 == 0 { 13 } else { alphabet.len() };
+            for _ in 0..(state >> 40) % 12 {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                line.push(alphabet[(state >> 33) as usize % kinds]);
+            }
+            let all = split_words(&line, Quoting::Plain, &|_, _| false);
+            let found = split_plain(&line);
+            assert_eq!(found.is_some(), line.is_ascii() && !line.contains(['#', '"']), "{line:?}");
+            assert!(found.as_ref().is_none_or(|found| *found == all), "{line:?}");
+            plain += usize::from(found.is_some());
+        }
+        assert!(plain > 5000, "{plain}");
+    }
 }

@@ -9,7 +9,7 @@ use crate::grammar::command::{
 };
 use crate::grammar::table::{COMMANDS, commands_spelt};
 use crate::parse::number::{format_number, parse_number};
-use crate::parse::parser::{Parsed, parse_line};
+use crate::parse::parser::{Parsed, parse_words, plain_object_command, words_of_command};
 use crate::session::checks::{check_camera, check_direction, check_light, pattern, target_distance};
 use crate::session::faults::{scene_fault, table_help};
 use crate::session::keys::{ALL_FRAMES, subject_of};
@@ -114,10 +114,15 @@ impl Session {
     /// # Errors
     /// The line cannot be read or carried out. The session is then unchanged.
     pub fn run_line(&mut self, line: &str) -> Result<Effect, Fault> {
-        match parse_line(line)? {
-            Some(parsed) => self.execute(&parsed),
-            None => Ok(Effect::Done),
+        let words = words_of_command(line);
+        let Some((first, rest)) = words.split_first() else { return Ok(Effect::Done) };
+        // Large scenes have millions of such lines. One that fails is read again, for its fault.
+        if let Some(command) = plain_object_command(first, rest)
+            && self.change_object(&command).is_ok()
+        {
+            return Ok(Effect::Changed(quaternion_note(&command)));
         }
+        self.execute(&parse_words(first, rest)?)
     }
 
     /// Carries out a parsed command.

@@ -3,11 +3,11 @@
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
-use superegg_geom::{Aabb, Transform};
+use superegg_geom::{Aabb, BOUND_SHAPES, Transform};
 
 use super::bounds;
 use super::fold::fold;
-use super::parts::{FoldedLeaf, GroupItem, LARGE, LeafMaps, NO_MAP, Parts, map_all};
+use super::parts::{FoldedLeaf, GroupItem, LARGE, LeafImage, NO_MAP, Parts, map_all, unit_from_group};
 use super::survey::Survey;
 use crate::scene::bvh::Tree;
 use crate::scene::compiled::BoxInflation;
@@ -43,7 +43,8 @@ pub(super) fn assemble(
     let has_one_child = parts.item_count() == 1;
     fold(&mut parts, &survey.leaf_box);
     let mut whole = survey.leaf_box;
-    whole = parts.folded.iter().fold(whole, |whole, leaf| whole.union(&leaf.maps.loose_box()));
+    let image = |leaf: &FoldedLeaf| leaf.maps.image(&primitives[leaf.primitive as usize]);
+    whole = parts.folded.iter().fold(whole, |whole, leaf| whole.union(&image(leaf).loose_box()));
     let group_boxes: Vec<Aabb> = parts
         .groups
         .iter()
@@ -81,8 +82,8 @@ pub(super) fn assemble(
     let plain = &parts.leaves;
     let make_plain = |item: u32| {
         let (child, primitive) = plain[item as usize];
-        let maps = parts.maps(&(child, primitive), primitives);
-        let unit_from_group = maps.map_or(NO_MAP, |maps| maps.unit_from_group);
+        let radii = primitives[primitive as usize].radii;
+        let unit_from_group = parts.transform(child).map_or(NO_MAP, |map| unit_from_group(&map, radii));
         Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives)
     };
     let mut instances = Vec::with_capacity(groups.len());
@@ -140,31 +141,41 @@ fn leaf_boxes(
     space: &TreeSpace,
     primitives: &[CompiledPrimitive],
 ) -> Vec<TreeBox> {
-    let described = |primitive: u32| &primitives[primitive as usize];
-    let of_maps = |maps: &LeafMaps, primitive: u32| space.tree_box(&maps.tight_box(described(primitive)));
     let mut boxes =
         match surveyed {
             Some(surveyed) => map_all(&surveyed, |leaf_box| {
                 if leaf_box.is_empty() { TreeBox::POINT } else { space.tree_box(leaf_box) }
             }),
-            None => map_all(&parts.leaves, |leaf| {
-                parts.maps(leaf, primitives).map_or(TreeBox::POINT, |maps| of_maps(&maps, leaf.1))
-            }),
+            None => plain_boxes(parts, space, primitives),
         };
-    boxes.extend(parts.folded.iter().map(|leaf| of_maps(&leaf.maps, leaf.primitive)));
+    let image = |leaf: &FoldedLeaf| leaf.maps.image(&primitives[leaf.primitive as usize]);
+    boxes.extend(parts.folded.iter().map(|leaf| space.tree_box(&image(leaf).tight_box())));
     // The box of a group is exact, so the boxes that may touch its faces are.
     let whole = whole_box(boxes.iter());
     let is_outer = whole.outer_test();
     let (plain, folded) = boxes.split_at_mut(parts.leaves.len());
-    let exact = |maps: &LeafMaps, primitive: u32| space.tree_box(&maps.exact_box(described(primitive)));
     for (held, leaf) in plain.iter_mut().zip(&parts.leaves).filter(|(held, _)| is_outer(held)) {
-        if let Some(maps) = parts.maps(leaf, primitives) {
-            *held = exact(&maps, leaf.1);
+        if let Some(image) = parts.image(leaf, primitives) {
+            *held = space.tree_box(&image.exact_box());
         }
     }
     for (held, leaf) in folded.iter_mut().zip(&parts.folded).filter(|(held, _)| is_outer(held)) {
-        *held = exact(&leaf.maps, leaf.primitive);
+        *held = space.tree_box(&image(leaf).exact_box());
     }
+    boxes
+}
+
+/// The boxes of plain leaves, several at once, on all threads if there are many.
+fn plain_boxes(parts: &Parts<'_>, space: &TreeSpace, primitives: &[CompiledPrimitive]) -> Vec<TreeBox> {
+    let mut boxes = vec![TreeBox::POINT; parts.leaves.len()];
+    let leaves = parts.leaves.par_chunks(BOUND_SHAPES);
+    let both = leaves.zip(boxes.par_chunks_mut(BOUND_SHAPES)).with_min_len(LARGE / BOUND_SHAPES);
+    both.for_each(|(leaves, boxes)| {
+        let images = std::array::from_fn(|i| parts.image(leaves.get(i)?, primitives));
+        for (held, tight) in boxes.iter_mut().zip(LeafImage::tight_boxes(&images)) {
+            *held = tight.map_or(TreeBox::POINT, |tight| space.tree_box(&tight));
+        }
+    });
     boxes
 }
 

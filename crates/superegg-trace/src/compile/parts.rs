@@ -5,7 +5,7 @@ use std::sync::Arc;
 use num_bigint::BigUint;
 use rayon::prelude::*;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
-use superegg_geom::{Aabb, Transform};
+use superegg_geom::{Aabb, BOUND_SHAPES, Superquadric, Transform};
 use superegg_scene::{Child, Entity, InstanceTable, Object, Scene, object_heights};
 
 use crate::scene::group::{FoldedName, Group, NameRef};
@@ -178,12 +178,22 @@ impl Parts<'_> {
         }
     }
 
+    /// The maps of a plain leaf (child, primitive).
     pub(super) fn maps(
         &self,
         &(child, primitive): &(u32, u32),
         primitives: &[CompiledPrimitive],
     ) -> Option<LeafMaps> {
         Some(LeafMaps::new(&self.transform(child)?, primitives[primitive as usize].radii))
+    }
+
+    /// The image of the unit shape of a plain leaf.
+    pub(super) fn image(
+        &self,
+        &(child, primitive): &(u32, u32),
+        primitives: &[CompiledPrimitive],
+    ) -> Option<LeafImage> {
+        Some(LeafImage::new(&self.transform(child)?, &primitives[primitive as usize]))
     }
 }
 
@@ -195,48 +205,87 @@ pub(super) struct LeafMaps {
 
 impl LeafMaps {
     pub(super) fn new(group_from_local: &Transform, radii: DVec3) -> Self {
-        let (inverse, forward) = (group_from_local.inverse(), group_from_local.forward());
-        let to_unit = radii.recip();
-        let (rows, columns) = (&inverse.matrix3, &forward.matrix3);
         Self {
-            unit_from_group: DAffine3 {
-                matrix3: DMat3::from_cols(
-                    to_unit * rows.x_axis,
-                    to_unit * rows.y_axis,
-                    to_unit * rows.z_axis,
-                ),
-                translation: to_unit * inverse.translation,
-            },
-            group_from_unit: DAffine3 {
-                matrix3: DMat3::from_cols(
-                    columns.x_axis * radii.x,
-                    columns.y_axis * radii.y,
-                    columns.z_axis * radii.z,
-                ),
-                translation: forward.translation,
-            },
+            unit_from_group: unit_from_group(group_from_local, radii),
+            group_from_unit: group_from_unit(group_from_local, radii),
+        }
+    }
+
+    /// The image of the unit shape of a primitive.
+    pub(super) fn image(&self, primitive: &CompiledPrimitive) -> LeafImage {
+        LeafImage { group_from_unit: self.group_from_unit, shape: primitive.unit_shape() }
+    }
+}
+
+pub(super) fn unit_from_group(group_from_local: &Transform, radii: DVec3) -> DAffine3 {
+    let (inverse, to_unit) = (group_from_local.inverse(), radii.recip());
+    let rows = &inverse.matrix3;
+    DAffine3 {
+        matrix3: DMat3::from_cols(to_unit * rows.x_axis, to_unit * rows.y_axis, to_unit * rows.z_axis),
+        translation: to_unit * inverse.translation,
+    }
+}
+
+fn group_from_unit(group_from_local: &Transform, radii: DVec3) -> DAffine3 {
+    let forward = group_from_local.forward();
+    let columns = &forward.matrix3;
+    DAffine3 {
+        matrix3: DMat3::from_cols(
+            columns.x_axis * radii.x,
+            columns.y_axis * radii.y,
+            columns.z_axis * radii.z,
+        ),
+        translation: forward.translation,
+    }
+}
+
+/// A unit shape with its map to a group.
+pub(super) struct LeafImage {
+    group_from_unit: DAffine3,
+    shape: Superquadric,
+}
+
+impl LeafImage {
+    pub(super) fn new(group_from_local: &Transform, primitive: &CompiledPrimitive) -> Self {
+        Self {
+            group_from_unit: group_from_unit(group_from_local, primitive.radii),
+            shape: primitive.unit_shape(),
         }
     }
 
     /// A box around the image of [-1, 1]^3.
     pub(super) fn loose_box(&self) -> Aabb {
         let columns = self.group_from_unit.matrix3;
-        Aabb::around(
-            self.group_from_unit.translation,
-            columns.x_axis.abs() + columns.y_axis.abs() + columns.z_axis.abs(),
-        )
-    }
-
-    /// Nearly the smallest box around the shape, rounded outwards.
-    pub(super) fn tight_box(&self, primitive: &CompiledPrimitive) -> Aabb {
-        let half_extent = primitive.unit_shape().half_extent_bound_under(&self.group_from_unit.matrix3);
-        Aabb::around(self.group_from_unit.translation, half_extent).rounded_outward()
+        self.box_of(columns.x_axis.abs() + columns.y_axis.abs() + columns.z_axis.abs())
     }
 
     /// The smallest box around the shape, rounded outwards.
-    pub(super) fn exact_box(&self, primitive: &CompiledPrimitive) -> Aabb {
-        let half_extent = primitive.unit_shape().half_extent_under(&self.group_from_unit.matrix3);
-        Aabb::around(self.group_from_unit.translation, half_extent).rounded_outward()
+    pub(super) fn exact_box(&self) -> Aabb {
+        self.box_of(self.shape.half_extent_under(&self.group_from_unit.matrix3)).rounded_outward()
+    }
+
+    /// Nearly the smallest box around each shape, rounded outwards.
+    pub(super) fn tight_boxes(images: &[Option<Self>; BOUND_SHAPES]) -> [Option<Aabb>; BOUND_SHAPES] {
+        let sphere = Superquadric::unit_sphere();
+        let shapes = images.each_ref().map(|image| image.as_ref().map_or(&sphere, |image| &image.shape));
+        let linear = images.each_ref().map(|image| match image {
+            Some(image) => &image.group_from_unit.matrix3,
+            None => &DMat3::IDENTITY,
+        });
+        let half_extents = Superquadric::half_extent_bounds_under(shapes, linear);
+        std::array::from_fn(|i| Some(images[i].as_ref()?.box_of(half_extents[i]).rounded_outward()))
+    }
+
+    /// As [`LeafImage::tight_boxes`], of one shape.
+    pub(super) fn tight_box(&self) -> Aabb {
+        let linear = &self.group_from_unit.matrix3;
+        let [half_extent, ..] =
+            Superquadric::half_extent_bounds_under([&self.shape; BOUND_SHAPES], [linear; BOUND_SHAPES]);
+        self.box_of(half_extent).rounded_outward()
+    }
+
+    fn box_of(&self, half_extent: DVec3) -> Aabb {
+        Aabb::around(self.group_from_unit.translation, half_extent)
     }
 }
 

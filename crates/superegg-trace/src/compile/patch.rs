@@ -5,6 +5,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use superegg_geom::glam::DAffine3;
+
 use super::parts::{LeafMaps, NO_MAP, Parts, map_all};
 use crate::scene::bvh::refit;
 use crate::scene::group::{Group, Leaf, NameRef, Names};
@@ -47,18 +49,18 @@ impl<'a> Patchable<'a> {
         Some(Self { group, primitives, seats })
     }
 
-    /// Whether a leaf (child, primitive) with these maps differs from that of the child before.
+    /// Whether a leaf (child, primitive) with this map differs from that of the child before.
     pub(super) fn has_changed(
         &self,
         (child, primitive): (u32, u32),
-        maps: Option<&LeafMaps>,
+        unit_from_group: Option<DAffine3>,
         described: &CompiledPrimitive,
     ) -> bool {
         let leaf = self.seats[child as usize].and_then(|seat| self.group.leaves.get(seat as usize));
-        let is_as_before = maps.zip(leaf).is_some_and(|(maps, leaf)| {
+        let is_as_before = unit_from_group.zip(leaf).is_some_and(|(unit_from_group, leaf)| {
             let before = self.primitives.get(leaf.primitive as usize);
             leaf.primitive == primitive
-                && leaf.unit_from_group == maps.unit_from_group
+                && leaf.unit_from_group == unit_from_group
                 && before.is_some_and(|before| before.exponents == described.exponents)
         });
         !is_as_before
@@ -77,7 +79,8 @@ pub(super) fn patched(
     let Patchable { group, seats, .. } = before;
     let patches: Vec<(Option<u32>, Leaf, TreeBox)> = map_all(changed, |&(child, primitive)| {
         let maps = parts.maps(&(child, primitive), primitives);
-        let tight = |maps: &LeafMaps| group.space.tree_box(&maps.tight_box(&primitives[primitive as usize]));
+        let tight =
+            |maps: &LeafMaps| group.space.tree_box(&maps.image(&primitives[primitive as usize]).tight_box());
         let unit_from_group = maps.as_ref().map_or(NO_MAP, |maps| maps.unit_from_group);
         let leaf = Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives);
         (seats[child as usize], leaf, maps.as_ref().map_or(TreeBox::POINT, tight))

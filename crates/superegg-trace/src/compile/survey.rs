@@ -3,11 +3,11 @@
 use std::hash::BuildHasher;
 
 use rayon::prelude::*;
-use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
+use superegg_geom::{Aabb, BOUND_SHAPES};
 use superegg_scene::InstanceTable;
 
-use super::parts::{LARGE, LeafMaps, Parts};
+use super::parts::{LARGE, LeafImage, Parts, unit_from_group};
 use super::patch::Patchable;
 use super::signature::{Mixer, bits_of};
 use crate::scene::group::Names;
@@ -69,41 +69,54 @@ pub(super) fn survey_object(
     work: SurveyWork<'_>,
 ) -> Survey {
     // Each leaf is transformed once for all that is found about it.
-    let leaf = |&(child, primitive): &(u32, u32), kept_box: Option<&mut Aabb>| {
+    let leaf = |&(child, primitive): &(u32, u32)| {
         let mut hash = Mixer::new(u64::from(child) << 32 | u64::from(primitive));
         let described = &primitives[primitive as usize];
         hash.shape(described);
-        let maps = parts.transform(child).map(|map| {
-            hash.words(bits_of(&map));
-            LeafMaps::new(&map, described.radii)
+        let map = parts.transform(child);
+        if let Some(map) = &map {
+            hash.words(bits_of(map));
+        }
+        let is_changed = work.before.is_some_and(|before| {
+            let unit_from_group = map.as_ref().map(|map| unit_from_group(map, described.radii));
+            before.has_changed((child, primitive), unit_from_group, described)
         });
-        if let (Some(kept_box), Some(maps)) = (kept_box, &maps) {
-            *kept_box = maps.tight_box(described);
-        }
-        let is_changed = work
-            .before
-            .is_some_and(|before| before.has_changed((child, primitive), maps.as_ref(), described));
-        Joined {
+        let image = map.map(|map| LeafImage::new(&map, described));
+        let joined = Joined {
             signature: hash.finish(),
-            leaf_box: maps.as_ref().map_or(Aabb::EMPTY, LeafMaps::loose_box),
+            leaf_box: image.as_ref().map_or(Aabb::EMPTY, LeafImage::loose_box),
             changed: if is_changed { vec![(child, primitive)] } else { Vec::new() },
+        };
+        (joined, image)
+    };
+    // The boxes of several leaves are computed side by side.
+    let some_leaves = |(leaves, boxes): (&[(u32, u32)], &mut [Aabb])| {
+        let mut all = Joined::NOTHING;
+        let mut images = [const { None }; BOUND_SHAPES];
+        for (image, one) in images.iter_mut().zip(leaves) {
+            let joined;
+            (joined, *image) = leaf(one);
+            all = all.join(joined);
         }
+        for (held, tight) in boxes.iter_mut().zip(LeafImage::tight_boxes(&images)) {
+            *held = tight.unwrap_or(Aabb::EMPTY);
+        }
+        all
     };
     let mut boxes = work.keeps_boxes.then(|| vec![Aabb::EMPTY; parts.leaves.len()]);
     let joined = match &mut boxes {
-        Some(boxes) if parts.leaves.len() < LARGE => {
-            let leaves = parts.leaves.iter().zip(boxes);
-            leaves.map(|(one, kept_box)| leaf(one, Some(kept_box))).fold(Joined::NOTHING, Joined::join)
-        }
-        Some(boxes) => {
-            let leaves = parts.leaves.par_iter().zip(boxes);
-            leaves.map(|(one, kept_box)| leaf(one, Some(kept_box))).reduce(|| Joined::NOTHING, Joined::join)
-        }
+        Some(boxes) => parts
+            .leaves
+            .par_chunks(BOUND_SHAPES)
+            .zip(boxes.par_chunks_mut(BOUND_SHAPES))
+            .with_min_len(LARGE / BOUND_SHAPES)
+            .map(some_leaves)
+            .reduce(|| Joined::NOTHING, Joined::join),
         None => parts
             .leaves
             .par_iter()
             .with_min_len(LARGE)
-            .map(|one| leaf(one, None))
+            .map(|one| leaf(one).0)
             .reduce(|| Joined::NOTHING, Joined::join),
     };
     let mut hash = Mixer::new(joined.signature);

@@ -2,11 +2,12 @@
 //!
 //! Only this file uses the library that builds binary trees. Boxes go in and a tree of eight-wide nodes comes out.
 
-use std::time::Duration;
+use std::sync::Mutex;
 
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::PlocBuilder;
 use rayon::prelude::*;
 use superegg_geom::glam::Vec3A;
 
@@ -26,7 +27,7 @@ impl Tree {
     pub(crate) fn build(boxes: &[TreeBox]) -> Self {
         if boxes.len() <= CHUNK {
             let items: Vec<u32> = (0..boxes.len() as u32).collect();
-            return Self::build_chunk(boxes, &items);
+            return Self::build_chunk(boxes, &items, &mut Workspace::default());
         }
         let center = |(item, b): (u32, &TreeBox)| Center { at: [0, 1, 2].map(|axis| b.center(axis)), item };
         let mut centers: Vec<Center> = (0..).zip(boxes).map(center).collect();
@@ -35,11 +36,18 @@ impl Tree {
         let box_of =
             |chunk: &&mut [Center]| whole_box(chunk.iter().map(|center| &boxes[center.item as usize]));
         let chunk_boxes: Vec<TreeBox> = chunks.par_iter().map(box_of).collect();
+        // Memory that is freed and taken again for each chunk costs as much as a tenth of the time.
+        let workspaces: Mutex<Vec<Workspace>> = Mutex::default();
         let build = |chunk: &&mut [Center]| {
             // The boxes of a chunk lie side by side while its tree is built.
             let items: Vec<u32> = chunk.iter().map(|center| center.item).collect();
             let boxes: Vec<TreeBox> = items.iter().map(|&item| boxes[item as usize]).collect();
-            Self::build_chunk(&boxes, &items)
+            let mut workspace = workspaces.lock().ok().and_then(|mut free| free.pop()).unwrap_or_default();
+            let tree = Self::build_chunk(&boxes, &items, &mut workspace);
+            if let Ok(mut free) = workspaces.lock() {
+                free.push(workspace);
+            }
+            tree
         };
         let mut joined = Joined::new(&chunk_boxes, boxes.len());
         // Each tree is copied and freed before many others are built.
@@ -51,7 +59,7 @@ impl Tree {
     }
 
     /// The tree of items with these boxes.
-    fn build_chunk(boxes: &[TreeBox], items: &[u32]) -> Self {
+    fn build_chunk(boxes: &[TreeBox], items: &[u32], workspace: &mut Workspace) -> Self {
         if items.len() <= WIDTH {
             let mut node = Node::EMPTY;
             for (leaf, bounds) in (0..).zip(boxes) {
@@ -59,15 +67,10 @@ impl Tree {
             }
             return Self { nodes: if items.is_empty() { vec![] } else { vec![node] }, order: items.to_vec() };
         }
-        let untied = boxes.iter().zip(items).map(|(bounds, &item)| untied(bounds, item));
-        let library_boxes: Vec<_> = untied.map(|bounds| library_box(&bounds)).collect();
-        // One item in each leaf: a shape test costs more than a box test.
-        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
-        let binary = build_bvh2(&library_boxes, params, &mut Duration::default());
-        drop(library_boxes);
+        workspace.build_binary(boxes, items);
         let mut tree =
             Self { nodes: Vec::with_capacity(items.len() / 4), order: Vec::with_capacity(items.len()) };
-        tree.widen(&binary, boxes, items);
+        tree.widen(&workspace.binary, &workspace.subtrees, items);
         tree.nodes.shrink_to_fit();
         tree
     }
@@ -76,8 +79,7 @@ impl Tree {
     ///
     /// A node replaces its child of the largest surface area by that child's children, as long as the child holds more
     /// than a node's worth of leaves. The slots that remain go to the smallest children.
-    fn widen(&mut self, binary: &Bvh2, boxes: &[TreeBox], items: &[u32]) {
-        let subtrees = subtrees(binary, boxes);
+    fn widen(&mut self, binary: &Bvh2, subtrees: &[Subtree], items: &[u32]) {
         let size = |index: u32| subtrees[index as usize].leaves as usize;
         self.nodes.push(Node::EMPTY);
         let mut pending = vec![(0u32, 0usize)];
@@ -119,6 +121,49 @@ impl Tree {
     }
 }
 
+/// Memory to build trees in, one after the other.
+#[derive(Default)]
+struct Workspace {
+    /// The boxes in the type of the library.
+    boxes: Vec<obvhs::aabb::Aabb>,
+    builder: PlocBuilder,
+    optimizer: ReinsertionOptimizer,
+    /// The binary tree.
+    binary: Bvh2,
+    /// What lies below each of its nodes.
+    subtrees: Vec<Subtree>,
+}
+
+impl Workspace {
+    /// Builds the binary tree over items with these boxes, one item in each leaf.
+    fn build_binary(&mut self, boxes: &[TreeBox], items: &[u32]) {
+        self.boxes.clear();
+        let untied = boxes.iter().zip(items).map(|(bounds, &item)| untied(bounds, item));
+        self.boxes.extend(untied.map(|bounds| library_box(&bounds)));
+        let BvhBuildParams {
+            ploc_search_distance,
+            search_depth_threshold,
+            reinsertion_batch_ratio,
+            sort_precision,
+            ..
+        } = BvhBuildParams::fast_build();
+        let mut indices = std::mem::take(&mut self.binary.primitive_indices);
+        indices.clear();
+        indices.extend(0..boxes.len() as u32);
+        self.builder.build_with_bvh(
+            &mut self.binary,
+            ploc_search_distance,
+            &self.boxes,
+            indices,
+            sort_precision,
+            search_depth_threshold,
+        );
+        // Leaves are not joined: a shape test costs more than a box test.
+        self.optimizer.run(&mut self.binary, reinsertion_batch_ratio, None);
+        find_subtrees(&self.binary, boxes, &mut self.subtrees);
+    }
+}
+
 /// Trees that are joined under a tree over their boxes.
 struct Joined {
     /// The tree over the boxes, whose leaves are the trees, and behind its nodes those of the trees.
@@ -135,7 +180,7 @@ impl Joined {
     /// No trees yet; these are the boxes around each.
     fn new(boxes: &[TreeBox], item_count: usize) -> Self {
         let all: Vec<u32> = (0..boxes.len() as u32).collect();
-        let mut tree = Tree::build_chunk(boxes, &all);
+        let mut tree = Tree::build_chunk(boxes, &all, &mut Workspace::default());
         let top_order = std::mem::replace(&mut tree.order, Vec::with_capacity(item_count));
         // Nodes have about six children. Memory that is not written is not resident.
         tree.nodes.reserve_exact(item_count / 4);
@@ -233,25 +278,42 @@ impl Subtree {
     fn new(leaves: u32, bounds: TreeBox) -> Self {
         Self { leaves, bounds, half_area: bounds.half_area() }
     }
+
+    fn is_known(&self) -> bool {
+        self.leaves > 0
+    }
 }
 
 /// What lies below each node. The library's own boxes are those that it got, which are moved.
-fn subtrees(binary: &Bvh2, boxes: &[TreeBox]) -> Vec<Subtree> {
-    let mut subtrees = vec![Subtree::new(0, TreeBox::POINT); binary.nodes.len()];
-    let mut pending = vec![(0usize, false)];
-    while let Some((index, children_done)) = pending.pop() {
+fn find_subtrees(binary: &Bvh2, boxes: &[TreeBox], subtrees: &mut Vec<Subtree>) {
+    subtrees.clear();
+    subtrees.resize(binary.nodes.len(), Subtree::new(0, TreeBox::POINT));
+    let subtree = |subtrees: &[Subtree], index: usize| {
         let node = &binary.nodes[index];
         let first = node.first_index as usize;
         if node.prim_count > 0 {
-            subtrees[index] = Subtree::new(1, boxes[binary.primitive_indices[first] as usize]);
-        } else if children_done {
-            let (left, right) = (subtrees[first], subtrees[first + 1]);
-            subtrees[index] = Subtree::new(left.leaves + right.leaves, left.bounds.union(&right.bounds));
-        } else {
-            pending.extend([(index, true), (first, false), (first + 1, false)]);
+            return Some(Subtree::new(1, boxes[binary.primitive_indices[first] as usize]));
+        }
+        let (left, right) = (subtrees[first], subtrees[first + 1]);
+        let is_known = left.is_known() && right.is_known();
+        is_known.then(|| Subtree::new(left.leaves + right.leaves, left.bounds.union(&right.bounds)))
+    };
+    // Nearly all nodes come before their children. The library has moved a few.
+    for index in (0..binary.nodes.len()).rev() {
+        if let Some(found) = subtree(subtrees, index) {
+            subtrees[index] = found;
         }
     }
-    subtrees
+    let mut pending = vec![0];
+    while let Some(&index) = pending.last() {
+        if let Some(found) = subtree(subtrees, index) {
+            subtrees[index] = found;
+            pending.pop();
+        } else {
+            let first = binary.nodes[index].first_index as usize;
+            pending.extend([first, first + 1].iter().filter(|&&child| !subtrees[child].is_known()));
+        }
+    }
 }
 
 /// How far a box is moved for the library, as a part of its size.

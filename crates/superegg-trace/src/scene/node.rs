@@ -181,10 +181,14 @@ impl TreeSpace {
 /// The limit of box coordinates. Rays that reach farther are traced in f64.
 const FARTHEST: f32 = 1e18;
 
-/// The largest f32 not above `x`.
+/// The largest f32 not above `x`. Half of all numbers are rounded up, so it has no branches.
 fn below(x: f64) -> f32 {
     let nearest = x as f32;
-    let below = if f64::from(nearest) > x { nearest.next_down() } else { nearest };
+    let bits = nearest.to_bits();
+    // Bits count away from 0.
+    let towards_zero = bits.wrapping_sub(((bits as i32) >> 31 | 1) as u32);
+    let next_down = if bits == 0 { (-f32::from_bits(1)).to_bits() } else { towards_zero };
+    let below = if f64::from(nearest) > x { f32::from_bits(next_down) } else { nearest };
     below.clamp(-FARTHEST, FARTHEST)
 }
 
@@ -255,6 +259,23 @@ mod tests {
                 assert!(f64::from(rounded.min[axis]) <= exact[axis]);
                 assert!(exact[axis] <= f64::from(rounded.max[axis]));
             }
+        }
+    }
+
+    #[test]
+    fn rounding_down_gives_the_largest_number_that_is_not_above() {
+        let mut state = 5_u64;
+        let mut numbers = vec![0.0, -0.0, 1e-60, -1e-60, 1e60, -1e60, f64::INFINITY, f64::NEG_INFINITY];
+        for _ in 0..10_000 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let near_f32 =
+                f64::from(f32::from_bits((state >> 32) as u32)) * (1.0 + (state >> 60) as f64 * 1e-9);
+            numbers.extend([near_f32, (state >> 11) as f64 * 1e-16 - 0.5].iter().filter(|x| !x.is_nan()));
+        }
+        for x in numbers {
+            let nearest = x as f32;
+            let expected = if f64::from(nearest) > x { nearest.next_down() } else { nearest };
+            assert_eq!(below(x).to_bits(), expected.clamp(-FARTHEST, FARTHEST).to_bits(), "{x}");
         }
     }
 }
