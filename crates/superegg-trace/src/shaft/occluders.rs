@@ -137,8 +137,8 @@ fn is_outside(leaf: &Leaf, sides: &[HalfSpace]) -> bool {
     let matrix = &leaf.unit_from_group.matrix3;
     let inverse = matrix.inverse();
     let size = |m: &DMat3| (m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs()).max_element();
-    // NaN is not stretched little.
-    if !(size(matrix) * size(&inverse) < MOST_STRETCHED) {
+    let stretched = size(matrix) * size(&inverse);
+    if stretched.is_nan() || stretched >= MOST_STRETCHED {
         return false;
     }
     let center = inverse * leaf.unit_from_group.translation;

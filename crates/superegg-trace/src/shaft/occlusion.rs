@@ -214,9 +214,9 @@ impl Queue {
         let count = queued.len();
         lanes.clear_from(count);
         if *is_convex {
-            lanes.occluded(simd, count, answers)
+            lanes.occluded(simd, count, answers);
         } else {
-            lanes.enters(simd, count, answers)
+            lanes.enters(simd, count, answers);
         }
         for lane in bits(answers.found | answers.unresolved) {
             let Queued { ray, occluder, t_entry, t_per_s, exit } = queued[lane];
