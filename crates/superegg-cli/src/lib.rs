@@ -1,7 +1,8 @@
 //! The program `superegg`: command-line arguments, files, console output and exit codes.
 //!
-//! No other crate of the workspace prints. Modules use only modules that stand above them in this
-//! list.
+//! [`run`] is the program. It is a library so that the Python package carries it, and so that
+//! [`load`] reads there all that the program reads. No other crate of the workspace prints. Modules
+//! use only modules that stand above them in this list.
 
 mod console;
 mod outcome;
@@ -22,28 +23,24 @@ mod prompt;
 
 mod commands;
 
-use std::process::ExitCode;
+pub mod load;
+
+use std::ffi::OsString;
 
 use clap::Parser;
 
 use crate::args::{Args, Command};
-use crate::outcome::{EXIT_ERRORS, EXIT_USAGE, Outcome};
+use crate::outcome::{EXIT_ERRORS, EXIT_FINE, EXIT_USAGE, Outcome};
 
-fn main() -> ExitCode {
-    let args = Args::try_parse().unwrap_or_else(|error| {
-        // Without this check a misspelt command is taken for the name of a scene.
-        match std::env::args()
-            .nth(1)
-            .filter(|_| error.use_stderr())
-            .and_then(|word| args::unknown_command(&word))
-        {
-            Some(error) => {
-                console::warn(format_args!("superegg: {error}"));
-                std::process::exit(EXIT_USAGE.into());
-            }
-            None => error.exit(),
-        }
-    });
+/// Runs the program with these arguments, of which the first is its name, and returns its exit code.
+/// It takes over ctrl-c, and a second one ends the process.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
+    let args: Vec<OsString> = args.into_iter().collect();
+    let first = args.get(1).cloned();
+    let args = match Args::try_parse_from(args) {
+        Ok(args) => args,
+        Err(error) => return refused(&error, first),
+    };
     let Some(command) = args.command else { return finish(commands::model::run(args.scene.as_deref())) };
     finish(match command {
         Command::Render(args) => commands::render::run(&args),
@@ -63,16 +60,29 @@ fn main() -> ExitCode {
     })
 }
 
+/// Prints why arguments are refused, or the help that they want, and returns the exit code.
+fn refused(error: &clap::Error, first: Option<OsString>) -> u8 {
+    // Without this check a misspelt command is taken for the name of a scene.
+    let word = first.and_then(|word| word.into_string().ok()).filter(|_| error.use_stderr());
+    if let Some(error) = word.and_then(|word| args::unknown_command(&word)) {
+        console::warn(format_args!("superegg: {error}"));
+        return EXIT_USAGE;
+    }
+    // A closed pipe has no reader who misses the help.
+    let _ = error.print();
+    error.exit_code().try_into().unwrap_or(EXIT_USAGE)
+}
+
 /// The exit code of a command; prints its error.
-fn finish(result: anyhow::Result<Outcome>) -> ExitCode {
+fn finish(result: anyhow::Result<Outcome>) -> u8 {
     match result {
-        Ok(Outcome::Fine) => ExitCode::SUCCESS,
-        Ok(Outcome::ErrorsInInput) => ExitCode::from(EXIT_ERRORS),
-        Ok(Outcome::Stopped(code)) => ExitCode::from(code),
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Ok(Outcome::Fine) => EXIT_FINE,
+        Ok(Outcome::ErrorsInInput) => EXIT_ERRORS,
+        Ok(Outcome::Stopped(code)) => code,
+        Err(error) if is_broken_pipe(&error) => EXIT_FINE,
         Err(error) => {
             console::warn(format_args!("superegg: {error:#}"));
-            ExitCode::from(EXIT_USAGE)
+            EXIT_USAGE
         }
     }
 }
