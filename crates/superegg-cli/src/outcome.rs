@@ -1,5 +1,7 @@
 //! How a command ends, and the exit codes.
 
+/// The exit code of success.
+pub(crate) const EXIT_FINE: u8 = 0;
 /// The exit code of errors in the input.
 pub(crate) const EXIT_ERRORS: u8 = 1;
 /// The exit code of wrong usage, and of files that cannot be read or written.

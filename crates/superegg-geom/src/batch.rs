@@ -312,6 +312,28 @@ impl HitBatch {
     pub fn leaving(&self) -> &[bool] {
         &self.leaving
     }
+
+    /// The columns, without a copy.
+    pub fn into_columns(self) -> HitColumns {
+        let Self { t, points, normals, uv, leaving } = self;
+        HitColumns { t, points, normals, uv, leaving }
+    }
+}
+
+/// The columns of a [`HitBatch`].
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct HitColumns {
+    /// See [`HitBatch::t`].
+    pub t: Vec<f64>,
+    /// See [`HitBatch::points`].
+    pub points: Vec<[f64; 3]>,
+    /// See [`HitBatch::normals`].
+    pub normals: Vec<[f64; 3]>,
+    /// See [`HitBatch::uv`].
+    pub uv: Vec<[f64; 2]>,
+    /// See [`HitBatch::leaving`].
+    pub leaving: Vec<bool>,
 }
 
 impl Superquadric {

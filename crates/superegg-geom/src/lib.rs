@@ -12,7 +12,7 @@ mod shape;
 mod solve;
 mod superquadric;
 
-pub use batch::{BatchError, BatchHit, HitBatch, RayBatch};
+pub use batch::{BatchError, BatchHit, HitBatch, HitColumns, RayBatch};
 pub use glam;
 pub use math::aabb::{Aabb, RayReciprocal};
 pub use math::numeric::{scale_to_unit, unit_vector};

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 
 use foldhash::fast::RandomState;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
-use superegg_geom::{BatchHit, HitBatch, Ray, RayBatch, Superquadric, inverse_of, unit_vector};
+use superegg_geom::{BatchHit, HitBatch, HitColumns, Ray, RayBatch, Superquadric, inverse_of, unit_vector};
 
 use crate::ray::query::{Hit, TraceRay};
 use crate::scene::compiled::CompiledScene;
@@ -84,6 +84,12 @@ impl SceneHitBatch {
     /// The path of the instance that ray `i` hits, for [`CompiledScene::path_name`]. `None` for a miss and past the end.
     pub fn path(&self, i: usize) -> Option<&InstancePath> {
         self.paths.get(i).filter(|path| !path.indices().is_empty())
+    }
+
+    /// The columns, without a copy: geometry, primitives, instance ids and paths.
+    pub fn into_columns(self) -> (HitColumns, Vec<u32>, Vec<u32>, Vec<InstancePath>) {
+        let Self { hits, primitives, instance_ids, paths } = self;
+        (hits.into_columns(), primitives, instance_ids, paths)
     }
 
     fn push(&mut self, surface: Option<(BatchHit, u32, u32)>, path: InstancePath) {

@@ -23,18 +23,20 @@ const HEAD: u64 = 1 << 16;
 
 /// How data is read and shown.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct DataOptions {
-    pub(crate) read: ReadOptions,
-    pub(crate) coloring: Coloring,
+pub struct DataOptions {
+    /// The format and the columns.
+    pub read: ReadOptions,
+    /// The colours of the rows.
+    pub coloring: Coloring,
     /// The frame; the first one that is not empty if `None`.
-    pub(crate) frame: Option<usize>,
+    pub frame: Option<usize>,
     /// The number of images of a periodic box along each edge; `[0; 3]` stands for one.
-    pub(crate) images: [u32; 3],
+    pub images: [u32; 3],
     /// Whether the edges of the simulation box are shown.
-    pub(crate) shows_box: bool,
+    pub shows_box: bool,
     /// The width and height of the middle part of the picture that all data is to be seen in; by
     /// default those of a scene.
-    pub(crate) size: Option<(u32, u32)>,
+    pub size: Option<(u32, u32)>,
 }
 
 impl DataOptions {
@@ -321,7 +323,7 @@ const FIELD_OF_VIEW: f64 = 40.0;
 const KEY_LIGHT: &str = "key";
 
 /// Gives a scene a camera and a light that show a box, z up, on white. An empty box changes nothing.
-pub(super) fn frame(scene: &mut Scene, bounds: &Aabb, options: &DataOptions) {
+pub(crate) fn frame(scene: &mut Scene, bounds: &Aabb, options: &DataOptions) {
     let direction = Camera {
         position: BACKWARDS,
         target: DVec3::ZERO,

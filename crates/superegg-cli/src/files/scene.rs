@@ -1,9 +1,12 @@
 //! Reads scene files and the files that they source.
 
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Result, bail};
+use superegg_exchange::read::Input;
+use superegg_geom::Aabb;
 use superegg_lang::{
     Diagnostic, Effect, Fault, FaultCode, Flow, Request, Session, Settings, Severity, find_command, nearest,
     run_script, write_session,
@@ -37,6 +40,8 @@ pub(crate) struct Loaded {
     pub(crate) legend: Option<Legend>,
     /// The index of the frame of data.
     pub(crate) frame: usize,
+    /// The box of data that its camera shows.
+    pub(crate) bounds: Option<Aabb>,
     /// Whether the user interrupted the load.
     pub(crate) is_interrupted: bool,
 }
@@ -119,21 +124,33 @@ fn load_data(path: &Path, options: &DataOptions) -> Result<Option<Loaded>> {
     if access::is_standard_stream(path) && !options.are_for_data() || !path.is_file() {
         return Ok(None);
     }
-    let mut input = open_input(path)?;
-    let (session, diagnostics, notes, legend, frame) = match data::kind_of(&mut *input, options)? {
+    load_data_from(path, &mut *open_input(path)?, options)
+}
+
+/// As [`load_data`], of a file that is open.
+fn load_data_from(path: &Path, input: &mut dyn Input, options: &DataOptions) -> Result<Option<Loaded>> {
+    let (session, diagnostics, notes, legend, frame, bounds) = match data::kind_of(input, options)? {
         FileKind::Text => return Ok(None),
         FileKind::Binary => {
-            let (session, diagnostics) = binary_scene::load(path, &mut *input)?;
-            (session, diagnostics, Vec::new(), None, 0)
+            let (session, diagnostics) = binary_scene::load(path, input)?;
+            (session, diagnostics, Vec::new(), None, 0, None)
         }
         FileKind::Data => {
-            let LoadedData { session, notes, key, frame, bounds: _ } =
-                data::load(path, &mut *input, options)?;
-            (session, Vec::new(), notes, Legend::of(&options.coloring, &key), frame)
+            let LoadedData { session, notes, key, frame, bounds } = data::load(path, input, options)?;
+            (session, Vec::new(), notes, Legend::of(&options.coloring, &key), frame, Some(bounds))
         }
     };
-    let (lines, prints) = (String::new(), Vec::new());
-    Ok(Some(Loaded { session, diagnostics, lines, prints, notes, legend, frame, is_interrupted: false }))
+    let (lines, prints, is_interrupted) = (String::new(), Vec::new(), false);
+    Ok(Some(Loaded { session, diagnostics, lines, prints, notes, legend, frame, bounds, is_interrupted }))
+}
+
+/// As [`load_with`], of the bytes of a file. `path` stands for it in messages, and is where files
+/// that it names are searched.
+pub(crate) fn load_bytes(path: &Path, bytes: &[u8], options: &DataOptions) -> Result<Loaded> {
+    match load_data_from(path, &mut Cursor::new(bytes), options)? {
+        Some(loaded) => Ok(loaded),
+        None => run_lines(path, bytes, Settings::default(), Lines::Dropped, &AtomicBool::new(false)),
+    }
 }
 
 /// Tables of at most this many rows are journalled as lines; larger ones as the file to load again.
@@ -167,8 +184,18 @@ enum Lines {
 }
 
 fn load_lines(path: &Path, settings: Settings, kept: Lines, interrupt: &AtomicBool) -> Result<Loaded> {
-    let bytes = access::read(path)?;
-    if let Some(kind) = kind_of_no_scene(&bytes) {
+    run_lines(path, &access::read(path)?, settings, kept, interrupt)
+}
+
+/// Runs the lines of the file `path`, which has these bytes.
+fn run_lines(
+    path: &Path,
+    bytes: &[u8],
+    settings: Settings,
+    kept: Lines,
+    interrupt: &AtomicBool,
+) -> Result<Loaded> {
+    if let Some(kind) = kind_of_no_scene(bytes) {
         bail!("'{}' is not a scene but {kind}", path.display());
     }
     if bytes.contains(&0) {
@@ -187,10 +214,10 @@ fn load_lines(path: &Path, settings: Settings, kept: Lines, interrupt: &AtomicBo
         is_interrupted: false,
     };
     let mut diagnostics = Vec::new();
-    loader.run(&mut session, path, &bytes, &mut diagnostics);
+    loader.run(&mut session, path, bytes, &mut diagnostics);
     let Loader { lines, prints, is_interrupted, .. } = loader;
-    let (notes, legend) = (Vec::new(), None);
-    Ok(Loaded { session, diagnostics, lines, prints, notes, legend, frame: 0, is_interrupted })
+    let (notes, legend, frame, bounds) = (Vec::new(), None, 0, None);
+    Ok(Loaded { session, diagnostics, lines, prints, notes, legend, frame, bounds, is_interrupted })
 }
 
 /// The canonical path, equal for all names of a file.

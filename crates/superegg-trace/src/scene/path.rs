@@ -26,6 +26,11 @@ impl InstancePath {
         &self.0
     }
 
+    /// Whether the path has no level: that of a miss.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Whether the path ends at a group that was too small to be opened and was hit as its proxy.
     pub fn is_proxy(&self) -> bool {
         self.0.last().is_some_and(|last| last & Self::INSTANCE != 0)

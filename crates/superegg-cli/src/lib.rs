@@ -1,0 +1,96 @@
+//! The program `superegg`: command-line arguments, files, console output and exit codes.
+//!
+//! [`run`] is the program. It is a library so that the Python package carries it, and so that
+//! [`load`] reads there all that the program reads. No other crate of the workspace prints. Modules
+//! use only modules that stand above them in this list.
+
+mod console;
+mod outcome;
+mod progress;
+mod system;
+mod text;
+
+mod annotate;
+
+mod files;
+mod inspect;
+mod long;
+
+mod args;
+
+mod modeller;
+mod prompt;
+
+mod commands;
+
+pub mod load;
+
+use std::ffi::OsString;
+
+use clap::Parser;
+
+use crate::args::{Args, Command};
+use crate::outcome::{EXIT_ERRORS, EXIT_FINE, EXIT_USAGE, Outcome};
+
+/// Runs the program with these arguments, of which the first is its name, and returns its exit code.
+/// It takes over ctrl-c, and a second one ends the process.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
+    let args: Vec<OsString> = args.into_iter().collect();
+    let first = args.get(1).cloned();
+    let args = match Args::try_parse_from(args) {
+        Ok(args) => args,
+        Err(error) => return refused(&error, first),
+    };
+    let Some(command) = args.command else { return finish(commands::model::run(args.scene.as_deref())) };
+    finish(match command {
+        Command::Render(args) => commands::render::run(&args),
+        Command::Animate(args) => commands::animate::run(&args),
+        Command::Merge(args) => commands::merge::run(&args),
+        Command::Intersect(args) => commands::intersect::run(&args),
+        Command::Iotest(args) => commands::iotest::run(&args),
+        Command::Import(args) => commands::import::run(&args),
+        Command::Sample(args) => commands::sample::run(&args),
+        Command::Measure(args) => commands::measure::run(&args),
+        Command::Info(args) => commands::info::run(&args),
+        Command::Check(args) => commands::check::run(&args),
+        Command::Bench(args) => commands::bench::run(&args),
+        Command::Export(args) => commands::export::run(&args),
+        Command::Run(args) => commands::run::run(&args),
+        Command::View(args) => commands::view::run(&args),
+    })
+}
+
+/// Prints why arguments are refused, or the help that they want, and returns the exit code.
+fn refused(error: &clap::Error, first: Option<OsString>) -> u8 {
+    // Without this check a misspelt command is taken for the name of a scene.
+    let word = first.and_then(|word| word.into_string().ok()).filter(|_| error.use_stderr());
+    if let Some(error) = word.and_then(|word| args::unknown_command(&word)) {
+        console::warn(format_args!("superegg: {error}"));
+        return EXIT_USAGE;
+    }
+    // A closed pipe has no reader who misses the help.
+    let _ = error.print();
+    error.exit_code().try_into().unwrap_or(EXIT_USAGE)
+}
+
+/// The exit code of a command; prints its error.
+fn finish(result: anyhow::Result<Outcome>) -> u8 {
+    match result {
+        Ok(Outcome::Fine) => EXIT_FINE,
+        Ok(Outcome::ErrorsInInput) => EXIT_ERRORS,
+        Ok(Outcome::Stopped(code)) => code,
+        Err(error) if is_broken_pipe(&error) => EXIT_FINE,
+        Err(error) => {
+            console::warn(format_args!("superegg: {error:#}"));
+            EXIT_USAGE
+        }
+    }
+}
+
+/// Whether the reader of a pipe has closed it, which is not an error.
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
+        .any(|cause| cause.kind() == std::io::ErrorKind::BrokenPipe)
+}

@@ -1,0 +1,124 @@
+"""Rendered pictures."""
+
+from __future__ import annotations
+
+import os
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from superegg import _superegg
+
+Float32s = NDArray[np.float32]
+Number = TypeVar("Number", np.float32, np.uint32)
+
+
+class Film:
+    """A rendered picture: linear light, and what the pixels show.
+
+    It is an array of its colours for numpy: ``np.asarray(film)``, ``film[y, x]``, ``film.shape``. A
+    notebook shows it. Rows go from the top.
+    """
+
+    def __init__(self, core: _superegg.Film) -> None:
+        self._core = core
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Height, width and 3."""
+        height, width = self._core.size
+        return height, width, 3
+
+    @property
+    def ndim(self) -> int:
+        """3."""
+        return 3
+
+    @property
+    def dtype(self) -> np.dtype[np.float32]:
+        """float32."""
+        return np.dtype(np.float32)
+
+    @cached_property
+    def color(self) -> Float32s:
+        """Linear light before exposure and tone mapping, shape (h, w, 3)."""
+        return self._core.color().reshape(self.shape)
+
+    @cached_property
+    def alpha(self) -> Float32s:
+        """The share of each pixel that is covered, shape (h, w); 1 unless the background is transparent."""
+        return self._core.alpha().reshape(self.shape[:2])
+
+    @cached_property
+    def depth(self) -> Float32s:
+        """World units along the line of sight, shape (h, w); inf where there is nothing."""
+        return self._layer(self._core.depth(), ())
+
+    @cached_property
+    def normal(self) -> Float32s:
+        """The unit normals of the first surface in world space, shape (h, w, 3); 0 where there is nothing."""
+        return self._layer(self._core.normal(), (3,))
+
+    @cached_property
+    def albedo(self) -> Float32s:
+        """The linear colour of the first surface, shape (h, w, 3)."""
+        return self._layer(self._core.albedo(), (3,))
+
+    @cached_property
+    def instance_id(self) -> NDArray[np.uint32]:
+        """The instance of the first surface, shape (h, w): `Hits.instance`; 0 where there is nothing."""
+        return self._layer(self._core.instance_id(), ())
+
+    @cached_property
+    def samples(self) -> NDArray[np.uint32]:
+        """The number of samples of each pixel, shape (h, w)."""
+        return self._core.samples().reshape(self.shape[:2])
+
+    def _layer(self, column: NDArray[Number], width: tuple[int, ...]) -> NDArray[Number]:
+        if not self._core.has_layers:
+            raise ValueError("the picture was rendered with layers=False, so it has light alone")
+        return column.reshape(self.shape[:2] + width)
+
+    @cached_property
+    def rgb8(self) -> NDArray[np.uint8]:
+        """The picture as a screen shows it: exposed, tone mapped and encoded, shape (h, w, 3) uint8."""
+        return self._core.rgb8().reshape(self.shape)
+
+    def to_png(self) -> bytes:
+        """The PNG file."""
+        return self._core.to_png()
+
+    def to_exr(self) -> bytes:
+        """The OpenEXR file: linear light with depth, normals, albedo and instance ids."""
+        return self._core.to_exr()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a ``.png`` or ``.exr`` file, the same bytes as those of the program.
+
+        Raises
+        ------
+        ValueError
+            Another ending.
+        OSError
+            The file cannot be written.
+        """
+        self._core.save(os.fspath(path))
+
+    def _repr_png_(self) -> bytes:
+        return self.to_png()
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        array: NDArray[Any] = self.color if dtype is None else self.color.astype(dtype, copy=False)
+        return array.copy() if copy else array
+
+    def __getitem__(self, index: Any) -> Any:
+        return self.color[index]
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __repr__(self) -> str:
+        height, width, _ = self.shape
+        return f"<Film: {width} x {height} pixels>"

@@ -1,0 +1,237 @@
+//! A superquadric and its measures, on columns.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use pyo3::prelude::*;
+use superegg::geom::glam::DVec3;
+use superegg::geom::{
+    Exponents, HitBatch, HitColumns, InteriorSampler, Ray, RayStart, SearchLimits, Superquadric,
+};
+
+use crate::columns::{Array, Column, Rays, array, flat, numbers, points, rows};
+use crate::errors;
+use crate::work::{detached, in_parallel, interruptible, thread_count};
+
+/// The columns of hits: t, position, normal, u and v, leaving.
+type HitArrays<'py> = (Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, bool>);
+
+/// Calls of fewer rows run on the thread that calls: they end before a signal would be looked for.
+const FEW: usize = 1000;
+/// The number of rays between two looks at the flag that cancels.
+const SLICE: usize = 1 << 15;
+
+/// A superquadric centred at the origin.
+#[pyclass(frozen, module = "superegg._superegg")]
+pub(crate) struct Shape(pub(crate) Superquadric);
+
+#[pymethods]
+impl Shape {
+    #[new]
+    fn new(radii: [f64; 3], exponents: [f64; 2]) -> PyResult<Self> {
+        let [e, n] = exponents;
+        let exponents = Exponents::new(e, n).map_err(errors::value)?;
+        Ok(Self(Superquadric::new(radii.into(), exponents).map_err(errors::value)?))
+    }
+
+    fn value<'py>(&self, py: Python<'py>, at: Column<'py>) -> PyResult<Array<'py, f64>> {
+        let at = points(&at)?;
+        let values = detached(py, || at.iter().map(|&p| self.0.inside_outside(p.into())).collect())?;
+        Ok(array(py, values))
+    }
+
+    fn normal<'py>(&self, py: Python<'py>, at: Column<'py>) -> PyResult<Array<'py, f64>> {
+        let at = points(&at)?;
+        Ok(array(py, detached(py, || flat(at.iter().map(|&p| self.0.normal(p.into()))))?))
+    }
+
+    fn uv<'py>(&self, py: Python<'py>, at: Column<'py>) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
+        let at = points(&at)?;
+        let (u, v) = detached(py, || at.iter().map(|&p| self.0.uv_at(p.into())).unzip())?;
+        Ok((array(py, u), array(py, v)))
+    }
+
+    /// Points and their normals at longitudes and latitudes, rows of two.
+    fn point<'py>(&self, py: Python<'py>, uv: Column<'py>) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
+        let uv = rows::<2>(&uv)?;
+        let (points, normals) = detached(py, || {
+            let points = flat(uv.iter().map(|&[u, v]| self.0.point_at(u, v)));
+            (points, flat(uv.iter().map(|&[u, v]| self.0.normal_at(u, v))))
+        })?;
+        Ok((array(py, points), array(py, normals)))
+    }
+
+    /// The closest points, the signed distances and their proven errors.
+    fn closest<'py>(
+        &self,
+        py: Python<'py>,
+        at: Column<'py>,
+        tolerance: f64,
+        threads: usize,
+    ) -> PyResult<(Array<'py, f64>, Array<'py, f64>, Array<'py, f64>)> {
+        let at = points(&at)?;
+        let limits = SearchLimits { relative_tolerance: tolerance, ..SearchLimits::default() };
+        let nothing = (DVec3::NAN, f64::NAN, f64::NAN);
+        let of_point = |&point: &[f64; 3]| {
+            let closest = self.0.closest_point_within(point.into(), &limits);
+            closest.map_or(nothing, |closest| (closest.point, closest.distance, closest.error))
+        };
+        let found = run(py, at.len() / 50, |cancel| {
+            in_parallel(at.len(), threads, |range| {
+                let unless = |_: &&[f64; 3]| !cancel.load(Ordering::Relaxed);
+                at[range].iter().take_while(unless).map(of_point).collect()
+            })
+        })?;
+        let columns = (
+            flat(found.iter().map(|found| found.0)),
+            found.iter().map(|found| found.1).collect(),
+            found.iter().map(|found| found.2).collect(),
+        );
+        Ok((array(py, columns.0), array(py, columns.1), array(py, columns.2)))
+    }
+
+    /// Points spread evenly over the surface, and their normals.
+    fn sample_surface<'py>(
+        &self,
+        py: Python<'py>,
+        count: usize,
+        seed: u64,
+    ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
+        let (points, normals) = run(py, count, |_| {
+            let sampled = self.0.sample_surface(count, seed);
+            let points = flat(sampled.iter().map(|sample| sample.point));
+            (points, flat(sampled.iter().map(|sample| sample.normal)))
+        })?;
+        Ok((array(py, points), array(py, normals)))
+    }
+
+    /// Points spread evenly over the inside.
+    fn sample_inside<'py>(&self, py: Python<'py>, count: usize, seed: u64) -> PyResult<Array<'py, f64>> {
+        let points = run(py, count, |_| {
+            let mut sampler = InteriorSampler::new(&self.0, seed);
+            flat((0..count).map(|_| sampler.sample()))
+        })?;
+        Ok(array(py, points))
+    }
+
+    fn volume(&self) -> f64 {
+        self.0.volume()
+    }
+
+    fn area(&self, py: Python<'_>) -> PyResult<(f64, f64)> {
+        let area = detached(py, || self.0.surface_area_with_error())?;
+        Ok((area.value, area.value * area.relative_error))
+    }
+
+    fn inertia(&self) -> [f64; 3] {
+        self.0.inertia().to_array()
+    }
+
+    /// Vertices, normals and triangles.
+    fn mesh<'py>(
+        &self,
+        py: Python<'py>,
+        tolerance: f64,
+    ) -> PyResult<(Array<'py, f64>, Array<'py, f64>, Array<'py, u32>)> {
+        let mesh = run(py, FEW, |_| self.0.mesh(tolerance))?.map_err(errors::value)?;
+        let vertices = flat(mesh.positions.into_iter());
+        let normals = flat(mesh.normals.into_iter());
+        Ok((array(py, vertices), array(py, normals), array(py, mesh.triangles.into_flattened())))
+    }
+
+    #[pyo3(signature = (origins, directions, t_min, t_max, threads))]
+    fn intersect<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Column<'py>,
+        directions: Column<'py>,
+        t_min: Option<Column<'py>>,
+        t_max: Option<Column<'py>>,
+        threads: usize,
+    ) -> PyResult<HitArrays<'py>> {
+        let rays = Rays { origins, directions, t_min, t_max };
+        let batch = rays.batch()?;
+        let parts = run(py, batch.len(), |cancel| {
+            let slices = batch.len().div_ceil(SLICE);
+            in_parallel(slices, thread_count(threads), |range| {
+                let mut parts = Vec::new();
+                for slice in range.take_while(|_| !cancel.load(Ordering::Relaxed)) {
+                    let first = slice * SLICE;
+                    let slice = batch.slice(first..batch.len().min(first + SLICE));
+                    let mut hits = HitBatch::new();
+                    slice.into_iter().for_each(|rays| self.0.intersect_batch(&rays, &mut hits));
+                    parts.push(hits.into_columns());
+                }
+                parts
+            })
+        })?;
+        Ok(hit_arrays(py, detached(py, || joined(parts))?))
+    }
+
+    #[pyo3(signature = (origins, directions, t_min, t_max))]
+    fn occluded<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Column<'py>,
+        directions: Column<'py>,
+        t_min: Option<Column<'py>>,
+        t_max: Column<'py>,
+    ) -> PyResult<Array<'py, bool>> {
+        let ends = numbers(&t_max)?.to_vec();
+        let rays = Rays { origins, directions, t_min, t_max: Some(t_max) };
+        let batch = rays.batch()?;
+        let occluded = run(py, batch.len(), |cancel| {
+            let of_ray = |i: usize| match (batch.ray(i), batch.range(i)) {
+                (Some(ray), Some((t_min, _))) if t_min > 0.0 => {
+                    let later = Ray::new(ray.point_at(t_min), ray.direction);
+                    self.0.occluded(&later, RayStart::Free, ends[i] - t_min)
+                }
+                (Some(ray), _) => self.0.occluded(&ray, RayStart::Free, ends[i]),
+                (None, _) => false,
+            };
+            (0..batch.len()).take_while(|_| !cancel.load(Ordering::Relaxed)).map(of_ray).collect()
+        })?;
+        Ok(array(py, occluded))
+    }
+}
+
+/// Runs work on this many rows where its length fits.
+fn run<T: Send>(py: Python<'_>, rows: usize, work: impl FnOnce(&AtomicBool) -> T + Send) -> PyResult<T> {
+    if rows < FEW {
+        return detached(py, || work(&AtomicBool::new(false)));
+    }
+    interruptible(py, |_| Ok(()), work)
+}
+
+/// The columns of parts, one behind the other.
+pub(crate) fn joined(mut parts: Vec<HitColumns>) -> HitColumns {
+    if parts.len() == 1 {
+        return parts.pop().unwrap_or_default();
+    }
+    let count = parts.iter().map(|part| part.t.len()).sum();
+    let mut all = HitColumns::default();
+    all.t.reserve_exact(count);
+    all.points.reserve_exact(count);
+    all.normals.reserve_exact(count);
+    all.uv.reserve_exact(count);
+    all.leaving.reserve_exact(count);
+    for part in parts {
+        all.t.extend(part.t);
+        all.points.extend(part.points);
+        all.normals.extend(part.normals);
+        all.uv.extend(part.uv);
+        all.leaving.extend(part.leaving);
+    }
+    all
+}
+
+/// Columns of hits as arrays.
+pub(crate) fn hit_arrays(py: Python<'_>, hits: HitColumns) -> HitArrays<'_> {
+    let HitColumns { t, points, normals, uv, leaving, .. } = hits;
+    (
+        array(py, t),
+        array(py, points.into_flattened()),
+        array(py, normals.into_flattened()),
+        array(py, uv.into_flattened()),
+        array(py, leaving),
+    )
+}

@@ -1,0 +1,105 @@
+//! Work without the interpreter's lock: on other threads, stopped by ctrl-c, its panics as
+//! exceptions.
+
+use std::any::Any;
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::time::Duration;
+
+use pyo3::prelude::*;
+
+use crate::errors;
+
+/// How often a signal is looked for.
+const POLL: Duration = Duration::from_millis(50);
+
+/// Runs short work here, without the interpreter's lock.
+pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    py.detach(|| catch_unwind(AssertUnwindSafe(work)).map_err(|panic| message_of(&*panic)))
+        .map_err(|message| errors::defect(&message))
+}
+
+/// Runs long work on another thread. A signal such as ctrl-c sets the flag that the work gets, and
+/// the exception of its handler is returned once the work has stopped. `tick` is called about every
+/// twentieth of a second, with the lock.
+pub(crate) fn interruptible<T: Send>(
+    py: Python<'_>,
+    mut tick: impl FnMut(Python<'_>) -> PyResult<()>,
+    work: impl FnOnce(&AtomicBool) -> T + Send,
+) -> PyResult<T> {
+    let cancel = AtomicBool::new(false);
+    let (sender, receiver) = sync_channel(1);
+    std::thread::scope(|scope| {
+        let (cancel, work) = (&cancel, AssertUnwindSafe(work));
+        std::thread::Builder::new()
+            .spawn_scoped(scope, move || {
+                let AssertUnwindSafe(work) = work;
+                let done = catch_unwind(AssertUnwindSafe(|| work(cancel)));
+                // The receiver waits until it has the answer.
+                let _ = sender.send(done.map_err(|panic| message_of(&*panic)));
+            })
+            .map_err(|error| errors::defect(&format!("no thread can be started: {error}")))?;
+        let mut stopped = None;
+        let receiver = AssertUnwindSafe(std::sync::Mutex::new(receiver));
+        loop {
+            let received = py.detach(|| {
+                let receiver = receiver.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                receiver.recv_timeout(POLL)
+            });
+            match received {
+                Ok(done) => {
+                    let done = done.map_err(|message| errors::defect(&message));
+                    return stopped.map_or(done, Err);
+                }
+                Err(RecvTimeoutError::Disconnected) => return Err(errors::defect("the work has no answer")),
+                Err(RecvTimeoutError::Timeout) if stopped.is_some() => {}
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(error) = py.check_signals().and_then(|()| tick(py)) {
+                        cancel.store(true, Ordering::Relaxed);
+                        stopped = Some(error);
+                    }
+                }
+            }
+        }
+    })
+}
+
+/// The number of threads; 0 stands for one for each core.
+pub(crate) fn thread_count(threads: usize) -> usize {
+    let all = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    if threads == 0 { all() } else { threads }
+}
+
+/// Splits rows over threads, and returns the answers in their order. Threads end early once `cancel`
+/// is true; `rows` must look at it.
+pub(crate) fn in_parallel<T: Send>(
+    count: usize,
+    threads: usize,
+    rows: impl Fn(Range<usize>) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let part = count.div_ceil(thread_count(threads).min(count.max(1))).max(1);
+    if part >= count {
+        return rows(0..count);
+    }
+    let rows = &rows;
+    std::thread::scope(|scope| {
+        let parts = (0..count).step_by(part).map(|first| first..count.min(first + part));
+        let threads: Vec<_> = parts.map(|part| scope.spawn(move || rows(part))).collect();
+        let mut all = Vec::with_capacity(count);
+        for thread in threads {
+            match thread.join() {
+                Ok(answers) => all.extend(answers),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        all
+    })
+}
+
+fn message_of(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("a panic").to_owned()
+}

@@ -1,0 +1,306 @@
+"""Scenes: built, read, rendered, hit by rays; the same as the program's."""
+
+import copy
+import os
+import pickle
+import subprocess
+import sys
+import threading
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+import superegg as se
+from superegg._rotation import matrices, quaternions
+
+PROGRAM = [sys.executable, "-m", "superegg"]
+
+
+def test_a_table_is_what_its_shapes_are(cloud):
+    """The columns of `add_many` give the hits that single shapes give."""
+    table = cloud.table()
+    one = se.Scene()
+    rows = zip(table["positions"], table["radii"], table["exponents"], table["rotations"], strict=True)
+    for position, radii, exponents, rotation in list(rows)[:60]:
+        one.add(se.Superquadric(radii, exponents), position=position, rotation=rotation)
+    few = se.Scene()
+    few.add_many(*(table[name][:60] for name in ("positions", "radii", "exponents", "rotations")))
+    rng = np.random.default_rng(1)
+    targets = table["positions"][rng.integers(0, 60, 4000)]
+    origins = rng.uniform(-8, 8, (4000, 3))
+    a, b = (scene.intersect(origins, targets - origins) for scene in (one, few))
+    assert np.array_equal(a.hit, b.hit) and a.hit.all()
+    assert np.allclose(a.t, b.t, rtol=1e-12)
+    assert np.allclose(a.normal, b.normal, atol=1e-9)
+
+
+def test_hits_are_consistent(cloud):
+    rng = np.random.default_rng(2)
+    origins, directions = rng.uniform(-6, 6, (5000, 3)), rng.normal(size=(5000, 3))
+    hits = cloud.intersect(origins, directions)
+    assert 500 < hits.hit.sum() < 5000
+    assert np.allclose(hits.position, origins + np.where(hits.hit, hits.t, np.nan)[:, None] * directions, equal_nan=True)
+    assert np.array_equal(cloud.occluded(origins, directions), hits.hit)
+    assert (hits.primitive[~hits.hit] == -1).all() and (hits.instance[~hits.hit] == 0).all()
+    assert (hits.instance[hits.hit] > 0).all()
+    names = hits.names()
+    assert names.shape == hits.t.shape
+    assert all((name is None) != bool(hit) for name, hit in zip(names, hits.hit, strict=True))
+    assert all(name.startswith("model/table/p") for name in names[hits.hit])
+    surface = np.abs(cloud.signed_distance(hits.position[hits.hit][:200]))
+    inside = cloud.inside(hits.position[hits.hit][:200])
+    assert surface[~inside].max() < 1e-9
+    for threads in (1, 3):
+        again = cloud.intersect(origins, directions, threads=threads)
+        assert np.allclose(again.t, hits.t, rtol=1e-12) and np.array_equal(again.instance, hits.instance)
+    cut = cloud.occluded(origins, directions, t_max=np.where(hits.hit, 0.999 * hits.t, 1e300))
+    assert not cut.any()
+
+
+def test_distance_to_a_scene():
+    scene = se.Scene()
+    scene.add(se.Superquadric(1))
+    scene.add(se.Superquadric(1), position=(4, 0, 0))
+    assert np.allclose(scene.signed_distance([[2, 0, 0], [-3, 0, 0], [4, 0, 0.5]]), [1, 2, -0.5])
+    assert np.array_equal(scene.inside([[0, 0, 0], [2, 0, 0]]), [True, False])
+    assert np.allclose(scene.bounds, [[-1, -1, -1], [5, 1, 1]], atol=1e-5)
+    assert se.Scene().signed_distance([0, 0, 0]) == np.inf
+    assert se.Scene().bounds is None
+
+
+def test_rotations_in_all_forms():
+    rotation = pytest.importorskip("scipy.spatial.transform").Rotation.random(50, random_state=3)
+    quat = rotation.as_quat()
+    wxyz = np.roll(quat, 1, axis=1)
+    expected = rotation.as_matrix()
+    assert np.allclose(matrices(rotation), expected)
+    assert np.allclose(matrices(3 * wxyz), expected)
+    back = quaternions(expected)
+    assert np.allclose(np.abs(np.sum(back * quat, axis=1)), 1)
+    assert np.allclose(np.abs(np.sum(quaternions(wxyz) * quat, axis=1)), 1)
+    half_turns = np.array([np.diag([1.0, -1, -1]), np.diag([-1.0, 1, -1]), np.diag([-1.0, -1, 1])])
+    assert np.allclose(matrices(np.roll(quaternions(half_turns), 1, axis=1)), half_turns)
+    scenes = []
+    for form in (rotation[7], wxyz[7], expected[7]):
+        scene = se.Scene()
+        scene.add(se.Superquadric((1, 2, 3), (0.4, 1)), rotation=form, position=(1, 2, 3))
+        scenes.append(scene)
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = expected[7], (1, 2, 3)
+    scene = se.Scene()
+    scene.add(se.Superquadric((1, 2, 3), (0.4, 1)), matrix)
+    rays = np.random.default_rng(1).normal(size=(100, 3))
+    hits = [each.intersect((1, 2, 3), rays).t for each in (*scenes, scene)]
+    assert np.allclose(hits, hits[0]) and np.isfinite(hits[0]).all()
+
+
+def test_conventions_of_arrays_are_those_of_files(dump, superdec):
+    loaded = se.load(dump)
+    assert "LIGGGHTS" in loaded.readings[0]
+    table = loaded.table()
+    built = se.Scene()
+    built.add_many(
+        [[0, 0, 0], [1, 0, 0], [2, 0, 0]],
+        [[0.3, 0.2, 0.4], [0.3, 0.2, 0.4], [0.5, 0.5, 0.5]],
+        [[8, 2], [2, 8], [2, 2]],
+        [[1, 0, 0, 0], [0.7071068, 0, 0, 0.7071068], [1, 0, 0, 0]],
+        ids=[7, 3, 5],
+        convention="liggghts",
+    )
+    own = built.table()
+    order_file, order_own = np.argsort(table["ids"]), np.argsort(own["ids"])
+    for name in ("positions", "radii", "exponents", "rotations", "ids"):
+        assert np.allclose(table[name][order_file], own[name][order_own]), name
+    fits = se.load(superdec)
+    part = fits.table()
+    assert np.allclose(part["radii"], [[1, 0.5, 0.25]]) and np.allclose(part["exponents"], [[1.5, 0.5]])
+    shape = se.Superquadric((1, 0.5, 0.25), (0.5, 1.5), convention="superdec")
+    assert np.allclose(part["exponents"][0], shape.exponents)
+    assert np.allclose(matrices(part["rotations"][0]), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-6)
+
+
+def test_euler_angles_of_conventions():
+    rotation = pytest.importorskip("scipy.spatial.transform").Rotation
+    angles = np.array([[0.3, -0.7, 1.1]])
+    for name, axes in (("ems", "ZYX"), ("superquadric-lib", "ZYZ"), ("sage", "XYZ")):
+        expected = rotation.from_euler(axes, angles).as_matrix()
+        assert np.allclose(se.CONVENTIONS[name].rotations(angles, "rotations"), expected), name
+    turned = rotation.from_euler("ZYX", angles)
+    wxyz = np.roll(turned.as_quat(), 1, axis=1)
+    inverse = se.CONVENTIONS["superquadric-parsing"].rotations(wxyz, "rotations")
+    assert np.allclose(inverse, turned.inv().as_matrix())
+    assert np.allclose(se.CONVENTIONS["ovito"].rotations(turned.as_quat(), "rotations"), turned.as_matrix())
+
+
+def test_the_picture_is_the_program_s(dump, tmp_path):
+    for size in ((64, 48), (40, 60)):
+        out = tmp_path / f"theirs{size[0]}.png"
+        command = [*PROGRAM, "render", str(dump), "--size", f"{size[0]}x{size[1]}", "-o", str(out), "--quiet"]
+        subprocess.run(command, check=True)
+        film = se.load(dump).render(*size)
+        assert film.to_png() == out.read_bytes()
+    scene = tmp_path / "egg.scn"
+    scene.write_text("primitive egg\nsetCoeff 100 100 130\nset samples 3\n")
+    subprocess.run([*PROGRAM, "render", str(scene), "--size", "50x40", "-o", str(tmp_path / "e.exr"), "--quiet"], check=True)
+    film = se.load(scene).render(50, 40, threads=1)
+    film.save(tmp_path / "own.exr")
+    assert (tmp_path / "own.exr").read_bytes() == (tmp_path / "e.exr").read_bytes()
+
+
+def test_the_passes_of_a_film():
+    scene = se.Scene()
+    scene.add(se.Superquadric(1), color=(0.5, 0.25, 1))
+    scene.camera = se.Camera((0, 0, 10))
+    film = scene.render(41, 31, samples=1)
+    assert film.color.shape == film.normal.shape == film.albedo.shape == film.shape == (31, 41, 3)
+    assert film.color.dtype == np.float32 and film.depth.shape == film.instance_id.shape == (31, 41)
+    assert abs(film.depth[15, 20] - 9) < 1e-3 and film.depth[0, 0] == np.inf
+    assert np.allclose(film.normal[15, 20], (0, 0, 1), atol=1e-3)
+    assert np.allclose(film.albedo[15, 20], (0.5, 0.25, 1))
+    hit = scene.intersect((0, 0, 10), (0, 0, -1))
+    assert film.instance_id[15, 20] == hit.instance and film.instance_id[0, 0] == 0
+    assert (film.samples == 1).all() and (film.alpha == 1).all()
+    assert film.rgb8.dtype == np.uint8 and film.rgb8.shape == film.shape
+    assert np.array_equal(np.asarray(film), film.color) and np.array_equal(film[3], film.color[3])
+    assert np.asarray(film, dtype=np.float64).dtype == np.float64
+    assert film._repr_png_().startswith(b"\x89PNG") and len(film) == 31
+    assert np.array_equal(film.color, scene.render(41, 31, samples=1, threads=3).color)
+    normal = scene.render(41, 31, output="normal", samples=1)
+    assert np.allclose(normal.color[15, 20], (0.5, 0.5, 1), atol=1e-3)
+
+
+def test_everything_of_a_scene_survives(cloud, tmp_path):
+    cloud.add(se.Superquadric((1, 2, 3), (0.5, 1.5)), name="big", material=se.Material(
+        color="#ff8000", reflected=0.3, refracted=0.4, index=1.33, fresnel=True, absorb=(0.1, 0.2, 0.3),
+        checker=((0, 0, 1), 0.25), gloss=0.2, ambient=0.2, specular=0.3, shininess=70,
+    ))
+    cloud.camera = se.Camera((9, 1, 2), (0, 0, 1), (0, 0, 1), 35.0, lens=(0.1, 8.0))
+    cloud.add_light(se.SpotLight((5, 5, 5), (0, 0, 0), radius=0.5))
+    cloud.add_light(se.SunLight((1, 1, 1), radius=0.0047), name="noon")
+    cloud.add_light(se.PointLight((5, 0, 5), (1, 0.5, 0.2), 0.01))
+    cloud.set_sky((0.7, 0.8, 0.9), (0.1, 0.2, 0.6), up=(0, 0, 1))
+    cloud.set_floor(-6, up=(0, 0, 1), material=se.Material(color=(0.5, 0.5, 0.5)))
+    cloud.set_ambient_occlusion(4, 2)
+    cloud.set_background((0.1, 0.2, 0.3))
+    cloud.set(size=(64, 48), samples=2, tone="filmic", exposure=0.5, transparent=False, filter="mitchell")
+    assert cloud.lights == ["light1", "noon", "light2"] and cloud.root == "model"
+    assert cloud.camera.lens == (0.1, 8.0) and cloud.camera.fov == 35.0
+    png = cloud.render(layers=False).to_png()
+    cloud.save(tmp_path / "all.sqb")
+    cloud.save(tmp_path / "all.scn")
+    others = [pickle.loads(pickle.dumps(cloud)), copy.copy(cloud), copy.deepcopy(cloud), se.load(tmp_path / "all.sqb")]
+    others += [se.load(tmp_path / "all.scn"), se.loads(cloud.to_text()), se.loads(cloud.to_bytes())]
+    for other in others:
+        assert other.render(layers=False).to_png() == png
+    assert others[0] == cloud and others[1] == cloud
+    others[1].set(samples=9)
+    assert others[1] != cloud and cloud.settings["samples"] == "2"
+    cloud.remove_light("noon")
+    assert cloud.lights == ["light1", "light2"]
+
+
+def test_data_is_framed_for_every_size_until_a_camera_is_set(dump):
+    scene = se.load(dump)
+    wide, high = scene.render(60, 20, samples=1), scene.render(20, 60, samples=1)
+    assert (wide.instance_id > 0).any() and (high.instance_id > 0).any()
+    kept = pickle.loads(pickle.dumps(scene))
+    assert kept.render(20, 60, samples=1).to_png() == high.to_png()
+    scene.look_at((0, 0, 1000))
+    scene2 = scene.copy()
+    assert scene2.camera.position == (0, 0, 1000)
+    assert (scene2.render(20, 60, samples=1).instance_id > 0).sum() < (high.instance_id > 0).sum()
+
+
+def test_files_of_all_kinds(dump, superdec, tmp_path):
+    both = se.load([dump, superdec])
+    assert both.instance_count == 4 and len(both.readings) == 2
+    with open(dump, "rb") as file:
+        assert se.load(file).instance_count == 3
+    with open(dump) as file:
+        assert se.load(file).instance_count == 3
+    by_speed = se.load(dump, color_by="speed", colormap="magma", range=(0, 3)).table()["colors"]
+    assert len(np.unique(by_speed, axis=0)) == 3
+    assert se.load(dump, images=(2, 1, 1), box=True, type_colors=True).instance_count == 6 + 12
+    eleven = "1 0.5 1 2 3 0.1 0.2 0.3 4 5 6\n"
+    ems = se.loads(eleven, convention="ems").table()
+    assert np.allclose(ems["exponents"], [[0.5, 1]]) and np.allclose(ems["positions"], [[4, 5, 6]])
+    lib = se.loads(eleven, convention="superquadric-lib").table()
+    assert np.allclose(lib["radii"], [[1, 0.5, 1]])
+    with pytest.warns(se.FormatWarning, match="quaternion|length"):
+        se.loads(dump.read_text().replace("0.7071068", "0.9"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        se.load(superdec)
+
+
+def test_a_million_shapes_in_one_call():
+    n = 1_000_000
+    rng = np.random.default_rng(1)
+    scene = se.Scene()
+    scene.add_many(
+        rng.uniform(-100, 100, (n, 3)), rng.uniform(0.2, 0.6, (n, 3)), (0.7, 0.9), rng.normal(size=(n, 4)),
+        colors=rng.uniform(size=(n, 3)), name="sand",
+    )
+    assert scene.instance_count == n
+    hits = scene.intersect(rng.uniform(-1, 1, (10000, 3)), rng.normal(size=(10000, 3)))
+    assert hits.hit.mean() > 0.9
+
+
+def test_progress_is_called_and_its_errors_stop_the_render():
+    scene = se.Scene()
+    scene.add(se.Superquadric(1))
+    seen = []
+    scene.render(64, 48, progress=lambda done, total: seen.append((done, total)))
+    assert seen[-1] == (64 * 48, 64 * 48)
+
+    def stop(done, total):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        scene.render(4000, 4000, samples=64, progress=stop)
+    scene.render(32, 32, progress=True)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_ctrl_c_stops_within_a_second(tmp_path):
+    script = tmp_path / "long.py"
+    script.write_text(
+        "import superegg as se\nscene = se.Scene()\nscene.add(se.Superquadric(1))\n"
+        "print('begins', flush=True)\nscene.render(8000, 8000, samples=4000)\n"
+    )
+    process = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "begins\n"
+    time.sleep(1.0)
+    process.send_signal(2)
+    _, errors = process.communicate(timeout=60)
+    assert "KeyboardInterrupt" in errors
+
+
+def test_the_lock_is_free_while_rays_are_traced(cloud):
+    """Another thread of Python runs meanwhile."""
+    rng = np.random.default_rng(1)
+    origins, directions = rng.uniform(-6, 6, (300_000, 3)), rng.normal(size=(300_000, 3))
+    cloud.intersect(origins[:10], directions[:10])
+    turns, done = 0, threading.Event()
+    results = []
+
+    def trace():
+        results.append(cloud.intersect(origins, directions))
+        done.set()
+
+    thread = threading.Thread(target=trace)
+    thread.start()
+    while not done.is_set():
+        turns += 1
+        time.sleep(0.001)
+    thread.join()
+    assert turns > 3 and len(results[0]) == 300_000
+
+
+def test_the_program_is_in_the_package(tmp_path):
+    run = subprocess.run([*PROGRAM, "--version"], capture_output=True, text=True)
+    assert run.returncode == 0 and se.__version__ in run.stdout
+    run = subprocess.run([*PROGRAM, "rendr"], capture_output=True, text=True)
+    assert run.returncode == 2 and "did you mean 'superegg render'" in run.stderr
