@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use superegg::exchange::sqb;
 use superegg::geom::glam::{DAffine3, DMat3, DQuat, DVec3};
-use superegg::geom::{Aabb, Exponents, HitColumns};
+use superegg::geom::{Aabb, Exponents};
 use superegg::lang::{Effect, Fault, Session, write_scene, write_without_tables};
 use superegg::render::{Framing, Output, RenderOptions, RenderSettings};
 use superegg::scene::{Entity, InstanceTable, Material, TableBuilder};
@@ -21,12 +21,12 @@ use crate::columns::{Array, Column, Rays, array, points, rows};
 use crate::errors;
 use crate::film::Film;
 use crate::load::options;
-use crate::shape::{Shape, hit_arrays, joined};
+use crate::shape::{Shape, append, hit_arrays, with_room};
 use crate::work::{detached, in_parallel, interruptible, thread_count};
 
 /// The number of rays between two looks at the flag that cancels. It does not depend on the machine,
 /// so that the last digits do not either.
-const SLICE: usize = 1 << 18;
+const SLICE: usize = 1 << 17;
 /// Above this many colours those of a table are rounded.
 const MOST_COLORS: usize = 1 << 16;
 /// The steps of a channel that is rounded, even to the eye.
@@ -320,7 +320,7 @@ impl Scene {
     }
 
     /// The closest hits: t, position, normal, (u, v), leaving, primitive, instance id, paths.
-    #[pyo3(signature = (origins, directions, t_min, t_max, threads))]
+    #[pyo3(signature = (origins, directions, t_min, t_max, query))]
     fn intersect<'py>(
         &self,
         py: Python<'py>,
@@ -328,15 +328,17 @@ impl Scene {
         directions: Column<'py>,
         t_min: Option<Column<'py>>,
         t_max: Option<Column<'py>>,
-        threads: usize,
+        query: (usize, bool),
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let (threads, uv) = query;
         let compiled = self.compiled(py)?;
         let rays = Rays { origins, directions, t_min, t_max };
         let batch = rays.batch()?;
-        let options = BatchOptions::default().with_threads(threads);
+        let options = BatchOptions::default().with_threads(threads).with_uv(uv);
         let trace = |cancel: &AtomicBool| {
-            let (mut hits, mut primitives, mut ids, mut paths) =
-                (Vec::new(), Vec::<i32>::new(), Vec::new(), Vec::new());
+            // Each part is moved at once, so that the next one reuses its memory.
+            let (mut hits, mut primitives) = (with_room(batch.len()), Vec::with_capacity(batch.len()));
+            let (mut ids, mut paths) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
             for first in (0..batch.len()).step_by(SLICE) {
                 if cancel.load(Ordering::Relaxed) {
                     break;
@@ -345,18 +347,15 @@ impl Scene {
                 let Some(rays) = slice else { break };
                 let (columns, of_hits, instances, of_paths) =
                     compiled.intersect_batch(&rays, options).into_columns();
-                hits.push(columns);
+                append(&mut hits, columns);
                 primitives.extend(of_hits.into_iter().map(u32::cast_signed));
                 ids.extend(instances);
                 paths.extend(of_paths);
             }
-            if hits.is_empty() {
-                hits.push(HitColumns::default());
-            }
-            (joined(hits), primitives, ids, paths)
+            (hits, primitives, ids, paths)
         };
         let (hits, primitives, ids, paths) = if batch.len() < 1000 {
-            let options = BatchOptions::default();
+            let options = options.with_threads(1);
             let one = compiled.intersect_batch(&batch, options).into_columns();
             let primitives = one.1.into_iter().map(u32::cast_signed).collect();
             (one.0, primitives, one.2, one.3)

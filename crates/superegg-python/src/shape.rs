@@ -203,25 +203,30 @@ fn run<T: Send>(py: Python<'_>, rows: usize, work: impl FnOnce(&AtomicBool) -> T
 }
 
 /// The columns of parts, one behind the other.
-pub(crate) fn joined(mut parts: Vec<HitColumns>) -> HitColumns {
-    if parts.len() == 1 {
-        return parts.pop().unwrap_or_default();
-    }
-    let count = parts.iter().map(|part| part.t.len()).sum();
+fn joined(parts: Vec<HitColumns>) -> HitColumns {
+    let mut all = with_room(parts.iter().map(|part| part.t.len()).sum());
+    parts.into_iter().for_each(|part| append(&mut all, part));
+    all
+}
+
+/// Columns with room for this many hits.
+pub(crate) fn with_room(count: usize) -> HitColumns {
     let mut all = HitColumns::default();
     all.t.reserve_exact(count);
     all.points.reserve_exact(count);
     all.normals.reserve_exact(count);
     all.uv.reserve_exact(count);
     all.leaving.reserve_exact(count);
-    for part in parts {
-        all.t.extend(part.t);
-        all.points.extend(part.points);
-        all.normals.extend(part.normals);
-        all.uv.extend(part.uv);
-        all.leaving.extend(part.leaving);
-    }
     all
+}
+
+/// Moves the rows of a part behind the others.
+pub(crate) fn append(all: &mut HitColumns, part: HitColumns) {
+    all.t.extend(part.t);
+    all.points.extend(part.points);
+    all.normals.extend(part.normals);
+    all.uv.extend(part.uv);
+    all.leaving.extend(part.leaving);
 }
 
 /// Columns of hits as arrays.

@@ -59,6 +59,17 @@ def test_hits_are_consistent(cloud):
     assert not cut.any()
 
 
+def test_uv_is_computed_where_it_is_wanted():
+    scene = se.Scene()
+    shape = se.Superquadric((1, 2, 3), (0.5, 1.5))
+    scene.add(shape, position=(1, 0, 0))
+    rays = np.random.default_rng(1).normal(size=(3000, 3))
+    for few in (rays, rays[:10]):
+        hits = scene.intersect((1, 0, 0), few, uv=True)
+        assert np.allclose(hits.uv, np.stack(shape.uv(hits.position - (1, 0, 0)), axis=-1), atol=1e-6)
+        assert np.isnan(scene.intersect((1, 0, 0), few).uv).all()
+
+
 def test_distance_to_a_scene():
     scene = se.Scene()
     scene.add(se.Superquadric(1))

@@ -19,11 +19,13 @@ use crate::scene::proxy::Proxy;
 pub struct BatchOptions {
     /// The number of threads, default: 1. The answers do not depend on it, but for the last digits of t.
     pub threads: NonZeroUsize,
+    /// Whether hits have (u, v), which cost about a fifth of the time; otherwise they are NaN. Default: true.
+    pub uv: bool,
 }
 
 impl Default for BatchOptions {
     fn default() -> Self {
-        Self { threads: NonZeroUsize::MIN }
+        Self { threads: NonZeroUsize::MIN, uv: true }
     }
 }
 
@@ -32,7 +34,13 @@ impl BatchOptions {
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         let all = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        Self { threads: NonZeroUsize::new(threads).unwrap_or_else(all) }
+        Self { threads: NonZeroUsize::new(threads).unwrap_or_else(all), ..self }
+    }
+
+    /// The same options with or without (u, v) of hits.
+    #[must_use]
+    pub fn with_uv(self, uv: bool) -> Self {
+        Self { uv, ..self }
     }
 }
 
@@ -139,7 +147,7 @@ impl CompiledScene {
     /// ```
     pub fn intersect_batch(&self, rays: &RayBatch<'_>, options: BatchOptions) -> SceneHitBatch {
         let mut all = SceneHitBatch::default();
-        for mut part in in_parallel(rays, options, |part| self.intersect_part(&part)) {
+        for mut part in in_parallel(rays, options, |part| self.intersect_part(&part, options.uv)) {
             if all.is_empty() {
                 all = part;
             } else {
@@ -155,9 +163,12 @@ impl CompiledScene {
         in_parallel(rays, options, |part| self.occluded_part(&part)).concat()
     }
 
-    fn intersect_part(&self, rays: &RayBatch<'_>) -> SceneHitBatch {
-        let mut surfaces = Surfaces { scene: self, by_path: HashMap::default() };
+    fn intersect_part(&self, rays: &RayBatch<'_>, uv: bool) -> SceneHitBatch {
+        let mut surfaces = Surfaces { scene: self, uv, by_path: HashMap::default() };
         let mut batch = SceneHitBatch::default();
+        batch.primitives.reserve_exact(rays.len());
+        batch.instance_ids.reserve_exact(rays.len());
+        batch.paths.reserve_exact(rays.len());
         for first in (0..rays.len()).step_by(CHUNK) {
             let ranged: Vec<Ranged> =
                 (first..rays.len().min(first + CHUNK)).map(|i| ranged(rays, i)).collect();
@@ -263,6 +274,7 @@ fn in_parallel<T: Send>(
 /// The surfaces of instances, each prepared once.
 struct Surfaces<'a> {
     scene: &'a CompiledScene,
+    uv: bool,
     by_path: HashMap<InstancePath, Surface, RandomState>,
 }
 
@@ -285,7 +297,7 @@ impl Surfaces<'_> {
         let gradient = hit.gradient(shape);
         let normal = unit_vector(*normal_map * gradient).unwrap_or(DVec3::Z);
         let point = world_from_unit.transform_point3(hit.unit_point);
-        let (u, v) = shape.uv_at(hit.unit_point);
+        let (u, v) = if self.uv { shape.uv_at(hit.unit_point) } else { (f64::NAN, f64::NAN) };
         (BatchHit::new(hit.t, point, normal, [u, v], hit.leaving), hit.primitive, *id)
     }
 }

@@ -65,6 +65,8 @@ class Hits(ShapeHits):
     ----------
     primitive : ndarray of int32, shape (...)
         The index of the primitive, for `Scene.primitive_name`; -1 for a miss.
+    uv : ndarray of float64, shape (..., 2)
+        As for `ShapeHits`, but nan unless ``uv=True`` was asked for.
     instance : ndarray of uint32, shape (...)
         The instance id, the same as in `Film.instance_id`; 0 for a miss.
     """

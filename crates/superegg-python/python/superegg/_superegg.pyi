@@ -80,7 +80,12 @@ class Scene:
     def compiled_bytes(self) -> int: ...
     def primitive_name(self, index: int) -> str | None: ...
     def intersect(
-        self, origins: _Floats, directions: _Floats, t_min: _Floats | None, t_max: _Floats | None, threads: int
+        self,
+        origins: _Floats,
+        directions: _Floats,
+        t_min: _Floats | None,
+        t_max: _Floats | None,
+        query: tuple[int, bool],
     ) -> list[Any]: ...
     def occluded(
         self, origins: _Floats, directions: _Floats, t_min: _Floats | None, t_max: _Floats | None, threads: int
