@@ -410,7 +410,7 @@ class Scene:
         t_min, t_max : array_like, optional
             Hits count for ``t_min <= t < t_max``; default: from 0 on.
         uv : bool
-            Whether hits have longitude and latitude, which take a fifth of the time; otherwise they are nan.
+            Whether hits have longitude and latitude, which take time; otherwise they are nan.
         threads : int
             0 for one for each core.
 
