@@ -2,8 +2,8 @@
 
 use std::rc::Rc;
 
+use superegg_geom::Ray;
 use superegg_geom::glam::{DVec3, Vec3};
-use superegg_geom::{Ray, error_through, unit_vector};
 use superegg_scene::Pattern;
 use superegg_simd::Arch;
 use superegg_trace::packet::{
@@ -21,6 +21,7 @@ use crate::shade::medium::Media;
 use crate::shade::phong::LobeWeights;
 use crate::shade::point::{PathState, SurfaceOwner, SurfacePoint, SurfaceView, albedo_of_shape};
 use crate::shade::state::ShadingState;
+use crate::shade::surfaces::Located;
 use crate::shade::whitted::Wavefront;
 use crate::stats::TraceStats;
 
@@ -228,9 +229,8 @@ impl<'a> PrimaryHits<'a> {
         let footprint = at_surface(camera.footprint, ray, hit.t);
         let surface = self.surfaces.get_or_prepare(&self.tracer, hit.candidate);
         let world_from_unit = surface.world_from_unit(&self.tracer, hit.candidate);
-        let unit_error = 4.0 * f64::EPSILON * hit.unit_point.abs().max_element();
-        let normal = unit_vector(surface.normal_map * hit.gradient).unwrap_or(DVec3::Z);
-        let position = world_from_unit.transform_point3(hit.unit_point);
+        let Located { position, position_error, normal } =
+            Located::of(world_from_unit, &surface.normal_map, hit.unit_point, hit.gradient);
         let direction = ray.direction.normalize();
         let albedo = match surface.primitive {
             Some(primitive) if surface.material.pattern != Pattern::None => {
@@ -244,8 +244,7 @@ impl<'a> PrimaryHits<'a> {
             state: state.after(ray.origin, position),
             owner: SurfaceOwner::Instance(Rc::clone(&surface.path)),
             position,
-            // Doubled for the rounding error of the map itself.
-            position_error: 2.0 * error_through(world_from_unit, hit.unit_point, unit_error),
+            position_error,
             normal,
             leaving: hit.leaving,
             to_eye: -direction,

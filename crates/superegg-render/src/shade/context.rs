@@ -137,8 +137,7 @@ impl<'a> RenderContext<'a> {
     ) -> SurfacePoint<'a> {
         let direction = ray.direction.normalize();
         let footprint = at_surface(footprint, ray, hit.t);
-        let Located { position, position_error, normal } =
-            surface.locate(hit.unit_point, hit.gradient(&surface.shape));
+        let Located { position, position_error, normal } = surface.locate(hit);
         let material = surface.material.clone();
         let albedo = self.albedo(surface, hit, &SurfaceView { normal, direction, width: footprint.width });
         SurfacePoint {

@@ -90,8 +90,7 @@ pub(crate) fn add_transmitted(
                 continue;
             };
             let surface = shading.surfaces.at(&hit);
-            let Located { position, position_error, normal } =
-                surface.locate(hit.unit_point, hit.gradient(&surface.shape));
+            let Located { position, position_error, normal } = surface.locate(&hit);
             let direction = ray.ray.direction;
             let distance = (position - ray.ray.origin).length();
             let view = SurfaceView {

@@ -67,16 +67,28 @@ pub(crate) struct Located {
     pub(crate) normal: DVec3,
 }
 
-impl<'a> Surface<'a> {
-    /// A point of the unit shape in the world, with the gradient of N there.
-    pub(crate) fn locate(&self, unit_point: DVec3, gradient: DVec3) -> Located {
+impl Located {
+    /// A point of a unit shape in the world, with the gradient of N there. `normal_map` maps gradients to world normals.
+    pub(crate) fn of(
+        world_from_unit: &DAffine3,
+        normal_map: &DMat3,
+        unit_point: DVec3,
+        gradient: DVec3,
+    ) -> Self {
         let unit_error = 4.0 * f64::EPSILON * unit_point.abs().max_element();
-        Located {
-            position: self.world_from_unit.transform_point3(unit_point),
+        Self {
+            position: world_from_unit.transform_point3(unit_point),
             // Doubled for the rounding error of the map itself.
-            position_error: 2.0 * error_through(&self.world_from_unit, unit_point, unit_error),
-            normal: unit_vector(self.normal_map * gradient).unwrap_or(DVec3::Z),
+            position_error: 2.0 * error_through(world_from_unit, unit_point, unit_error),
+            normal: unit_vector(*normal_map * gradient).unwrap_or(DVec3::Z),
         }
+    }
+}
+
+impl<'a> Surface<'a> {
+    /// The point of a hit.
+    pub(crate) fn locate(&self, hit: &Hit) -> Located {
+        Located::of(&self.world_from_unit, &self.normal_map, hit.unit_point, hit.gradient(&self.shape))
     }
 
     fn of(scene: &'a CompiledScene, path: &InstancePath) -> Self {

@@ -41,13 +41,23 @@ impl<S: Simd, const K: usize> AnyPower<S, K> {
     #[inline(always)]
     fn log_sum(self, log_a: Lanes<S, K>, log_b: Lanes<S, K>) -> (Lanes<S, K>, Derivatives<S, K>) {
         let one = self.p.all(1.0);
-        let (a, b) = (self.p * log_a, self.p * log_b);
-        // 2^-60 vanishes beside 1, and its products are not subnormal: those take many times as long.
-        let w = (-(a - b).abs()).max(one.all(-60.0)).exp2_quick();
-        let log = (a.max(b) + w.log2_of_one_plus()) * self.inv_p;
-        let a_is_larger = b.le(a);
+        let (log, w) = self.log_sum_and_ratio(log_a, log_b);
+        let a_is_larger = (self.p * log_b).le(self.p * log_a);
         let (of_a, of_b) = (a_is_larger.select(one, w), a_is_larger.select(w, one));
         (log, Derivatives { of_a, of_b, sum: w + one, bend: (self.p - one) * w })
+    }
+
+    /// The logarithm of [`AnyPower::log_sum`], for any p > 0, and w.
+    #[inline(always)]
+    pub(crate) fn log_sum_and_ratio(
+        self,
+        log_a: Lanes<S, K>,
+        log_b: Lanes<S, K>,
+    ) -> (Lanes<S, K>, Lanes<S, K>) {
+        let (a, b) = (self.p * log_a, self.p * log_b);
+        // 2^-60 vanishes beside 1, and its products are not subnormal: those take many times as long.
+        let w = (-(a - b).abs()).max(a.all(-60.0)).exp2_quick();
+        ((a.max(b) + w.log2_of_one_plus()) * self.inv_p, w)
     }
 }
 

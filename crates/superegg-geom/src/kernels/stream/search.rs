@@ -8,7 +8,7 @@
 
 use superegg_simd::{Lanes, Mask, Simd, Triple};
 
-use super::super::norm::SIDE_BY_SIDE;
+use super::super::norm::{AnyPower, SIDE_BY_SIDE};
 use super::solve::{StreamHits, StreamLanes};
 
 /// The most intervals that are examined.
@@ -36,7 +36,7 @@ impl StreamLanes {
                 start: Triple::load(simd, &self.start, i),
                 direction: Triple::load(simd, &self.direction, i),
                 length,
-                norm: LogNorm::new(self.p.load(simd, i), self.q.load(simd, i)),
+                norm: NormOfBounds::new(self.p.load(simd, i), self.q.load(simd, i)),
             };
             let (inside, unresolved, s) = search.run();
             hits.s.store(i, inside.select(s, length.all(f32::INFINITY)));
@@ -50,7 +50,7 @@ struct Search<S: Simd, const K: usize> {
     start: Triple<S, K>,
     direction: Triple<S, K>,
     length: Lanes<S, K>,
-    norm: LogNorm<S, K>,
+    norm: NormOfBounds<S, K>,
 }
 
 impl<S: Simd, const K: usize> Search<S, K> {
@@ -59,9 +59,8 @@ impl<S: Simd, const K: usize> Search<S, K> {
     fn run(&self) -> (Mask<S, K>, Mask<S, K>, Lanes<S, K>) {
         let Self { start, direction, length, norm } = self;
         let (zero, half) = (length.all(0.0), length.all(0.5));
-        let least = length.all(LEAST_POWER);
         let mut active = zero.le(*length);
-        let mut unresolved = active & (norm.p.lt(least) | norm.q.lt(least));
+        let mut unresolved = active & norm.beyond_f32;
         active = active.and_not(unresolved);
         let mut inside = zero.lt(zero);
         let (mut s, mut width, mut at) = (zero, *length, zero);
@@ -89,29 +88,30 @@ impl<S: Simd, const K: usize> Search<S, K> {
     }
 }
 
-/// N by logarithms, of non-negative coordinates.
-struct LogNorm<S: Simd, const K: usize> {
-    p: Lanes<S, K>,
-    q: Lanes<S, K>,
-    inverse_p: Lanes<S, K>,
-    inverse_q: Lanes<S, K>,
+/// N of lower and upper bounds of coordinates.
+struct NormOfBounds<S: Simd, const K: usize> {
+    xy: AnyPower<S, K>,
+    rz: AnyPower<S, K>,
     /// A bound on the error of the logarithm.
     tolerance: Lanes<S, K>,
+    /// Where the powers are too small for f32.
+    beyond_f32: Mask<S, K>,
 }
 
-impl<S: Simd, const K: usize> LogNorm<S, K> {
+impl<S: Simd, const K: usize> NormOfBounds<S, K> {
     #[inline(always)]
     fn new(p: Lanes<S, K>, q: Lanes<S, K>) -> Self {
-        let one = p.all(1.0);
-        let (inverse_p, inverse_q) = (one / p, one / q);
-        let tolerance = p.all(LOGARITHM) * (one + inverse_p + inverse_q);
-        Self { p, q, inverse_p, inverse_q, tolerance }
+        let (one, least) = (p.all(1.0), p.all(LEAST_POWER));
+        let tolerance = p.all(LOGARITHM) * (one + one / p + one / q);
+        let beyond_f32 = p.lt(least) | q.lt(least);
+        Self { xy: AnyPower::new(p), rz: AnyPower::new(q), tolerance, beyond_f32 }
     }
 
+    /// log2 N of non-negative coordinates.
     #[inline(always)]
     fn log_value(&self, at: Triple<S, K>) -> Lanes<S, K> {
-        let around = join(self.p, self.inverse_p, log(at.x), log(at.y));
-        join(self.q, self.inverse_q, around, log(at.z))
+        let (around, _) = self.xy.log_sum_and_ratio(log(at.x), log(at.y));
+        self.rz.log_sum_and_ratio(around, log(at.z)).0
     }
 }
 
@@ -139,18 +139,6 @@ fn least_size<S: Simd, const K: usize>(a: Lanes<S, K>, b: Lanes<S, K>) -> Lanes<
 fn enlarged<S: Simd, const K: usize>(point: Triple<S, K>) -> Triple<S, K> {
     let more = point.x.all(COORDINATE);
     Triple { x: point.x.abs() + more, y: point.y.abs() + more, z: point.z.abs() + more }
-}
-
-/// The logarithm of (2^(p a) + 2^(p b))^(1/p).
-#[inline(always)]
-fn join<S: Simd, const K: usize>(
-    p: Lanes<S, K>,
-    inverse_p: Lanes<S, K>,
-    a: Lanes<S, K>,
-    b: Lanes<S, K>,
-) -> Lanes<S, K> {
-    let power = (-(p * (a - b).abs())).exp2();
-    inverse_p.mul_add(power.log2_of_one_plus(), a.max(b))
 }
 
 #[cfg(test)]
