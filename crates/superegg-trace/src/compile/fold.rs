@@ -24,6 +24,9 @@ const LEAST_LEAF: f64 = 1.0 / (1 << 10) as f64;
 /// A group stays out that has groups smaller than this part of the parent. Groups smaller than a pixel are hit as their proxies,
 /// so a ray that opens a group a little larger than a pixel should not find many levels of detail in it.
 const LEAST_GROUP: f64 = 1.0 / 8.0;
+/// A group stays out whose groups take more than this part of its volume together. Nearly every ray through it meets several of
+/// them, so a fold would show the ray all their parts before it has met the first.
+const MOST_OVERLAP: f64 = 1.5;
 /// The most that the product of a composed map and its inverse may differ from the identity, relative to the item.
 const MOST_ERROR: f64 = 1e-9;
 
@@ -47,7 +50,8 @@ pub(super) fn fold(parts: &mut Parts<'_>, leaf_box: &Aabb) {
         let has_room = count <= MOST_FOLDED
             && item_count + count <= MOST_ITEMS + 1
             && (groups <= 1 || group_count + groups <= MOST_GROUPS + 1);
-        if count == 1 || (has_room && is_large_enough(item, parent_size)) {
+        let is_of_use = || is_large_enough(item, parent_size) && !overlaps_much(&item.group);
+        if count == 1 || (has_room && is_of_use()) {
             contents[index] = content(item);
             if contents[index].is_some() {
                 item_count = item_count + count - 1;
@@ -82,6 +86,20 @@ fn is_large_enough(item: &GroupItem, parent_size: f64) -> bool {
         };
         2.0 * tree_box.half_extent().length() * scale >= least_part * parent_size
     })
+}
+
+/// Whether the groups of a group fill it more than once. One group alone never does.
+fn overlaps_much(group: &Group) -> bool {
+    let volume = |tree_box: &Aabb| tree_box.half_extent().to_array().into_iter().product::<f64>();
+    let mut whole = Aabb::EMPTY;
+    let mut filled = 0.0;
+    for (tree_box, slot) in group.nodes.iter().flat_map(Node::children) {
+        whole = whole.union(&tree_box);
+        if matches!(slot, Slot::Instance(_)) {
+            filled += volume(&tree_box);
+        }
+    }
+    group.instances.len() > 1 && filled > MOST_OVERLAP * volume(&whole)
 }
 
 /// The content of a child in the parent's space; `None` if a map cannot be composed well. The content of a group of one item
