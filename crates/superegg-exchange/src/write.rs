@@ -1,10 +1,11 @@
 //! Writers of other programs' formats, one module each.
 //!
-//! [`flatten::flatten`] lists the instances below a root; the other modules write them. Each returns
+//! [`export::export`] writes a scene in any format. [`flatten::flatten`] lists the instances below a root; the other modules write them. Each returns
 //! [`written::Written`], which says what the format loses.
 
 mod baked;
 pub mod ems;
+pub mod export;
 pub mod flatten;
 pub mod gltf;
 pub mod grid;
@@ -18,6 +19,7 @@ pub mod ply;
 pub mod points;
 pub mod povray;
 pub mod rigid;
+pub mod scene_mesh;
 pub mod stl;
 pub mod table;
 pub mod vtp;

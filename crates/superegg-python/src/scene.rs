@@ -8,6 +8,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use superegg::exchange::sqb;
+use superegg::exchange::write::export::{ExportFormat, ExportOptions, export};
+use superegg::exchange::write::grid::GridValue;
+use superegg::exchange::write::meshes::Tolerance;
+use superegg::exchange::write::ply::Precision;
+use superegg::exchange::write::scene_mesh::SceneMesh;
+use superegg::exchange::write::written::Written;
 use superegg::geom::glam::{DAffine3, DMat3, DQuat, DVec3};
 use superegg::geom::{Aabb, Exponents};
 use superegg::lang::{Effect, Fault, Session, write_scene, write_without_tables};
@@ -17,7 +23,7 @@ use superegg::trace::{BatchOptions, CompiledScene, InstancePath};
 use superegg::{Model, Part, Rendering};
 use superegg_cli::load::{self as program, LoadedScene, frame_data};
 
-use crate::columns::{Array, Column, Rays, array, points, rows};
+use crate::columns::{Array, Column, Rays, array, flat, points, rows};
 use crate::errors;
 use crate::film::Film;
 use crate::load::options;
@@ -433,6 +439,50 @@ impl Scene {
         Ok((array(py, column(0)), array(py, column(1))))
     }
 
+    /// The scene in the format of a file's name: the file, the materials beside an .obj, and what is lost.
+    fn export<'py>(&self, py: Python<'py>, file: PathBuf, request: ExportRequest) -> PyResult<Exported<'py>> {
+        let written = interruptible(
+            py,
+            |_| Ok(()),
+            |_| {
+                let format = ExportFormat::of(&file).map_err(errors::value)?;
+                let (compiled, model, data) = self.snapshot();
+                let (mut scene, root) = (model.scene().clone(), shown(&model)?);
+                frame(&mut scene, &compiled, data);
+                let materials = file.with_extension("mtl");
+                let materials = materials.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+                let options = request.options(materials)?;
+                export(&scene, root, format, &options).map_err(errors::value)
+            },
+        )??;
+        let Written { bytes, companion, losses } = written;
+        let companion = companion.map(|bytes| PyBytes::new(py, &bytes));
+        Ok((PyBytes::new(py, &bytes), companion, losses))
+    }
+
+    /// The triangles of all instances: vertices, normals, triangles, the instance of each triangle, and the
+    /// paths and colours of instances.
+    fn mesh<'py>(&self, py: Python<'py>, request: ExportRequest) -> PyResult<MeshArrays<'py>> {
+        let mesh = interruptible(
+            py,
+            |_| Ok(()),
+            |_| {
+                let model = self.lock().model.clone();
+                let (scene, root) = (model.scene(), shown(&model)?);
+                let ExportOptions { depth, tolerance, .. } = request.options("")?;
+                SceneMesh::of(scene, root, depth.unwrap_or(scene.depth), tolerance).map_err(errors::value)
+            },
+        )??;
+        Ok((
+            array(py, flat(mesh.positions.into_iter())),
+            array(py, flat(mesh.normals.into_iter())),
+            array(py, mesh.triangles.into_flattened()),
+            array(py, mesh.instance_of_triangle),
+            mesh.paths,
+            array(py, flat(mesh.colors.into_iter())),
+        ))
+    }
+
     /// Whether points are inside any primitive.
     fn inside<'py>(&self, py: Python<'py>, at: Column<'py>, threads: usize) -> PyResult<Array<'py, bool>> {
         let compiled = self.compiled(py)?;
@@ -489,6 +539,13 @@ impl Scene {
 /// Position, target, up, field of view, orthographic height, lens radius with focus distance.
 type CameraNumbers = ([f64; 3], [f64; 3], [f64; 3], f64, Option<f64>, Option<(f64, f64)>);
 
+/// A file, the file beside it, and what is lost.
+type Exported<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>, Vec<String>);
+
+/// Vertices, normals, triangles, the instance of each triangle, the paths and colours of instances.
+type MeshArrays<'py> =
+    (Array<'py, f64>, Array<'py, f64>, Array<'py, u32>, Array<'py, u32>, Vec<String>, Array<'py, f64>);
+
 impl Scene {
     /// The state. Whoever holds it never waits for the interpreter.
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -499,26 +556,73 @@ impl Scene {
         detached(py, || self.lock().compiled())
     }
 
+    /// The compiled scene, the model, and the box of data whose camera nobody has set.
+    fn snapshot(&self) -> (Arc<CompiledScene>, Model, Option<Aabb>) {
+        let mut state = self.lock();
+        (state.compiled(), state.model.clone(), state.data)
+    }
+
     /// The compiled scene and the settings of a picture, as the program finds them.
     fn prepare(&self, request: &PictureRequest) -> PyResult<(Arc<CompiledScene>, RenderSettings)> {
         let output = output_of(&request.output)?;
-        let (compiled, model, data) = {
-            let mut state = self.lock();
-            (state.compiled(), state.model.clone(), state.data)
-        };
+        let (compiled, model, data) = self.snapshot();
         let (model, _) = after(&model, model.root(), &request.lines)?;
         let mut scene = model.scene().clone();
         if let Some((width, height)) = request.size {
             (scene.picture.width, scene.picture.height) = (width, height);
         }
-        let size = (scene.picture.width.max(1), scene.picture.height.max(1));
-        if let Some(bounds) = data {
-            frame_data(&mut scene, &bounds, size);
-        } else if let Some(framing) = Framing::of_unseen(&scene, &compiled, size) {
-            framing.apply(&mut scene);
-        }
+        frame(&mut scene, &compiled, data);
         let settings = RenderSettings::of(&scene).with_output(output).with_layers(request.layers);
         Ok((compiled, settings))
+    }
+}
+
+/// Sets the camera of data, and of a scene that sets none and is not in sight.
+fn frame(scene: &mut superegg::scene::Scene, compiled: &CompiledScene, data: Option<Aabb>) {
+    let size = (scene.picture.width.max(1), scene.picture.height.max(1));
+    if let Some(bounds) = data {
+        frame_data(scene, &bounds, size);
+    } else if let Some(framing) = Framing::of_unseen(scene, compiled, size) {
+        framing.apply(scene);
+    }
+}
+
+/// The name of what a model shows.
+fn shown(model: &Model) -> PyResult<&str> {
+    model.root().ok_or_else(|| errors::value("the scene is empty: add a shape first"))
+}
+
+/// The settings of an export, beside the file.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ExportRequest {
+    depth: Option<u32>,
+    tolerance: f64,
+    absolute: bool,
+    double: bool,
+    grid: usize,
+    value: String,
+}
+
+impl ExportRequest {
+    fn options(&self, materials: &str) -> PyResult<ExportOptions> {
+        let tolerance = if self.absolute { Tolerance::Absolute } else { Tolerance::Relative };
+        let value = match &*self.value {
+            "distance" => GridValue::Distance,
+            "inside-outside" => GridValue::InsideOutside,
+            other => {
+                let text = format!("a grid has no value '{other}'; choose distance or inside-outside");
+                return Err(errors::value(text));
+            }
+        };
+        Ok(ExportOptions {
+            depth: self.depth,
+            tolerance: tolerance(self.tolerance),
+            precision: if self.double { Precision::Double } else { Precision::Single },
+            grid: self.grid,
+            value,
+            materials: materials.to_owned(),
+        })
     }
 }
 

@@ -315,3 +315,68 @@ def test_the_program_is_in_the_package(tmp_path):
     assert run.returncode == 0 and se.__version__ in run.stdout
     run = subprocess.run([*PROGRAM, "rendr"], capture_output=True, text=True)
     assert run.returncode == 2 and "did you mean 'superegg render'" in run.stderr
+
+
+@pytest.fixture
+def pair(tmp_path):
+    """Two shapes of two colours, far from each other, and the file of the scene."""
+    scene = se.Scene()
+    scene.add(se.Superquadric((1, 2, 0.5), (0.3, 1)), name="tile", position=(3, 0, 0), color="red")
+    scene.add(se.Superquadric(1, (2, 2)), name="gem", position=(-3, 0, 0), rotation=[0.5, 0.5, 0.5, 0.5], color="#00ff00")
+    scene.save(tmp_path / "pair.scn")
+    return scene, tmp_path / "pair.scn"
+
+
+def test_exports_are_the_program_s(pair, tmp_path):
+    scene, file = pair
+    for ending in ("stl", "ply", "obj", "glb", "vtp", "pov", "liggghts", "data", "txt", "npy", "csv", "nrrd", "vti"):
+        here, there = tmp_path / f"here/file.{ending}", tmp_path / f"there/file.{ending}"
+        here.parent.mkdir(exist_ok=True)
+        there.parent.mkdir(exist_ok=True)
+        losses = scene.export(here, tolerance=0.02, grid=16)
+        command = [*PROGRAM, "export", str(file), "-o", str(there), "--tolerance", "0.02", "--grid", "16"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert here.read_bytes() == there.read_bytes(), ending
+        assert all(loss in done.stderr for loss in losses)
+    assert (tmp_path / "here/file.mtl").read_bytes() == (tmp_path / "there/file.mtl").read_bytes()
+    scene.save(tmp_path / "saved.STL")
+    scene.export(tmp_path / "exported.stl")
+    assert (tmp_path / "saved.STL").read_bytes() == (tmp_path / "exported.stl").read_bytes()
+
+
+def test_a_scene_s_mesh_has_its_instances(pair):
+    scene, _ = pair
+    mesh = scene.mesh(1e-3)
+    assert mesh.names == ["model/tile", "model/gem"] and mesh.colors.shape == (2, 3)
+    assert set(mesh.instance) == {0, 1} and mesh.faces.max() == len(mesh.vertices) - 1
+    assert np.abs(scene.signed_distance(mesh.vertices)).max() < 1e-9
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    volumes = np.bincount(mesh.instance, np.einsum("ij,ij->i", a, np.cross(b, c)) / 6)
+    exact = [se.Superquadric((1, 2, 0.5), (0.3, 1)).volume, 4 / 3]
+    assert np.allclose(volumes, exact, rtol=5e-3)
+    assert (mesh.face_colors()[mesh.instance == 1] == [0, 255, 0]).all()
+    assert np.array_equal(scene.mesh(2e-3, absolute=True).instance.max(), 1)
+
+
+def test_a_scene_is_a_trimesh(pair):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = pair[0].to_trimesh()
+    assert isinstance(mesh, trimesh.Trimesh) and mesh.is_watertight and mesh.body_count == 2
+    assert tuple(mesh.visual.face_colors[0]) == (255, 0, 0, 255)
+
+
+def test_wrong_exports_say_what_is_right(tmp_path, pair):
+    scene, _ = pair
+    for wrong, text in [
+        (lambda: scene.export(tmp_path / "a.jpg"), r"\.glb \(glTF\)"),
+        (lambda: se.Scene().export(tmp_path / "a.stl"), "nothing to write"),
+        (lambda: se.Scene().mesh(), "nothing to write"),
+        (lambda: scene.mesh(0), "above 0"),
+        (lambda: scene.mesh(1e-12), "triangles"),
+        (lambda: scene.mesh(depth=65), "0 to 64"),
+        (lambda: scene.export(tmp_path / "a.vti", grid=2), "4 to 512"),
+        (lambda: scene.export(tmp_path / "a.vti", value="color"), "inside-outside"),
+    ]:
+        with pytest.raises(ValueError, match=text):
+            wrong()
+    assert not list(tmp_path.glob("a.*"))

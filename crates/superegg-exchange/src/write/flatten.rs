@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::{Superquadric, Transform};
-use superegg_scene::{Entity, InstanceTable, Material, Object, Scene};
+use superegg_scene::{Entity, InstanceTable, MAX_DEPTH, Material, Object, Scene};
 
 use super::written::WriteError;
 
@@ -53,12 +53,13 @@ impl Instances {
     }
 }
 
-/// The instances below `root`, opened `depth` levels deep. The root object is level 1; an object
-/// may contain itself.
+/// The instances below `root`, opened `depth` levels deep, at most [`MAX_DEPTH`]. The root object is level 1; an
+/// object may contain itself.
 ///
 /// # Errors
 /// An unknown or empty root, more than [`MOST_INSTANCES`], or a transform out of range.
 pub fn flatten(scene: &Scene, root: &str, depth: u32) -> Result<Instances, WriteError> {
+    let depth = depth.min(MAX_DEPTH);
     let Some((name, entity)) = scene.entities().find(|(name, _)| *name == root) else {
         return Err(WriteError::Unknown(root.to_owned()));
     };

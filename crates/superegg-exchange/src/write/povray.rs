@@ -23,7 +23,8 @@ use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::unit_vector;
 use superegg_geom::{Superquadric, Transform};
 use superegg_scene::{
-    Camera, Entity, Floor, InstanceTable, Light, LightKind, Material, Object, Pattern, Primitive, Scene,
+    Camera, Entity, Floor, InstanceTable, Light, LightKind, MAX_DEPTH, Material, Object, Pattern, Primitive,
+    Scene,
 };
 use thiserror::Error;
 
@@ -66,7 +67,7 @@ pub enum PovError {
 pub fn to_povray(scene: &Scene, root: &str, depth: u32) -> Result<String, PovError> {
     let mut writer = Writer { scene, text: String::new(), declared: HashMap::new() };
     writer.head();
-    let (name, count) = writer.declare(root, depth)?;
+    let (name, count) = writer.declare(root, depth.min(MAX_DEPTH))?;
     if count > MOST_INSTANCES {
         return Err(PovError::TooMany { depth });
     }

@@ -17,8 +17,9 @@ any real type, any strides, or lists; answers are float64.
 from superegg import _superegg
 from superegg._conventions import CONVENTIONS, Convention
 from superegg._film import Film
-from superegg._hits import Closest, Hits, Mesh, ShapeHits
+from superegg._hits import Closest, Hits, ShapeHits
 from superegg._looks import Camera, Material, PointLight, SpotLight, SunLight
+from superegg._meshes import Mesh, SceneMesh
 from superegg._scene import FormatWarning, Scene, load, loads
 from superegg._shape import Area, Superquadric
 from superegg._superegg import FormatError
@@ -47,6 +48,7 @@ __all__ = [
     "Mesh",
     "PointLight",
     "Scene",
+    "SceneMesh",
     "ShapeHits",
     "SpotLight",
     "SunLight",

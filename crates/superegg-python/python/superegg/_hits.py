@@ -108,21 +108,3 @@ class Closest(NamedTuple):
     position: Floats
     distance: Floats
     error: Floats
-
-
-class Mesh(NamedTuple):
-    """A triangle mesh.
-
-    Attributes
-    ----------
-    vertices : ndarray of float64, shape (V, 3)
-        Points of the surface, each once.
-    faces : ndarray of uint32, shape (F, 3)
-        Indices of vertices, counter-clockwise as seen from outside.
-    normals : ndarray of float64, shape (V, 3)
-        The exact outward unit normals at the vertices.
-    """
-
-    vertices: Floats
-    faces: NDArray[np.uint32]
-    normals: Floats

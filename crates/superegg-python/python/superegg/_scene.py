@@ -16,6 +16,7 @@ from superegg._conventions import convention_of
 from superegg._film import Film
 from superegg._hits import Bools, Hits
 from superegg._looks import Camera, Light, Material, color_text, material_lines, triple
+from superegg._meshes import SceneMesh
 from superegg._progress import Progress, shown
 from superegg._rotation import placement, quaternions
 from superegg._shape import Superquadric
@@ -47,6 +48,10 @@ _SETTINGS = {
     "light_rays": "lightRays",
     "gloss_rays": "glossRays",
 }
+
+
+_EXPORTED = frozenset((".stl", ".ply", ".obj", ".glb", ".vtp", ".pov", ".csv", ".nrrd", ".vti"))
+"""The endings of files that `Scene.save` exports. Others of `Scene.export` may be those of a scene's text."""
 
 
 class FormatWarning(UserWarning):
@@ -515,12 +520,118 @@ class Scene:
         return self._core.to_bytes()
 
     def save(self, path: PathLike) -> None:
-        """Write the scene: ``.sqb`` in binary, anything else as text (``.scn``)."""
+        """Write the scene.
+
+        ``.sqb`` in binary; ``.stl``, ``.ply``, ``.obj``, ``.glb``, ``.vtp``, ``.pov``, ``.csv``, ``.nrrd`` and
+        ``.vti`` as `export` does; anything else as text (``.scn``).
+        """
         name = os.fspath(path)
-        binary = name.lower().endswith(".sqb")
-        data = self.to_bytes() if binary else self.to_text().encode()
+        ending = os.path.splitext(name)[1].lower()
+        if ending in _EXPORTED:
+            self.export(name)
+            return
+        data = self.to_bytes() if ending == ".sqb" else self.to_text().encode()
         with open(name, "wb") as file:
             file.write(data)
+
+    def export(
+        self,
+        path: PathLike,
+        *,
+        tolerance: float = 1e-3,
+        absolute: bool = False,
+        double: bool = False,
+        grid: int = 64,
+        value: str = "distance",
+        depth: int | None = None,
+    ) -> list[str]:
+        """Write the scene for another program, in the format of the file's ending.
+
+        Parameters
+        ----------
+        path : str or path
+            ``.stl``, ``.ply``, ``.obj``, ``.glb``: meshes; ``.vtp``: particles for OVITO and ParaView; ``.pov``;
+            ``.liggghts``, ``.data``: LIGGGHTS; ``.txt``, ``.npy``: EMS vectors; ``.csv``; ``.nrrd``, ``.vti``: grids.
+        tolerance : float
+            The greatest distance between a mesh and the exact surface, as a part of each instance's largest
+            semi-axis; in world units with ``absolute``.
+        double : bool
+            Whether .ply and .obj get float64 coordinates.
+        grid : int
+            The samples of a grid along its longest side, 4 to 512.
+        value : str
+            The value of a grid: ``distance`` (negative inside) or ``inside-outside``.
+        depth : int, optional
+            The levels that objects are opened, 0 to 64; default: that of the scene.
+
+        Returns
+        -------
+        list of str
+            What the format loses, one sentence each.
+
+        Raises
+        ------
+        ValueError
+            An unknown ending, an empty scene, or more triangles than a file may have.
+        """
+        name = os.fspath(path)
+        request = _export_request(tolerance, absolute, depth) | {"double": double, "grid": count(grid, "grid"), "value": value}
+        data, materials, losses = self._core.export(name, request)
+        if materials is not None:
+            with open(os.path.splitext(name)[0] + ".mtl", "wb") as file:
+                file.write(materials)
+        with open(name, "wb") as file:
+            file.write(data)
+        return losses
+
+    def mesh(self, tolerance: float = 1e-2, *, absolute: bool = False, depth: int | None = None) -> SceneMesh:
+        """The triangles of all instances in world coordinates.
+
+        Parameters
+        ----------
+        tolerance : float
+            The greatest distance between mesh and exact surface, as a part of each instance's largest
+            semi-axis; in world units with ``absolute``.
+        depth : int, optional
+            The levels that objects are opened, 0 to 64; default: that of the scene.
+
+        Raises
+        ------
+        ValueError
+            An empty scene, or more than 20,000,000 triangles.
+
+        Examples
+        --------
+        >>> import superegg as se
+        >>> scene = se.Scene()
+        >>> _ = scene.add(se.Superquadric(1), name="ball", position=(2, 0, 0))
+        >>> mesh = scene.mesh(0.01)
+        >>> bool(mesh.vertices[:, 0].min() >= 1.0), mesh.names
+        (True, ['model/ball'])
+        """
+        vertices, normals, faces, instance, names, colors = self._core.mesh(
+            _export_request(tolerance, absolute, depth)
+        )
+        return SceneMesh(
+            vertices.reshape((-1, 3)),
+            faces.reshape((-1, 3)),
+            normals.reshape((-1, 3)),
+            instance,
+            names,
+            colors.reshape((-1, 3)),
+        )
+
+    def to_trimesh(self, tolerance: float = 1e-2) -> Any:
+        """The mesh as a ``trimesh.Trimesh`` with a colour for each face; needs trimesh."""
+        return self.mesh(tolerance).to_trimesh()
+
+    def to_open3d(self, tolerance: float = 1e-2) -> Any:
+        """The mesh as an ``open3d.geometry.TriangleMesh``; needs open3d."""
+        return self.mesh(tolerance).to_open3d()
+
+    def to_pyvista(self, tolerance: float = 1e-2) -> Any:
+        """The mesh as a ``pyvista.PolyData``; needs pyvista."""
+        return self.mesh(tolerance).to_pyvista()
 
     def copy(self) -> Scene:
         """A copy, which shares its content: it takes no time."""
@@ -734,6 +845,24 @@ def _setting_lines(settings: dict[str, Any]) -> list[str]:
                 raise ValueError(f"{name}: expected a word or a number, found {value!r}")
             lines.append(f"set {_SETTINGS[name]} {text}")
     return lines
+
+
+def _export_request(tolerance: float, absolute: bool, depth: int | None) -> dict[str, Any]:
+    """The settings of an export, those of other formats at their defaults."""
+    levels = None if depth is None else count(depth, "depth")
+    if levels is not None and levels > 64:
+        raise ValueError(f"depth: expected 0 to 64, found {levels}")
+    tolerance = number(tolerance, "tolerance")
+    if not tolerance > 0:
+        raise ValueError(f"tolerance: expected a number above 0, found {tolerance}")
+    return {
+        "depth": levels,
+        "tolerance": tolerance,
+        "absolute": bool(absolute),
+        "double": False,
+        "grid": 64,
+        "value": "distance",
+    }
 
 
 def _side(value: Any, name: str) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +10,8 @@ from numpy.typing import ArrayLike
 from superegg import _superegg
 from superegg._arrays import Floats, column, common_shape, count, floats, number, points, rays
 from superegg._conventions import convention_of
-from superegg._hits import Bools, Closest, Mesh, ShapeHits
+from superegg._hits import Bools, Closest, ShapeHits
+from superegg._meshes import Mesh
 
 
 class Area(NamedTuple):
@@ -295,27 +295,15 @@ class Superquadric:
 
     def to_trimesh(self, tolerance: float = 1e-2) -> Any:
         """The mesh as a ``trimesh.Trimesh``; needs trimesh."""
-        trimesh: Any = import_module("trimesh")
-        mesh = self.mesh(tolerance)
-        return trimesh.Trimesh(mesh.vertices, mesh.faces, vertex_normals=mesh.normals, process=False)
+        return self.mesh(tolerance).to_trimesh()
 
     def to_open3d(self, tolerance: float = 1e-2) -> Any:
         """The mesh as an ``open3d.geometry.TriangleMesh``; needs open3d."""
-        o3d: Any = import_module("open3d")
-        mesh = self.mesh(tolerance)
-        result = o3d.geometry.TriangleMesh(
-            o3d.utility.Vector3dVector(mesh.vertices), o3d.utility.Vector3iVector(mesh.faces.astype(np.int32))
-        )
-        result.vertex_normals = o3d.utility.Vector3dVector(mesh.normals)
-        return result
+        return self.mesh(tolerance).to_open3d()
 
     def to_pyvista(self, tolerance: float = 1e-2) -> Any:
         """The mesh as a ``pyvista.PolyData``; needs pyvista."""
-        pyvista: Any = import_module("pyvista")
-        mesh = self.mesh(tolerance)
-        result = pyvista.PolyData.from_regular_faces(mesh.vertices, mesh.faces.astype(np.int64))
-        result.point_data["Normals"] = mesh.normals
-        return result
+        return self.mesh(tolerance).to_pyvista()
 
     def intersect(
         self,
