@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use imbl::{HashMap, Vector};
+use imbl::Vector;
 
 /// An argument of a keyed command.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -38,19 +38,31 @@ impl TrackSubject {
     }
 
     /// The part that identifies a track: everything except the numbers, whose count may differ.
-    fn without_numbers(&self) -> Self {
+    pub(crate) fn without_numbers(&self) -> Self {
         let words = self.words.iter().filter(|word| **word != TrackWord::Number).cloned().collect();
         Self { words, ..self.clone() }
     }
 
-    /// Whether the subject names or changes this primitive or object.
-    pub fn is_about(&self, name: &str) -> bool {
-        self.selected.as_deref() == Some(name)
-            || self.words.iter().any(|word| matches!(word, TrackWord::Entity(entity) if **entity == *name))
+    /// The primitives and objects that the subject names or changes; one may come twice.
+    pub(crate) fn entities(&self) -> impl Iterator<Item = &Arc<str>> {
+        let named = self.words.iter().filter_map(|word| match word {
+            TrackWord::Entity(name) => Some(name),
+            TrackWord::Number | TrackWord::Word(_) | TrackWord::Light(_) => None,
+        });
+        named.chain(&self.selected)
     }
 
-    pub(crate) fn names_light(&self, name: &str) -> bool {
-        self.words.iter().any(|word| matches!(word, TrackWord::Light(light) if **light == *name))
+    /// The lights that the subject names.
+    pub(crate) fn lights(&self) -> impl Iterator<Item = &Arc<str>> {
+        self.words.iter().filter_map(|word| match word {
+            TrackWord::Light(name) => Some(name),
+            TrackWord::Number | TrackWord::Word(_) | TrackWord::Entity(_) => None,
+        })
+    }
+
+    /// Whether the subject names or changes this primitive or object.
+    pub fn is_about(&self, name: &str) -> bool {
+        self.entities().any(|entity| **entity == *name)
     }
 
     pub(crate) fn rename(&mut self, name: &str, new: &str) {
@@ -82,6 +94,41 @@ pub struct Track {
 }
 
 impl Track {
+    /// A track of one key.
+    pub(crate) fn new(subject: TrackSubject, frame: f64, numbers: &[f64]) -> Self {
+        Self { subject, keys: Vector::unit(Key { frame, numbers: numbers.into() }) }
+    }
+
+    /// Adds a key, or replaces the one at its frame. The count of numbers may change if that is the
+    /// only key.
+    ///
+    /// # Errors
+    /// The count of numbers in the other keys, if it differs.
+    pub(crate) fn set(&mut self, subject: TrackSubject, frame: f64, numbers: &[f64]) -> Result<(), usize> {
+        let is_only = self.keys.len() == 1 && self.keys[0].frame == frame;
+        if self.subject != subject && !is_only {
+            return Err(self.subject.number_count());
+        }
+        self.subject = subject;
+        let key = Key { frame, numbers: numbers.into() };
+        match self.keys.binary_search_by(|key| key.frame.total_cmp(&frame)) {
+            Ok(at) => self.keys[at] = key,
+            Err(at) => self.keys.insert(at, key),
+        }
+        Ok(())
+    }
+
+    /// Removes the key at a frame, or all keys. Returns their count.
+    pub(crate) fn remove(&mut self, frame: Option<f64>) -> usize {
+        let before = self.keys.len();
+        self.keys.retain(|key| frame.is_some_and(|frame| frame != key.frame));
+        before - self.keys.len()
+    }
+
+    pub(crate) fn rename(&mut self, name: &str, new: &str) {
+        self.subject.rename(name, new);
+    }
+
     /// What the track animates.
     pub fn subject(&self) -> &TrackSubject {
         &self.subject
@@ -123,88 +170,6 @@ impl Track {
             Ok(at) => at + 1,
             Err(at) => at,
         }
-    }
-}
-
-/// The tracks of a scene, in the order in which they were created.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Tracks {
-    list: Vector<Track>,
-    /// The index of each track, by its subject without numbers.
-    index_of: HashMap<TrackSubject, usize>,
-}
-
-impl PartialEq for Tracks {
-    fn eq(&self, other: &Self) -> bool {
-        self.list == other.list
-    }
-}
-
-impl Tracks {
-    pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = &Track> {
-        self.list.iter()
-    }
-
-    fn rebuild_index(&mut self) {
-        self.index_of =
-            self.list.iter().enumerate().map(|(at, track)| (track.subject.without_numbers(), at)).collect();
-    }
-
-    /// Adds a key, or replaces the one at its frame. The count of numbers may change if that is the
-    /// only key of the track.
-    ///
-    /// # Errors
-    /// The count of numbers in the other keys of the track, if it differs.
-    pub(crate) fn set(&mut self, subject: TrackSubject, frame: f64, numbers: &[f64]) -> Result<(), usize> {
-        // -0 becomes 0.
-        let frame = frame + 0.0;
-        let key = Key { frame, numbers: numbers.into() };
-        let fixed = subject.without_numbers();
-        let Some(at) = self.index_of.get(&fixed).copied() else {
-            self.index_of.insert(fixed, self.list.len());
-            self.list.push_back(Track { subject, keys: Vector::unit(key) });
-            return Ok(());
-        };
-        let track = &mut self.list[at];
-        let is_only = track.keys.len() == 1 && track.keys[0].frame == frame;
-        if track.subject != subject && !is_only {
-            return Err(track.subject.number_count());
-        }
-        track.subject = subject;
-        match track.keys.binary_search_by(|key| key.frame.total_cmp(&frame)) {
-            Ok(at) => track.keys[at] = key,
-            Err(at) => track.keys.insert(at, key),
-        }
-        Ok(())
-    }
-
-    /// Removes the keys at a frame, or at all frames, of the matching tracks. Returns their count.
-    pub(crate) fn remove(&mut self, frame: Option<f64>, matches: impl Fn(&TrackSubject) -> bool) -> usize {
-        // A list that is not written to stays shared with its clones.
-        if !self.list.iter().any(|track| matches(&track.subject)) {
-            return 0;
-        }
-        let mut removed = 0;
-        for track in self.list.iter_mut().filter(|track| matches(&track.subject)) {
-            let before = track.keys.len();
-            track.keys.retain(|key| frame.is_some_and(|frame| frame != key.frame));
-            removed += before - track.keys.len();
-        }
-        if removed > 0 {
-            self.list.retain(|track| !track.keys.is_empty());
-            self.rebuild_index();
-        }
-        removed
-    }
-
-    pub(crate) fn rename(&mut self, name: &str, new: &str) {
-        if !self.list.iter().any(|track| track.subject.is_about(name)) {
-            return;
-        }
-        for track in self.list.iter_mut().filter(|track| track.subject.is_about(name)) {
-            track.subject.rename(name, new);
-        }
-        self.rebuild_index();
     }
 }
 
@@ -250,11 +215,12 @@ mod tests {
     fn track(keys: &[Point]) -> Track {
         let words = vec![TrackWord::Number];
         let subject = TrackSubject { command: "c".into(), words, selected: None, cursor: None };
-        let mut tracks = Tracks::default();
-        for (frame, value) in keys {
-            tracks.set(subject.clone(), *frame, &[*value]).unwrap();
+        let (first, others) = keys.split_first().unwrap();
+        let mut track = Track::new(subject.clone(), first.0, &[first.1]);
+        for (frame, value) in others {
+            track.set(subject.clone(), *frame, &[*value]).unwrap();
         }
-        tracks.list[0].clone()
+        track
     }
 
     #[test]
@@ -313,23 +279,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn a_track_keeps_its_count_of_numbers() {
-        let subject = |count: usize| TrackSubject {
-            command: "light".into(),
-            words: [vec![TrackWord::Light("l".into())], vec![TrackWord::Number; count]].concat(),
-            selected: None,
-            cursor: None,
-        };
-        let mut tracks = Tracks::default();
-        tracks.set(subject(3), 0.0, &[1.0; 3]).unwrap();
-        tracks.set(subject(6), -0.0, &[1.0; 6]).unwrap();
-        tracks.set(subject(6), 5.0, &[2.0; 6]).unwrap();
-        assert_eq!(tracks.set(subject(3), 5.0, &[1.0; 3]), Err(6));
-        assert_eq!(tracks.iter().len(), 1);
-        assert_eq!((tracks.remove(Some(5.0), |_| true), tracks.remove(None, |_| false)), (1, 0));
-        assert_eq!((tracks.remove(None, |_| true), tracks.iter().len()), (1, 0));
     }
 }

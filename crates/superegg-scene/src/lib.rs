@@ -20,6 +20,8 @@ mod picture;
 mod primitive;
 mod scene;
 mod table;
+mod tracks;
+mod uses;
 mod view_settings;
 
 pub use animation::{Key, Track, TrackSubject, TrackWord};

@@ -218,11 +218,19 @@ impl Object {
     /// Makes all children that refer to `from` refer to `to`.
     pub(crate) fn retarget(&mut self, from: &str, to: &str) {
         let aliases: Vec<String> = self.aliases_of(from).map(str::to_owned).collect();
-        for alias in aliases {
-            if let Some(child) = self.children.get_mut(&alias) {
-                child.target = to.into();
-            }
+        aliases.iter().for_each(|alias| self.retarget_child(alias, to));
+    }
+
+    /// Makes a child refer to another name.
+    pub(crate) fn retarget_child(&mut self, alias: &str, to: &str) {
+        if let Some(child) = self.children.get_mut(alias) {
+            child.target = to.into();
         }
+    }
+
+    /// The number of a child, which rises in the order of addition.
+    pub(crate) fn child_number(&self, alias: &str) -> Option<usize> {
+        self.children.number_of(alias)
     }
 
     /// The aliases of the children that refer to a name.

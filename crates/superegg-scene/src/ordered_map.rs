@@ -22,6 +22,8 @@ pub(crate) struct OrderedMap<V> {
     entries: PersistentVector<Option<Entry<V>>, LEAF_BITS>,
     /// The number of entries that are not removed.
     count: usize,
+    /// The number of the last entry that is not removed; any number if there is none.
+    last: usize,
     /// Empty as long as names are compared one by one.
     index: NameIndex,
 }
@@ -35,7 +37,7 @@ struct Entry<V> {
 // Not derived: no value is needed for an empty map.
 impl<V> Default for OrderedMap<V> {
     fn default() -> Self {
-        Self { entries: PersistentVector::default(), count: 0, index: NameIndex::default() }
+        Self { entries: PersistentVector::default(), count: 0, last: 0, index: NameIndex::default() }
     }
 }
 
@@ -101,7 +103,7 @@ impl<V> OrderedMap<V> {
 
     /// The name of the last entry.
     pub(crate) fn last_name(&self) -> Option<&str> {
-        self.iter().next_back().map(|(name, _)| name)
+        self.name_at(self.last)
     }
 }
 
@@ -138,6 +140,7 @@ impl<V: Clone> OrderedMap<V> {
         }
         self.entries.push(Some(Entry { name: name.into(), value }));
         self.count += 1;
+        self.last = number;
         Some(number)
     }
 
@@ -151,13 +154,17 @@ impl<V: Clone> OrderedMap<V> {
 
     /// Removes an entry; the others keep their order. Returns whether it existed.
     pub(crate) fn remove(&mut self, name: &str) -> bool {
-        let Some(entry) = self.number_of(name).and_then(|number| self.entries.get_mut(number)) else {
-            return false;
-        };
+        let Some(number) = self.number_of(name) else { return false };
+        let Some(entry) = self.entries.get_mut(number) else { return false };
         *entry = None;
         self.count -= 1;
+        if number == self.last {
+            // Each removed entry is passed once.
+            self.last = (0..number).rev().find(|&number| self.entry(number).is_some()).unwrap_or(0);
+        }
         if self.entries.len() > 2 * self.count + MOST_COMPARED {
             self.entries = self.entries.iter().filter(|entry| entry.is_some()).cloned().collect();
+            self.last = self.count.saturating_sub(1);
             self.rebuild_index();
         }
         true

@@ -6,7 +6,7 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::{TransformError, TransformStep};
 use thiserror::Error;
 
-use crate::animation::{Track, TrackSubject, Tracks};
+use crate::animation::{Track, TrackSubject};
 use crate::camera::Camera;
 use crate::environment::{AmbientOcclusion, Floor, Sky};
 use crate::light::Light;
@@ -15,6 +15,8 @@ use crate::ordered_map::OrderedMap;
 use crate::picture::Picture;
 use crate::primitive::{Material, Primitive};
 use crate::table::InstanceTable;
+use crate::tracks::Tracks;
+use crate::uses::Uses;
 
 /// The default recursion depth of objects.
 pub const DEFAULT_DEPTH: u32 = 25;
@@ -145,7 +147,15 @@ pub struct Scene {
     /// The image settings.
     pub picture: Picture,
     tracks: Tracks,
+    /// Kept only after many deletions and renamings.
+    uses: Option<Uses>,
+    /// The number of searches through all children.
+    searches: u32,
 }
+
+/// The number of deletions and renamings that search all children. A scene has millions of children,
+/// and few have ever a name deleted; for more deletions than these an index is made and kept.
+const MOST_SEARCHES: u32 = 64;
 
 impl PartialEq for Scene {
     /// Ignores the order in which primitives and objects were created.
@@ -181,6 +191,8 @@ impl Default for Scene {
             depth: DEFAULT_DEPTH,
             picture: Picture::default(),
             tracks: Tracks::default(),
+            uses: None,
+            searches: 0,
         }
     }
 }
@@ -402,6 +414,9 @@ impl Scene {
             return Err(SceneError::Unknown(target.to_owned()));
         }
         if self.object_mut(object)?.push_child(alias, Child::new(target)) {
+            if let Some(uses) = &mut self.uses {
+                uses.add(target, object, alias);
+            }
             Ok(())
         } else {
             Err(SceneError::AliasExists { object: object.to_owned(), alias: alias.to_owned() })
@@ -413,10 +428,13 @@ impl Scene {
     /// # Errors
     /// An unknown object or alias.
     pub fn remove_child(&mut self, object: &str, alias: &str) -> Result<(), SceneError> {
-        if self.object_mut(object)?.remove_child(alias) {
-            self.tracks.remove(None, |subject| {
-                subject.selected.as_deref() == Some(object) && subject.cursor.as_deref() == Some(alias)
-            });
+        let target = self.object(object)?.child(alias).map(|child| child.target().to_owned());
+        if let Some(target) = target {
+            self.object_mut(object)?.remove_child(alias);
+            if let Some(uses) = &mut self.uses {
+                uses.remove(&target, object, alias);
+            }
+            self.tracks.remove_child(object, alias);
             Ok(())
         } else {
             Err(SceneError::UnknownAlias { object: object.to_owned(), alias: alias.to_owned() })
@@ -425,10 +443,28 @@ impl Scene {
 
     /// The object and alias of each child that refers to this name.
     pub fn uses(&self, name: &str) -> Vec<(String, String)> {
-        let uses_in = |(object, content): (&str, &Object)| -> Vec<(String, String)> {
-            content.aliases_of(name).map(|alias| (object.to_owned(), alias.to_owned())).collect()
+        let Some(uses) = &self.uses else {
+            let uses_in = |(object, content): (&str, &Object)| -> Vec<(String, String)> {
+                content.aliases_of(name).map(|alias| (object.to_owned(), alias.to_owned())).collect()
+            };
+            return self.objects().flat_map(uses_in).collect();
         };
-        self.objects().flat_map(uses_in).collect()
+        let mut found: Vec<(String, String)> =
+            uses.of_target(name).map(|(object, alias)| (object.to_owned(), alias.to_owned())).collect();
+        found.sort_by_cached_key(|(object, alias)| {
+            let child = self.object(object).ok().and_then(|object| object.child_number(alias));
+            (self.entities.number_of(object), child)
+        });
+        found
+    }
+
+    /// As [`Scene::uses`], for a change that may come many times.
+    fn indexed_uses(&mut self, name: &str) -> Vec<(String, String)> {
+        self.searches = self.searches.saturating_add(1);
+        if self.uses.is_none() && self.searches > MOST_SEARCHES {
+            self.uses = Some(Uses::of(self.objects()));
+        }
+        self.uses(name)
     }
 
     /// Deletes a primitive or object, its keys, and every child that refers to it. Returns the
@@ -440,16 +476,21 @@ impl Scene {
         if !self.entities.contains(name) {
             return Err(SceneError::Unknown(name.to_owned()));
         }
-        let uses = self.uses(name);
-        for (object, alias) in &uses {
+        let found = self.indexed_uses(name);
+        for (object, alias) in &found {
             self.remove_child(object, alias)?;
         }
+        if let (Some(uses), Some(entity)) = (&mut self.uses, self.entities.get(name))
+            && let Entity::Object(object) = &**entity
+        {
+            uses.remove_object(name, object);
+        }
         self.entities.remove(name);
-        self.tracks.remove(None, |subject| subject.is_about(name));
+        self.tracks.remove_entity(name);
         if let Some(floor) = &mut self.floor {
             floor.surface.take_if(|surface| **surface == *name);
         }
-        Ok(uses)
+        Ok(found)
     }
 
     /// Renames a primitive or object. Children that refer to it, the floor and keys follow; aliases
@@ -459,14 +500,21 @@ impl Scene {
     /// An unknown name, or a new name that exists.
     pub fn rename(&mut self, name: &str, new: &str) -> Result<(), SceneError> {
         self.check_pair(name, new)?;
-        self.entities.rename(name, new);
-        self.tracks.rename(name, new);
-        let objects: Vec<String> = self.objects().map(|(object, _)| object.to_owned()).collect();
-        for object in objects {
-            if self.object(&object)?.aliases_of(name).next().is_some() {
-                self.object_mut(&object)?.retarget(name, new);
+        for (object, alias) in self.indexed_uses(name) {
+            self.object_mut(&object)?.retarget_child(&alias, new);
+            if let Some(uses) = &mut self.uses {
+                uses.remove(name, &object, &alias);
+                uses.add(new, &object, &alias);
             }
         }
+        if let (Some(uses), Some(entity)) = (&mut self.uses, self.entities.get(name))
+            && let Entity::Object(object) = &**entity
+        {
+            uses.remove_object(name, object);
+            uses.add_object(new, object);
+        }
+        self.entities.rename(name, new);
+        self.tracks.rename(name, new);
         if let Some(surface) = self.floor.as_mut().and_then(|floor| floor.surface.as_mut())
             && **surface == *name
         {
@@ -485,6 +533,11 @@ impl Scene {
         self.insert(new, entity);
         if let Some(Entity::Object(object)) = self.get_mut(new) {
             object.retarget(name, new);
+        }
+        if let (Some(uses), Some(entity)) = (&mut self.uses, self.entities.get(new))
+            && let Entity::Object(object) = &**entity
+        {
+            uses.add_object(new, object);
         }
         Ok(())
     }
@@ -558,7 +611,7 @@ impl Scene {
         if !self.lights.remove(name) {
             return Err(SceneError::UnknownLight(name.to_owned()));
         }
-        self.tracks.remove(None, |subject| subject.names_light(name));
+        self.tracks.remove_light(name);
         Ok(())
     }
 
