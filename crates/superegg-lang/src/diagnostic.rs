@@ -3,6 +3,9 @@
 use std::fmt;
 use std::ops::Range;
 
+use crate::suggest::Suggestions;
+use crate::text::is_unseen;
+
 /// Whether a line was carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
@@ -232,6 +235,8 @@ pub struct Diagnostic {
 
 /// The most faults of one file that are described one by one.
 const MOST_DESCRIBED: usize = 100;
+/// The most faults of a file and of all that it loads that are described one by one.
+const MOST_DESCRIBED_IN_ALL: usize = 1000;
 
 /// The faults of one file: the first ones, and the number of the others.
 #[derive(Debug)]
@@ -255,7 +260,7 @@ impl<'a> FaultList<'a> {
         severity: Severity,
         describe: impl FnOnce() -> Diagnostic,
     ) {
-        if self.described < MOST_DESCRIBED {
+        if self.has_room(to) {
             self.described += 1;
             to.push(describe());
             return;
@@ -264,6 +269,16 @@ impl<'a> FaultList<'a> {
             Severity::Error => self.more_errors += 1,
             Severity::Warning => self.more_warnings += 1,
         }
+    }
+
+    /// Whether another fault is described, of a file with these diagnostics so far.
+    fn has_room(&self, diagnostics: &[Diagnostic]) -> bool {
+        self.described < MOST_DESCRIBED && diagnostics.len() < MOST_DESCRIBED_IN_ALL
+    }
+
+    /// Whether faults need suggestions, of a file with these diagnostics so far.
+    pub(crate) fn suggestions(&self, diagnostics: &[Diagnostic]) -> Suggestions {
+        if self.has_room(diagnostics) { Suggestions::Given } else { Suggestions::Omitted }
     }
 
     /// Adds the numbers of the faults that were not described.
@@ -275,7 +290,10 @@ impl<'a> FaultList<'a> {
         for (severity, count, kind) in kinds.into_iter().filter(|(_, count, _)| *count > 0) {
             let plural = if count == 1 { "" } else { "s" };
             let message = format!("{count} more {kind}{plural} in this file");
-            let help = format!("the first {MOST_DESCRIBED} are described; correct them first");
+            let help = match self.described {
+                0 => "the faults before are described; correct them first".to_owned(),
+                described => format!("the first {described} are described; correct them first"),
+            };
             let summary = Diagnostic::of_file(self.file, FaultCode::Many, message, help);
             to.push(Diagnostic { severity, count, ..summary });
         }
@@ -293,7 +311,7 @@ impl Diagnostic {
             start..text.trim_end().chars().count()
         });
         let is_showable =
-            text.chars().count() <= LONGEST_EXCERPT && !text.chars().any(|c| c.is_control() && c != '\t');
+            text.chars().count() <= LONGEST_EXCERPT && !text.chars().any(|c| is_unseen(c) && c != '\t');
         Self {
             severity: fault.severity,
             code: fault.code,

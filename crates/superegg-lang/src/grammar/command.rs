@@ -308,6 +308,8 @@ pub enum Request {
         file: Option<String>,
         /// Width and height in pixels; the scene's if `None`.
         size: Option<(u32, u32)>,
+        /// Whether a read-only file is replaced.
+        is_forced: bool,
     },
     /// Ray trace into the terminal, at a frame if one is given.
     Preview(Option<f64>),

@@ -999,14 +999,18 @@ pub const COMMANDS: &[CommandSpec] = &[
     },
     CommandSpec {
         name: "render",
-        spellings: &[],
+        spellings: &["render!"],
         group: Group::Pictures,
         options: &[],
         args: &[&[], &[FILE], &[arg("WxH", ArgKind::Size)]],
-        summary: "ray traces the selected entity into a picture (.png, or .exr for linear values), in the background; 'stop render' stops it",
+        summary: "ray traces the selected entity into a picture (.png, or .exr for linear values), in the background; 'stop render' stops it and keeps what is done; render! replaces a read-only picture too",
         default: "the scene's name with .png, and the size of 'set size'",
         example: "render robot.png 640x480",
-        build: Build::Request(|args| Request::Render { file: args.optional_text(0), size: args.size }),
+        build: Build::Request(|args| Request::Render {
+            file: args.optional_text(0),
+            size: args.size,
+            is_forced: args.is_forced(),
+        }),
     },
     CommandSpec {
         name: "preview",

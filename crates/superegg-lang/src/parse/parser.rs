@@ -15,7 +15,7 @@ use crate::grammar::spec::{
 use crate::grammar::table::{COMMANDS, SHARED_SPELLING, commands_spelt, find_command};
 use crate::parse::number::{format_number, parse_number};
 use crate::parse::words::{Quoting, Word, Words, split_plain, split_words};
-use crate::suggest::{did_you_mean, nearest};
+use crate::suggest::Suggestions;
 use crate::text::{one_of, shorten};
 
 /// The columns of words. Most lines have few.
@@ -114,8 +114,13 @@ fn begins_color(words: &[Word<'_>], after: &str) -> bool {
 /// assert!(parse_line("# a comment").unwrap().is_none());
 /// ```
 pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
+    parse_suggesting(line, Suggestions::Given)
+}
+
+/// As [`parse_line`].
+pub(crate) fn parse_suggesting(line: &str, suggestions: Suggestions) -> Result<Option<Parsed>, Fault> {
     let words = words_of_command(line);
-    words.split_first().map(|(first, rest)| parse_words(first, rest)).transpose()
+    words.split_first().map(|(first, rest)| parse_words(first, rest, suggestions)).transpose()
 }
 
 /// The words of the nested command, if the command takes one and it has begun.
@@ -133,20 +138,24 @@ pub(crate) fn command_of(first: &str, rest: &[Word<'_>]) -> Option<&'static Comm
 }
 
 /// The command of the words of a line.
-pub(crate) fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault> {
-    let spec = command_of(first.text, rest).ok_or_else(|| unknown_command(first))?;
+pub(crate) fn parse_words<'a>(
+    first: &Word<'a>,
+    rest: &[Word<'a>],
+    suggestions: Suggestions,
+) -> Result<Parsed, Fault> {
+    let spec = command_of(first.text, rest).ok_or_else(|| unknown_command(first, suggestions))?;
     if let Some(args) = read_plain(spec, first, rest) {
         let columns = std::iter::once(first).chain(rest).map(|word| word.columns.clone()).collect();
         return Ok(Parsed { command: spec.build.command(&args), spec, columns, keyed: None });
     }
     let mut args = Args::none(first.text);
     let keyed = match line_within(spec, rest).and_then(<[_]>::split_first) {
-        Some((first, rest)) => Some(Box::new(parse_keyed(first, rest)?)),
+        Some((first, rest)) => Some(Box::new(parse_keyed(first, rest, suggestions)?)),
         None => None,
     };
     let words_within = line_within(spec, rest).and_then(<[_]>::split_first);
-    let rest = fill(spec, split_positional(spec, rest, &mut args)?.into_iter());
-    check_count(spec, first, &rest)?;
+    let rest = fill(spec, split_positional(spec, rest, &mut args, suggestions)?.into_iter());
+    check_count(spec, first, &rest, suggestions)?;
     let last_repeated = spec.all_args().last().filter(|_| spec.is_variadic());
     let positional = spec.positional_args().chain(last_repeated.into_iter().cycle());
     for (Filled { word, number }, arg) in rest.iter().zip(positional) {
@@ -155,10 +164,10 @@ pub(crate) fn parse_words<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Par
             ArgKind::Line => {}
             ArgKind::Number(range) => args.numbers.push(match number {
                 Some(number) => *number,
-                None => read_number(spec, arg, range, word)?,
+                None => read_number(spec, arg, range, word, suggestions)?,
             }),
             ArgKind::Choice(choices) => {
-                check_choice(spec, choices, word)?;
+                check_choice(spec, choices, word, suggestions)?;
                 args.words.push(word.text.into());
             }
             ArgKind::File if word.text.is_empty() => {
@@ -254,10 +263,10 @@ where
 }
 
 /// Parses a nested line; its command must be keyable.
-fn parse_keyed<'a>(first: &Word<'a>, rest: &[Word<'a>]) -> Result<Parsed, Fault> {
+fn parse_keyed<'a>(first: &Word<'a>, rest: &[Word<'a>], suggestions: Suggestions) -> Result<Parsed, Fault> {
     match command_of(first.text, rest) {
         Some(spec) if !spec.is_keyable() => Err(not_keyable(spec).at(first.columns.clone())),
-        _ => parse_words(first, rest),
+        _ => parse_words(first, rest, suggestions),
     }
 }
 
@@ -266,6 +275,7 @@ fn split_positional<'w, 'a>(
     spec: &CommandSpec,
     rest: &'w [Word<'a>],
     args: &mut Args<'a>,
+    suggestions: Suggestions,
 ) -> Result<SmallVec<[&'w Word<'a>; 12]>, Fault> {
     let takes_size = spec.all_args().any(|arg| matches!(arg.kind, ArgKind::Size));
     let mut positional = SmallVec::new();
@@ -280,7 +290,7 @@ fn split_positional<'w, 'a>(
             args.size = Some(size);
         } else if !spec.options.is_empty() && word.text.starts_with("--") {
             let message = format!("{} has no option '{}'", spec.name, shorten(word.text));
-            let help = did_you_mean(word.text, spec.options.iter().copied(), &usage_help(spec));
+            let help = suggestions.did_you_mean(word.text, spec.options.iter().copied(), &usage_help(spec));
             return Err(Fault::new(FaultCode::UnknownOption, message).help(help).at(word.columns.clone()));
         } else {
             positional.push(word);
@@ -289,21 +299,23 @@ fn split_positional<'w, 'a>(
     Ok(positional)
 }
 
-fn check_choice(spec: &CommandSpec, choices: &[&str], word: &Word<'_>) -> Result<(), Fault> {
+fn check_choice(
+    spec: &CommandSpec,
+    choices: &[&str],
+    word: &Word<'_>,
+    suggestions: Suggestions,
+) -> Result<(), Fault> {
     if choices.iter().any(|choice| choice.eq_ignore_ascii_case(word.text)) {
         return Ok(());
     }
     let message = format!("{} does not know '{}'", spec.name, shorten(word.text));
-    let help = did_you_mean(word.text, choices.iter().copied(), &usage_help(spec));
+    let help = suggestions.did_you_mean(word.text, choices.iter().copied(), &usage_help(spec));
     Err(Fault::new(FaultCode::UnknownWord, message).help(help).at(word.columns.clone()))
 }
 
-fn unknown_command(word: &Word<'_>) -> Fault {
+fn unknown_command(word: &Word<'_>, suggestions: Suggestions) -> Fault {
     let spellings = COMMANDS.iter().flat_map(CommandSpec::all_spellings);
-    let help = match nearest(word.text, spellings) {
-        Some(near) => format!("did you mean '{near}'?"),
-        None => "'help' lists the commands".to_owned(),
-    };
+    let help = suggestions.did_you_mean(word.text, spellings, "'help' lists the commands");
     Fault::new(FaultCode::UnknownCommand, format!("there is no command '{}'", shorten(word.text)))
         .help(help)
         .at(word.columns.clone())
@@ -311,19 +323,19 @@ fn unknown_command(word: &Word<'_>) -> Fault {
 
 /// The fault of a word that should be a shorthand: a single word that is no number, where three
 /// numbers begin.
-fn wrong_shorthand(spec: &CommandSpec, rest: &[Filled<'_, '_>]) -> Option<Fault> {
+fn wrong_shorthand(spec: &CommandSpec, rest: &[Filled<'_, '_>], suggestions: Suggestions) -> Option<Fault> {
     let (word, shorthand) = rest.iter().zip(spec.positional_args()).find_map(|(filled, arg)| {
         let is_wrong = filled.number.is_none() && parse_number(filled.word.text).is_err();
         Some((filled.word, arg.shorthand.filter(|_| is_wrong)?))
     })?;
-    Some(no_shorthand(shorthand, word))
+    Some(no_shorthand(shorthand, word, suggestions))
 }
 
-fn no_shorthand(shorthand: Shorthand, word: &Word<'_>) -> Fault {
+fn no_shorthand(shorthand: Shorthand, word: &Word<'_>, suggestions: Suggestions) -> Fault {
     let (what, help) = match shorthand {
         Shorthand::Color => {
             let help = "give three linear numbers, #rrggbb, #rgb, or a CSS name such as orange";
-            ("a colour", did_you_mean(word.text, color_names(), help))
+            ("a colour", suggestions.did_you_mean(word.text, color_names(), help))
         }
         Shorthand::Axis => ("a direction", "give x, y or z, or three numbers".to_owned()),
     };
@@ -332,7 +344,12 @@ fn no_shorthand(shorthand: Shorthand, word: &Word<'_>) -> Fault {
         .at(word.columns.clone())
 }
 
-fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[Filled<'_, '_>]) -> Result<(), Fault> {
+fn check_count(
+    spec: &CommandSpec,
+    first: &Word<'_>,
+    rest: &[Filled<'_, '_>],
+    suggestions: Suggestions,
+) -> Result<(), Fault> {
     let given = rest.len();
     let most = spec.counts().last().unwrap_or(0);
     let is_one = spec.counts().any(|count| count == given) || (spec.args.is_empty() && given == 0);
@@ -345,7 +362,7 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[Filled<'_, '_>]) ->
         let end = rest.last().map_or(first.columns.end, |filled| filled.word.columns.end);
         return Err(fault.help(usage_help(spec)).at(first.columns.start..end));
     }
-    if let Some(fault) = wrong_shorthand(spec, rest) {
+    if let Some(fault) = wrong_shorthand(spec, rest, suggestions) {
         return Err(fault);
     }
     let mut wanted: Vec<String> = spec.counts().map(|count| count.to_string()).collect();
@@ -375,10 +392,16 @@ fn check_count(spec: &CommandSpec, first: &Word<'_>, rest: &[Filled<'_, '_>]) ->
     Err(Fault::new(FaultCode::ArgumentCount, message).help(help).at(columns))
 }
 
-fn read_number(spec: &CommandSpec, arg: &Arg, range: NumberRange, word: &Word<'_>) -> Result<f64, Fault> {
+fn read_number(
+    spec: &CommandSpec,
+    arg: &Arg,
+    range: NumberRange,
+    word: &Word<'_>,
+    suggestions: Suggestions,
+) -> Result<f64, Fault> {
     let is_color_word = |word: &str| word.starts_with('#');
     if let Some(shorthand) = arg.shorthand.filter(|_| is_color_word(word.text)) {
-        return Err(no_shorthand(shorthand, word));
+        return Err(no_shorthand(shorthand, word, suggestions));
     }
     let arg = arg.name;
     let number = parse_number(word.text).map_err(|error| {

@@ -5,7 +5,7 @@ use superegg_scene::{Scene, SceneError};
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::spec::{ArgKind, NameKind};
 use crate::parse::parser::Parsed;
-use crate::suggest::did_you_mean;
+use crate::suggest::Suggestions;
 use crate::text::shorten;
 
 /// The help of a fault about a table that was to be changed.
@@ -17,16 +17,23 @@ pub(super) fn table_help(table: &str) -> String {
 }
 
 /// The fault of a scene error, with the columns of the word that caused it.
-pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) -> Fault {
+pub(crate) fn scene_fault(
+    scene: &Scene,
+    error: &SceneError,
+    parsed: &Parsed,
+    suggestions: Suggestions,
+) -> Fault {
     let names = || scene.entities().map(|(name, _)| name);
     // The first argument that names something existing.
     let named =
         parsed.spec.all_args().position(|arg| matches!(arg.kind, ArgKind::Name(of) if of != NameKind::New));
     let named = named.unwrap_or(0) + 1;
     let (code, word, help) = match error {
-        SceneError::Unknown(name) => {
-            (FaultCode::UnknownName, named, did_you_mean(name, names(), "'info' lists what there is"))
-        }
+        SceneError::Unknown(name) => (
+            FaultCode::UnknownName,
+            named,
+            suggestions.did_you_mean(name, names(), "'info' lists what there is"),
+        ),
         SceneError::NotAnObject(_) => (
             FaultCode::WrongKind,
             1,
@@ -49,7 +56,11 @@ pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) ->
         SceneError::UnknownAlias { object, alias } => {
             let children = scene.object(object).ok();
             let aliases = children.iter().flat_map(|object| object.children()).map(|(alias, _)| alias);
-            (FaultCode::UnknownName, 1, did_you_mean(alias, aliases, "'info selected' lists the children"))
+            (
+                FaultCode::UnknownName,
+                1,
+                suggestions.did_you_mean(alias, aliases, "'info selected' lists the children"),
+            )
         }
         SceneError::NoChild(_) => {
             (FaultCode::NoChild, 0, "addPrimitive or addObject adds a child".to_owned())
@@ -61,7 +72,7 @@ pub(crate) fn scene_fault(scene: &Scene, error: &SceneError, parsed: &Parsed) ->
         ),
         SceneError::UnknownLight(name) => {
             let lights = scene.named_lights().map(|(name, _)| name);
-            (FaultCode::UnknownName, 1, did_you_mean(name, lights, "'info' lists the lights"))
+            (FaultCode::UnknownName, 1, suggestions.did_you_mean(name, lights, "'info' lists the lights"))
         }
         SceneError::KeyNumbers { .. } => (FaultCode::KeyNumbers, 0, "'info' lists the keys".to_owned()),
         SceneError::Transform(_) => {

@@ -5,7 +5,7 @@ use crate::grammar::command::Needs;
 use crate::grammar::spec::{ArgKind, CommandSpec, Group, NameKind};
 use crate::grammar::table::{COMMANDS, commands_spelt};
 use crate::session::settings::SETTINGS;
-use crate::suggest::did_you_mean;
+use crate::suggest::Suggestions;
 use crate::text::{beside, shorten, two_columns};
 
 /// The list of commands by groups, or the help of each named command or group.
@@ -28,7 +28,7 @@ fn explain_named(i: usize, name: &str) -> Result<String, (usize, Fault)> {
     text.or_else(|| group().map(list_group)).ok_or_else(|| {
         let words = COMMANDS.iter().flat_map(CommandSpec::all_spellings).chain(Group::ALL.map(Group::word));
         let fault = Fault::new(FaultCode::UnknownCommand, format!("there is no command '{}'", shorten(name)));
-        (i, fault.help(did_you_mean(name, words, "'help' alone lists the commands")))
+        (i, fault.help(Suggestions::Given.did_you_mean(name, words, "'help' alone lists the commands")))
     })
 }
 

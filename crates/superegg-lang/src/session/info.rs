@@ -9,7 +9,7 @@ use crate::diagnostic::{Fault, FaultCode};
 use crate::parse::number::{format_number, matrix_words, quaternion_words, vector};
 use crate::session::keys::line_of;
 use crate::session::selection::Selection;
-use crate::suggest::did_you_mean;
+use crate::suggest::Suggestions;
 use crate::text::shorten;
 
 /// The contents of the scene, or the details of each named entity. `all` and `selected` are
@@ -17,7 +17,11 @@ use crate::text::shorten;
 ///
 /// # Errors
 /// The index in `names` of an unknown name, and the fault.
-pub(crate) fn info(selection: Selection<'_>, names: &[String]) -> Result<String, (usize, Fault)> {
+pub(crate) fn info(
+    selection: Selection<'_>,
+    names: &[String],
+    suggestions: Suggestions,
+) -> Result<String, (usize, Fault)> {
     if names.is_empty() {
         return Ok(list(selection));
     }
@@ -44,7 +48,10 @@ pub(crate) fn info(selection: Selection<'_>, names: &[String]) -> Result<String,
                 let known = scene.entities().map(|(name, _)| name);
                 let fault =
                     Fault::new(FaultCode::UnknownName, format!("nothing is named '{}'", shorten(name)));
-                return Err((i, fault.help(did_you_mean(name, known, "'info' alone lists what there is"))));
+                return Err((
+                    i,
+                    fault.help(suggestions.did_you_mean(name, known, "'info' alone lists what there is")),
+                ));
             }
         }
     }

@@ -16,7 +16,7 @@ use crate::session::keys::{ALL_FRAMES, subject_of};
 use crate::session::selection::Selection;
 use crate::session::settings::{self, Settings};
 use crate::session::{help, info};
-use crate::suggest::did_you_mean;
+use crate::suggest::Suggestions;
 use crate::text::shorten;
 
 /// A scene, the selected name in it, and the settings.
@@ -46,6 +46,7 @@ pub struct Session {
     pub(crate) selected: Option<String>,
     /// The settings that do not belong to the scene.
     pub settings: Settings,
+    pub(crate) suggestions: Suggestions,
 }
 
 /// The result of a line. Exhaustive on purpose: whoever runs a session must handle each of these.
@@ -66,7 +67,7 @@ impl Session {
     /// A session with this scene. Selects `selected` if the scene has it.
     pub fn with_scene(scene: Scene, selected: Option<&str>) -> Self {
         let selected = selected.filter(|name| scene.get(name).is_some()).map(str::to_owned);
-        Self { scene, selected, settings: Settings::default() }
+        Self { scene, selected, ..Self::default() }
     }
 
     /// The scene as it is now.
@@ -90,7 +91,7 @@ impl Session {
     /// # Errors
     /// An unknown name.
     pub fn describe(&self, names: &[String]) -> Result<String, Fault> {
-        info::info(self.selection(), names).map_err(|(_, fault)| fault)
+        info::info(self.selection(), names, self.suggestions).map_err(|(_, fault)| fault)
     }
 
     /// The session with the camera and the lights of another scene.
@@ -106,7 +107,7 @@ impl Session {
 
     /// Empties the scene and selects nothing. The session's settings stay.
     pub fn clear(&mut self) {
-        *self = Self { settings: self.settings, ..Self::default() };
+        *self = Self { settings: self.settings, suggestions: self.suggestions, ..Self::default() };
     }
 
     /// Reads and carries out one line. A line without a command does nothing.
@@ -122,7 +123,7 @@ impl Session {
         {
             return Ok(Effect::Changed(quaternion_note(&command)));
         }
-        self.execute(&parse_words(first, rest)?)
+        self.execute(&parse_words(first, rest, self.suggestions)?)
     }
 
     /// Carries out a parsed command.
@@ -140,7 +141,8 @@ impl Session {
                 Ok(Effect::Changed(None))
             }
             Command::Object(command) => {
-                self.change_object(command).map_err(|error| scene_fault(&self.scene, &error, parsed))?;
+                self.change_object(command)
+                    .map_err(|error| scene_fault(&self.scene, &error, parsed, self.suggestions))?;
                 Ok(Effect::Changed(quaternion_note(command)))
             }
             Command::Request(request) => Ok(Effect::Request(request.clone())),
@@ -155,7 +157,9 @@ impl Session {
         };
         match command {
             SessionCommand::Help(names) => return printed(help::help(names)),
-            SessionCommand::Info(names) => return printed(info::info(self.selection(), names)),
+            SessionCommand::Info(names) => {
+                return printed(info::info(self.selection(), names, self.suggestions));
+            }
             SessionCommand::Get(names) => {
                 return printed(settings::list(&self.scene.picture, &self.settings, names));
             }
@@ -169,12 +173,12 @@ impl Session {
             SessionCommand::Deselect => self.selected = None,
             SessionCommand::SelectPrimitive(name) => {
                 let done = self.scene.ensure_primitive(name);
-                done.map_err(|error| scene_fault(&self.scene, &error, parsed))?;
+                done.map_err(|error| scene_fault(&self.scene, &error, parsed, self.suggestions))?;
                 self.selected = Some(name.clone());
             }
             SessionCommand::SelectObject(name) => {
                 let done = self.scene.ensure_object(name);
-                done.map_err(|error| scene_fault(&self.scene, &error, parsed))?;
+                done.map_err(|error| scene_fault(&self.scene, &error, parsed, self.suggestions))?;
                 self.selected = Some(name.clone());
             }
         }
@@ -183,7 +187,9 @@ impl Session {
 
     /// Returns a message for the user, if there is one.
     fn change_scene(&mut self, command: &SceneCommand, parsed: &Parsed) -> Result<Option<String>, Fault> {
-        let fault_of = |session: &Self, error: SceneError| scene_fault(&session.scene, &error, parsed);
+        let fault_of = |session: &Self, error: SceneError| {
+            scene_fault(&session.scene, &error, parsed, session.suggestions)
+        };
         match command {
             SceneCommand::Delete(name) => {
                 let uses = self.scene.delete(name).map_err(|error| fault_of(self, error))?;
@@ -287,7 +293,7 @@ impl Session {
         };
         let primitive = match self.scene.primitive_mut(name) {
             Ok(primitive) => primitive,
-            Err(error) => return Err(scene_fault(&self.scene, &error, parsed)),
+            Err(error) => return Err(scene_fault(&self.scene, &error, parsed, self.suggestions)),
         };
         let (shape, material) = (primitive.shape, &mut primitive.material);
         match command {
@@ -434,7 +440,7 @@ impl Session {
             let known = COMMANDS.iter().filter(|spec| spec.is_keyable()).map(|spec| spec.name);
             let message = format!("there is no command '{}'", shorten(word));
             return Err(Fault::new(FaultCode::UnknownCommand, message)
-                .help(did_you_mean(word, known, "'info' lists the keys"))
+                .help(self.suggestions.did_you_mean(word, known, "'info' lists the keys"))
                 .at(parsed.word_columns(2)));
         }
         let selected = self.selected.clone();

@@ -33,6 +33,8 @@ pub fn run_script(
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut faults = FaultList::new(file);
     let mut flow = Flow::Continue;
+    let suggestions_before = session.suggestions;
+    session.suggestions = faults.suggestions(diagnostics);
     // It is faster to check all lines at once.
     let text = std::str::from_utf8(bytes).ok();
     for (index, range) in lines(bytes).enumerate() {
@@ -48,11 +50,15 @@ pub fn run_script(
                 flow = Flow::Stop;
                 break;
             }
-            Err(fault) => faults.add(diagnostics, fault.severity, || {
-                Diagnostic::of_line(file, index + 1, &String::from_utf8_lossy(line), fault)
-            }),
+            Err(fault) => {
+                faults.add(diagnostics, fault.severity, || {
+                    Diagnostic::of_line(file, index + 1, &String::from_utf8_lossy(line), fault)
+                });
+                session.suggestions = faults.suggestions(diagnostics);
+            }
         }
     }
+    session.suggestions = suggestions_before;
     faults.finish(diagnostics);
     flow
 }

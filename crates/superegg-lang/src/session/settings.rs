@@ -6,7 +6,7 @@ use superegg_scene::{Encoding, Filter, Picture, Shading, Tone, ViewSettings};
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::spec::{Range, parse_size};
 use crate::parse::number::{format_number, parse_number};
-use crate::suggest::did_you_mean;
+use crate::suggest::Suggestions;
 use crate::text::{one_of, shorten, two_columns};
 
 /// How `preview` draws in the terminal.
@@ -365,7 +365,7 @@ pub(crate) fn merged(own: &Picture, added: &Picture) -> Picture {
 fn unknown_setting(name: &str) -> Fault {
     let names = SETTINGS.iter().map(|spec| spec.name);
     Fault::new(FaultCode::UnknownSetting, format!("there is no setting '{}'", shorten(name)))
-        .help(did_you_mean(name, names, "'get' lists the settings"))
+        .help(Suggestions::Given.did_you_mean(name, names, "'get' lists the settings"))
 }
 
 fn read(kind: SettingKind, word: &str) -> Option<Value> {

@@ -4,10 +4,11 @@ use superegg_scene::Scene;
 
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::{Command, Request, SessionCommand};
-use crate::parse::parser::{Parsed, parse_line};
+use crate::parse::parser::{Parsed, parse_suggesting};
 use crate::session::interpreter::{Effect, Session};
 use crate::session::selection::Selection;
 use crate::session::settings::Settings;
+use crate::suggest::Suggestions;
 
 /// The number of latest steps that all keep a snapshot, so that undo is immediate.
 const DENSE: usize = 1000;
@@ -110,6 +111,11 @@ impl Timeline {
         self.now.settings = settings;
     }
 
+    /// Whether faults of later lines suggest known words for unknown ones.
+    pub fn suggest(&mut self, is_wanted: bool) {
+        self.now.suggestions = if is_wanted { Suggestions::Given } else { Suggestions::Omitted };
+    }
+
     /// The number of changes that can be undone.
     pub fn undo_count(&self) -> usize {
         self.past.len()
@@ -126,7 +132,7 @@ impl Timeline {
     /// # Errors
     /// The line cannot be read or carried out. Nothing is then changed.
     pub fn run_line(&mut self, line: &str) -> Result<Effect, Fault> {
-        let Some(parsed) = parse_line(line)? else { return Ok(Effect::Done) };
+        let Some(parsed) = parse_suggesting(line, self.now.suggestions)? else { return Ok(Effect::Done) };
         match parsed.command {
             Command::Request(Request::Undo(count)) => self.undo(count, &parsed),
             Command::Request(Request::Redo(count)) => self.redo(count, &parsed),
