@@ -19,10 +19,11 @@ pub use film::buffer::Film;
 pub use film::develop::Development;
 pub use film::encoded::{EncodedPicture, ImageError};
 #[cfg(feature = "exr")]
-pub use film::exr::{ExrError, exr_file};
+pub use film::exr::{ExrError, exr_file, exr_of_pixels};
 pub use film::pixel::Pixel;
 pub use film::tile::{Tile, tiles};
 pub use render::frame::{RenderError, RenderOptions, Rendered, TileWork, render, render_tiles};
+pub use render::output::OutputColoring;
 pub use render::part_file::{Difference, PartError, PartFile, PartHeader};
 pub use render::shard::Shard;
 pub use settings::{Environment, Output, RenderSettings, SettingsError};

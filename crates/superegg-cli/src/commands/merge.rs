@@ -5,8 +5,8 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail, ensure};
-use superegg_render::{Film, PartHeader, Pixel, RenderSettings};
-use superegg_scene::Scene;
+use superegg_render::{Film, PartHeader, Pixel, RenderSettings, Tile, exr_of_pixels};
+use superegg_scene::{Picture, Scene};
 
 use crate::args::MergeArgs;
 use crate::console;
@@ -19,12 +19,14 @@ use crate::text::counted;
 
 pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
     for part in &args.parts {
-        files::check_output(Some(&args.output), part)?;
+        files::check_output(Some(&args.output), part, args.overwrite.into())?;
     }
     let format = PictureFormat::of(&args.output)?;
     let merged = MergedTiles::read(&args.parts)?;
-    if let Some(missing) = merged.describe_missing() {
+    let missing = merged.describe_missing();
+    if let Some(missing) = &missing {
         ensure!(args.partial, "{missing}; --partial writes what there is");
+        ensure!(!merged.tiles.is_empty(), "{missing}, so there is nothing to write");
         console::warn(format_args!("superegg: warning: {missing}"));
     }
     let picture = args.develop.apply(*merged.header.picture());
@@ -37,7 +39,11 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
         settings.keeps_layers() || format != PictureFormat::Exr,
         "not all tiles have depth and normals, because some were made for a .png: name a .png file, or render them again for an .exr"
     );
-    files::write(&args.output, &format.encode(&merged.into_film(settings.film()), &settings)?)?;
+    let file = match missing {
+        None => format.encode(&merged.into_film(settings.film()), &settings)?,
+        Some(_) => merged.encode_incomplete(format, &settings)?,
+    };
+    files::write(&args.output, &file)?;
     if !args.quiet && !files::is_standard_stream(&args.output) {
         let (width, height) = (picture.width, picture.height);
         let parts = counted(args.parts.len(), "partial file");
@@ -124,6 +130,44 @@ impl MergedTiles {
         let shards: BTreeSet<u32> =
             missing.iter().map(|tile| (*tile as u64 % u64::from(count)) as u32 + 1).collect();
         Some(format!("{text}; of {count} shards these are missing or not complete: {}", in_ranges(&shards)))
+    }
+
+    /// Encodes a picture that lacks tiles, in memory for the tiles that there are: the size of the
+    /// picture is only a claim of the header.
+    fn encode_incomplete(&self, format: PictureFormat, settings: &RenderSettings) -> Result<Vec<u8>> {
+        let (width, height) = (settings.picture.width, settings.picture.height);
+        let all = self.header.tiles();
+        if format == PictureFormat::Exr {
+            // Every tile but the last of a row or column has the size of the first one.
+            let (tile_width, tile_height) = all.first().map_or((1, 1), Tile::size);
+            let across = width.div_ceil(tile_width);
+            let pixel = |x: u32, y: u32| {
+                let index = y / tile_height * across + x / tile_width;
+                self.tiles.get(&(index as usize))?.pixel(x % tile_width, y % tile_height)
+            };
+            return Ok(exr_of_pixels((width, height), pixel)?);
+        }
+        let coloring = settings.output.coloring(self.tiles.values());
+        let mut first = 0;
+        let strips = all.chunk_by(|a, b| a.y == b.y).map(|row| {
+            let strip = self.strip(first, row, settings);
+            first += row.len();
+            coloring.apply(&strip).into_owned()
+        });
+        Ok(settings.development().png_of_strips((width, height), strips)?)
+    }
+
+    /// The film of one row of tiles; the first one has this index.
+    fn strip(&self, first: usize, row: &[Tile], settings: &RenderSettings) -> Film {
+        let height = row.first().map_or(0, |tile| tile.size().1);
+        let picture = Picture { height, ..settings.picture };
+        let mut film = settings.clone().with_picture(picture).film();
+        for (index, tile) in (first..).zip(row) {
+            if let Some(pixels) = self.tiles.get(&index) {
+                film.set_tile(&Tile { x: tile.x.clone(), y: 0..height }, pixels);
+            }
+        }
+        film
     }
 
     /// Copies the tiles into an empty film.

@@ -28,25 +28,7 @@ pub(crate) struct CheckpointData {
     /// The length up to the last valid record.
     end: u64,
     /// The number of damaged bytes before `end`.
-    pub(crate) damaged_bytes: usize,
-}
-
-/// The reason why a partial file is not usable.
-enum ReadError {
-    Io(io::Error),
-    Part(PartError),
-}
-
-impl From<io::Error> for ReadError {
-    fn from(error: io::Error) -> Self {
-        Self::Io(error)
-    }
-}
-
-impl From<PartError> for ReadError {
-    fn from(error: PartError) -> Self {
-        Self::Part(error)
-    }
+    pub(crate) damaged_bytes: u64,
 }
 
 /// Reads a partial file.
@@ -55,12 +37,9 @@ impl From<PartError> for ReadError {
 /// The file is unreadable, not a partial file, or longer than its picture allows.
 pub(crate) fn read(path: &Path) -> Result<CheckpointData> {
     files::check_plain_file(path)?;
-    let read = File::open(path).map_err(ReadError::from).and_then(|file| read_from(&file));
-    read.map_err(|error| match error {
-        ReadError::Io(error) => anyhow::Error::from(error),
-        ReadError::Part(error) => error.into(),
-    })
-    .with_context(|| format!("cannot read '{}'", path.display()))
+    let cannot_read = || format!("cannot read '{}'", path.display());
+    let file = File::open(path).with_context(cannot_read)?;
+    Ok(PartFile::read(&file).with_context(cannot_read)?.into())
 }
 
 /// Whether a partial file exists and stores the AOV layers of each pixel.
@@ -72,19 +51,10 @@ pub(crate) fn has_layers(path: &Path) -> bool {
     read && PartHeader::read(&bytes).is_ok_and(|(header, _)| header.has_layers())
 }
 
-fn read_from(mut file: &File) -> Result<CheckpointData, ReadError> {
-    let mut bytes = Vec::new();
-    file.take(PartHeader::MOST_BYTES).read_to_end(&mut bytes)?;
-    let most = PartHeader::read(&bytes)?.0.most_bytes();
-    file.take(most).read_to_end(&mut bytes)?;
-    if file.read(&mut [0])? > 0 {
-        return Err(
-            io::Error::new(io::ErrorKind::FileTooLarge, "it is longer than its picture can be").into()
-        );
+impl From<PartFile> for CheckpointData {
+    fn from(PartFile { header, tiles, end, damaged }: PartFile) -> Self {
+        Self { header, tiles, end, damaged_bytes: damaged }
     }
-    let part = PartFile::read(&bytes)?;
-    let tiles = part.tiles().collect();
-    Ok(CheckpointData { tiles, end: part.end as u64, damaged_bytes: part.damaged, header: part.header })
 }
 
 /// Describes a difference between two pictures; `one` and `two` say which value belongs to which.
@@ -171,11 +141,10 @@ impl<'a> Checkpoint<'a> {
             opened => opened?,
         };
         lock(&file)?;
-        let part = match read_from(&file) {
-            Ok(part) => part,
-            Err(ReadError::Part(PartError::BrokenOff)) => return Ok(None),
-            Err(ReadError::Part(error)) => bail!("{error}; {HINT}"),
-            Err(ReadError::Io(error)) => return Err(error.into()),
+        let part = match PartFile::read(&file) {
+            Ok(part) => CheckpointData::from(part),
+            Err(PartError::BrokenOff) => return Ok(None),
+            Err(error) => bail!("{error}; {HINT}"),
         };
         if let Some(difference) = part.header.difference(&self.header) {
             bail!("it is of another picture: {}; {HINT}", describe_difference(&difference, "there", "here"));
@@ -207,6 +176,7 @@ impl<'a> Checkpoint<'a> {
     fn create(&self, tiles: &[usize], pixels_of: &dyn Fn(usize) -> Film) -> Result<File> {
         let create = || {
             files::check_not_pipe(&self.path)?;
+            files::check_link(&self.path)?;
             let mut file =
                 File::options().read(true).write(true).create(true).truncate(false).open(&self.path)?;
             lock(&file)?;

@@ -10,7 +10,7 @@
 use superegg_scene::{Encoding, Picture, Tone};
 
 use crate::film::buffer::Film;
-use crate::film::encoded::{EncodedPicture, ImageError};
+use crate::film::encoded::{EncodedPicture, ImageError, png_of_strips};
 
 /// How a film becomes a picture: exposure, tone mapping, encoding and the layout of the file.
 ///
@@ -129,6 +129,19 @@ impl Development {
     /// The encoder rejects the picture, for instance for its size.
     pub fn png(&self, film: &Film) -> Result<Vec<u8>, ImageError> {
         self.encode(film).png()
+    }
+
+    /// Encodes strips of whole rows, from the top, as one PNG file of this width and height. Only one
+    /// strip has to be in memory.
+    ///
+    /// # Errors
+    /// The encoder rejects the picture, for instance because rows are missing.
+    pub fn png_of_strips(
+        &self,
+        size: (u32, u32),
+        strips: impl Iterator<Item = Film>,
+    ) -> Result<Vec<u8>, ImageError> {
+        png_of_strips(size, strips.map(|strip| self.encode(&strip)))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Encoded pictures: the values of a picture file, which can be drawn on.
 
+use std::io::Write;
+
 use png::{BitDepth, ColorType};
 use thiserror::Error;
 
@@ -99,14 +101,47 @@ impl EncodedPicture {
     /// The encoder rejects the picture, for instance for its size.
     pub fn png(&self) -> Result<Vec<u8>, ImageError> {
         let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, self.size.0, self.size.1);
-        encoder.set_color(if self.has_alpha { ColorType::Rgba } else { ColorType::Rgb });
-        encoder.set_depth(if self.is_deep { BitDepth::Sixteen } else { BitDepth::Eight });
-        encoder.set_compression(png::Compression::Fast);
-        encoder.set_filter(png::Filter::Adaptive);
-        encoder.write_header()?.write_image_data(&self.values)?;
+        encoder(&mut file, self.size, self.has_alpha, self.is_deep)
+            .write_header()?
+            .write_image_data(&self.values)?;
         Ok(file)
     }
+}
+
+fn encoder(
+    file: &mut Vec<u8>,
+    size: (u32, u32),
+    has_alpha: bool,
+    is_deep: bool,
+) -> png::Encoder<'_, &mut Vec<u8>> {
+    let mut encoder = png::Encoder::new(file, size.0, size.1);
+    encoder.set_color(if has_alpha { ColorType::Rgba } else { ColorType::Rgb });
+    encoder.set_depth(if is_deep { BitDepth::Sixteen } else { BitDepth::Eight });
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Adaptive);
+    encoder
+}
+
+/// Encodes strips of whole rows, from the top, as one PNG file. Only one strip has to be in memory.
+/// The strips have the layout that the first one has, and `size` together.
+///
+/// # Errors
+/// The encoder rejects the picture, for instance because rows are missing.
+pub(crate) fn png_of_strips(
+    size: (u32, u32),
+    strips: impl Iterator<Item = EncodedPicture>,
+) -> Result<Vec<u8>, ImageError> {
+    let mut file = Vec::new();
+    let mut strips = strips.peekable();
+    let (has_alpha, is_deep) = strips.peek().map_or((false, false), |first| (first.has_alpha, first.is_deep));
+    let mut header = encoder(&mut file, size, has_alpha, is_deep).write_header()?;
+    let mut rows = header.stream_writer()?;
+    for strip in strips {
+        rows.write_all(&strip.values).map_err(png::EncodingError::from)?;
+    }
+    rows.finish()?;
+    header.finish()?;
+    Ok(file)
 }
 
 #[cfg(test)]

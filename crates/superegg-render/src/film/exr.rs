@@ -37,6 +37,17 @@ const REC_709: Chromaticities = Chromaticities {
 /// # Errors
 /// The encoder rejects the film, for instance for its size.
 pub fn exr_file(film: &Film) -> Result<Vec<u8>, ExrError> {
+    exr_of_pixels((film.width(), film.height()), |x, y| film.pixel(x, y))
+}
+
+/// As [`exr_file`], of pixels that need not be in one film. A pixel of `None` is [`Pixel::EMPTY`].
+///
+/// # Errors
+/// The encoder rejects the picture, for instance for its size.
+pub fn exr_of_pixels(
+    size: (u32, u32),
+    pixel: impl Fn(u32, u32) -> Option<Pixel> + Sync,
+) -> Result<Vec<u8>, ExrError> {
     let channels = SpecificChannels::build()
         .with_channel("R")
         .with_channel("G")
@@ -52,12 +63,12 @@ pub fn exr_file(film: &Film) -> Result<Vec<u8>, ExrError> {
         .with_channel("id")
         .with_channel("samples")
         .with_pixel_fn(|position: Vec2<usize>| {
-            let pixel = film.pixel(position.x() as u32, position.y() as u32).unwrap_or(Pixel::EMPTY);
+            let pixel = pixel(position.x() as u32, position.y() as u32).unwrap_or(Pixel::EMPTY);
             let ([r, g, b], [x, y, z], [ar, ag, ab]) = (pixel.color, pixel.normal, pixel.albedo);
             (r, g, b, pixel.alpha, pixel.depth, x, y, z, ar, ag, ab, pixel.id, pixel.samples)
         });
     let attributes = LayerAttributes { software_name: Some("superegg".into()), ..LayerAttributes::default() };
-    let size = (film.width() as usize, film.height() as usize);
+    let size = (size.0 as usize, size.1 as usize);
     let layer = Layer::new(size, attributes, exr::prelude::Encoding::SMALL_LOSSLESS, channels);
     let mut image = Image::from_layer(layer);
     image.attributes.chromaticities = Some(REC_709);

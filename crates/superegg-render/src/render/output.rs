@@ -29,10 +29,52 @@ impl Output {
     /// values in the whole picture, so a film that is not complete has no final colours yet: its
     /// pixels keep plain depth, and the number of steps as their colour.
     pub fn colored(self, film: &Film) -> Cow<'_, Film> {
+        self.coloring([film]).apply(film)
+    }
+
+    /// The colours of a picture that these films are parts of.
+    pub fn coloring<'f>(self, films: impl IntoIterator<Item = &'f Film>) -> OutputColoring {
+        let films = films.into_iter();
         match self {
-            Self::Light | Self::Normal | Self::Id | Self::Occlusion => Cow::Borrowed(film),
-            Self::Depth => Cow::Owned(colored_by_depth(film)),
-            Self::Steps => Cow::Owned(colored_by_steps(film)),
+            Self::Light | Self::Normal | Self::Id | Self::Occlusion => OutputColoring::Same,
+            Self::Depth => {
+                let (least, most) = range(films.flat_map(Film::depths));
+                OutputColoring::Depth { least, most }
+            }
+            Self::Steps => {
+                let (_, most) = range(films.flat_map(Film::colors).map(|color| color[0]));
+                OutputColoring::Steps { most }
+            }
+        }
+    }
+}
+
+/// How the values of an output become colours in one picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OutputColoring {
+    /// They are colours.
+    Same,
+    /// Grey by nearness.
+    Depth {
+        /// The least depth of the picture.
+        least: f32,
+        /// The largest finite depth of the picture.
+        most: f32,
+    },
+    /// By a scale of heat.
+    Steps {
+        /// The largest number of steps of the picture.
+        most: f32,
+    },
+}
+
+impl OutputColoring {
+    /// The film with the colours; it may be a part of the picture.
+    pub fn apply(self, film: &Film) -> Cow<'_, Film> {
+        match self {
+            Self::Same => Cow::Borrowed(film),
+            Self::Depth { least, most } => Cow::Owned(colored_by_depth(film, least, most)),
+            Self::Steps { most } => Cow::Owned(colored_by_steps(film, most)),
         }
     }
 }
@@ -44,8 +86,7 @@ fn range(values: impl Iterator<Item = f32>) -> (f32, f32) {
 }
 
 /// Grey by nearness, times alpha.
-fn colored_by_depth(film: &Film) -> Film {
-    let (least, most) = range(film.depths());
+fn colored_by_depth(film: &Film, least: f32, most: f32) -> Film {
     // Reciprocals: a floor that reaches the horizon would leave no contrast for near surfaces.
     let inverse = |depth: f32| depth.max(f32::MIN_POSITIVE).recip();
     recolored(film, |pixel| {
@@ -60,8 +101,7 @@ fn colored_by_depth(film: &Film) -> Film {
 }
 
 /// The [`heat`] of the number of steps.
-fn colored_by_steps(film: &Film) -> Film {
-    let (_, most) = range(film.colors().iter().map(|color| color[0]));
+fn colored_by_steps(film: &Film, most: f32) -> Film {
     recolored(film, |pixel| heat(if most > 0.0 { pixel.color[0] / most } else { 0.0 }))
 }
 

@@ -1,5 +1,5 @@
 //! The partial file: finished tiles of a picture, and the picture that they belong to. This module
-//! turns them into bytes and back; reading and writing files is up to the caller.
+//! turns them into bytes and back; opening files is up to the caller.
 //!
 //! ```text
 //! superegg part 3\n                                  the format and its version
@@ -14,13 +14,15 @@
 //! Integers are little-endian. Checks are XXH3; those of records are seeded with the fingerprint of
 //! the header, so that a record is valid only in a file of the same picture. A reader skips to the
 //! next valid record: after a kill or damage every tile whose bytes are whole still counts, and no
-//! length is trusted before its check.
+//! length is trusted before its check. It holds a window of the file and the tiles that it found, so
+//! a file takes memory for its tiles, whatever size of picture the header claims.
 //!
 //! A floating-point value of the header is `0x` and its 64 bits in hexadecimal. Camera, environment
 //! and scene are only compared, by hashes of explicit bytes ([`crate::render::part_words`]). In
 //! version 2 floating-point values were decimal, and the hashed bytes were another text. Its files
 //! are read and merged; a render does not continue them, because the hashes cannot be compared.
 
+use std::io::{self, Read};
 use std::ops::RangeInclusive;
 
 use superegg_scene::{Encoding, Filter, Picture, Tone};
@@ -111,6 +113,18 @@ pub enum PartError {
     /// The header is damaged.
     #[error("its header is damaged: {0}")]
     DamagedHeader(String),
+    /// The file has more bytes than [`PartHeader::most_bytes`].
+    #[error("it is longer than its picture can be")]
+    TooLong,
+    /// The stream cannot be read.
+    #[error("{0}")]
+    Unreadable(String),
+}
+
+impl From<io::Error> for PartError {
+    fn from(error: io::Error) -> Self {
+        Self::Unreadable(error.to_string())
+    }
 }
 
 /// The picture that the tiles of a partial file belong to.
@@ -423,59 +437,114 @@ fn head_check(head: &[u8]) -> u32 {
 
 /// A partial file.
 #[derive(Debug)]
-pub struct PartFile<'a> {
+pub struct PartFile {
     /// The picture that the tiles belong to.
     pub header: PartHeader,
-    /// The valid records: the index of a tile and the bytes of its pixels. No tile is in it twice.
-    tiles: Vec<(usize, &'a [u8])>,
+    /// The finished tiles with their indices, in the order of the file. No tile is in it twice.
+    pub tiles: Vec<(usize, Film)>,
     /// The length up to the end of the last valid record.
-    pub end: usize,
+    pub end: u64,
     /// The number of bytes before `end` that belong to no valid record.
-    pub damaged: usize,
+    pub damaged: u64,
 }
 
-impl<'a> PartFile<'a> {
-    /// Reads the bytes of a whole file and skips invalid records.
+impl PartFile {
+    /// Reads a whole file and skips invalid records.
     ///
     /// # Errors
-    /// The header cannot be read; without it no tile has a meaning.
-    pub fn read(bytes: &'a [u8]) -> Result<Self, PartError> {
-        let (header, start) = PartHeader::read(bytes)?;
-        let lengths: Vec<usize> =
-            header.tiles().iter().map(|tile| tile.pixel_count() * Pixel::BYTES).collect();
-        let seed = header.fingerprint();
+    /// The header cannot be read; without it no tile has a meaning. The stream is longer than its
+    /// picture allows, or cannot be read.
+    pub fn read(input: impl Read) -> Result<Self, PartError> {
+        let mut window = Window::new(input);
+        window.fill(PartHeader::MOST_BYTES as usize)?;
+        let (header, start) = PartHeader::read(window.rest())?;
+        window.skip(start);
+        let all = header.tiles();
+        let lengths: Vec<usize> = all.iter().map(|tile| tile.pixel_count() * Pixel::BYTES).collect();
+        let longest_record = HEAD + lengths.iter().copied().max().unwrap_or(0) + CHECK;
+        let (seed, most_bytes) = (header.fingerprint(), header.most_bytes());
         let mut is_known = vec![false; lengths.len()];
-        let mut part = Self { header, tiles: Vec::new(), end: start, damaged: 0 };
-        let mut at = start;
-        while at < bytes.len() {
-            if let Some((tile, pixels)) = read_record(&bytes[at..], &lengths, seed) {
-                part.damaged += at - part.end;
-                at += HEAD + pixels.len() + CHECK;
-                part.end = at;
-                if !std::mem::replace(&mut is_known[tile], true) {
-                    part.tiles.push((tile, pixels));
+        let mut part = Self { header, tiles: Vec::new(), end: start as u64, damaged: 0 };
+        let mut at = start as u64;
+        loop {
+            window.fill(longest_record)?;
+            let rest = window.rest();
+            if rest.is_empty() {
+                return Ok(part);
+            }
+            let length = match read_record(rest, &lengths, seed) {
+                Some((tile, pixels)) => {
+                    let length = HEAD + pixels.len() + CHECK;
+                    part.damaged += at - part.end;
+                    part.end = at + length as u64;
+                    if !std::mem::replace(&mut is_known[tile], true) {
+                        part.tiles.push((tile, film_of(&all[tile], pixels)));
+                    }
+                    length
                 }
-            } else {
-                let rest = &bytes[at + 1..];
-                at += 1 + rest.windows(MARK.len()).position(|four| four == MARK).unwrap_or(rest.len());
+                None => to_next_mark(rest, window.is_at_end),
+            };
+            window.skip(length);
+            at += length as u64;
+            if at > most_bytes {
+                return Err(PartError::TooLong);
             }
         }
-        Ok(part)
+    }
+}
+
+/// The tile that the bytes of its pixels make.
+fn film_of(tile: &Tile, bytes: &[u8]) -> Film {
+    let (width, height) = tile.size();
+    let (pixels, _) = bytes.as_chunks::<{ Pixel::BYTES }>();
+    Film::of_pixels(width, height, pixels.iter().map(Pixel::from_bytes))
+}
+
+/// The number of bytes, at least one, before the next place where a record may begin.
+fn to_next_mark(bytes: &[u8], is_at_end: bool) -> usize {
+    let next = bytes[1..].windows(MARK.len()).position(|four| four == MARK);
+    // A mark may go on behind the window.
+    let kept = if is_at_end { 0 } else { MARK.len() - 1 };
+    next.map_or_else(|| bytes.len().saturating_sub(kept).max(1), |next| 1 + next)
+}
+
+/// A part of a stream, read as it is needed.
+struct Window<R> {
+    input: R,
+    bytes: Vec<u8>,
+    /// The number of bytes that were skipped.
+    start: usize,
+    is_at_end: bool,
+}
+
+impl<R: Read> Window<R> {
+    /// The number of bytes that are read at a time.
+    const BLOCK: usize = 1 << 18;
+
+    fn new(input: R) -> Self {
+        Self { input, bytes: Vec::new(), start: 0, is_at_end: false }
     }
 
-    /// The finished tiles with their indices.
-    pub fn tiles(&self) -> impl Iterator<Item = (usize, Film)> + use<'_> {
-        let all = self.header.tiles();
-        self.tiles.iter().map(move |(tile, bytes)| {
-            let (pixels, _) = bytes.as_chunks::<{ Pixel::BYTES }>();
-            let (width, height) = all[*tile].size();
-            (*tile, Film::of_pixels(width, height, pixels.iter().map(Pixel::from_bytes)))
-        })
+    /// The bytes that were read and not skipped.
+    fn rest(&self) -> &[u8] {
+        &self.bytes[self.start..]
     }
 
-    /// The indices of the finished tiles.
-    pub fn indices(&self) -> impl Iterator<Item = usize> {
-        self.tiles.iter().map(|(tile, _)| *tile)
+    /// Reads until the rest has `wanted` bytes, or the stream ends.
+    fn fill(&mut self, wanted: usize) -> io::Result<()> {
+        if self.is_at_end || self.rest().len() >= wanted {
+            return Ok(());
+        }
+        self.bytes.drain(..self.start);
+        self.start = 0;
+        let missing = Self::BLOCK.max(wanted) - self.bytes.len();
+        let read = (&mut self.input).take(missing as u64).read_to_end(&mut self.bytes)?;
+        self.is_at_end = read < missing;
+        Ok(())
+    }
+
+    fn skip(&mut self, count: usize) {
+        self.start += count;
     }
 }
 
@@ -547,18 +616,18 @@ mod tests {
     }
 
     /// The tiles of a part. Checks that each was written.
-    fn tiles_of(part: &PartFile<'_>) -> Vec<usize> {
-        for (tile, found) in part.tiles() {
-            assert_eq!(found, pixels(tile));
+    fn tiles_of(part: &PartFile) -> Vec<usize> {
+        for (tile, found) in &part.tiles {
+            assert_eq!(found, &pixels(*tile));
         }
-        part.indices().collect()
+        part.tiles.iter().map(|(tile, _)| *tile).collect()
     }
 
     #[test]
     fn what_is_written_is_read() {
         let (bytes, [.., end]) = file();
-        let part = PartFile::read(&bytes).unwrap();
-        assert_eq!((tiles_of(&part), part.end, part.damaged), (vec![1, 0], end, 0));
+        let part = PartFile::read(&bytes[..]).unwrap();
+        assert_eq!((tiles_of(&part), part.end, part.damaged), (vec![1, 0], end as u64, 0));
         assert_eq!((&part.header, part.header.picture()), (&header(Shard::WHOLE), &settings().picture));
         assert!(part.header.most_bytes() > end as u64);
     }
@@ -571,7 +640,7 @@ mod tests {
                 Ok(part) => {
                     let whole = [middle, end].iter().filter(|&&end| end <= length).count();
                     assert_eq!((tiles_of(&part).len(), part.damaged), (whole, 0), "{length}");
-                    assert_eq!(part.end, [start, middle, end][whole]);
+                    assert_eq!(part.end, [start, middle, end][whole] as u64);
                 }
                 Err(error) => assert!(length < start && error == PartError::BrokenOff, "{length}: {error}"),
             }
@@ -585,11 +654,11 @@ mod tests {
             for flip in [1, 0x80, 0xff] {
                 let mut bytes = bytes.clone();
                 bytes[at] ^= flip;
-                match PartFile::read(&bytes) {
+                match PartFile::read(&bytes[..]) {
                     Ok(part) => {
                         let left = if at < middle { 0 } else { 1 };
                         assert_eq!(tiles_of(&part), [left], "{at}");
-                        assert_eq!(part.damaged, if at < middle { middle - start } else { 0 });
+                        assert_eq!(part.damaged, if at < middle { (middle - start) as u64 } else { 0 });
                     }
                     Err(_) => assert!(at < start, "{at}"),
                 }
@@ -606,9 +675,9 @@ mod tests {
         let garbage = b"TITILETILE....TILE".repeat(50);
         let joined =
             [&bytes[..middle], &garbage, &bytes, &header.record(1, &other), &bytes[middle..end]].concat();
-        let part = PartFile::read(&joined).unwrap();
-        assert_eq!((tiles_of(&part), part.end), (vec![1, 0], joined.len()));
-        assert_eq!(part.damaged, garbage.len() + start);
+        let part = PartFile::read(&joined[..]).unwrap();
+        assert_eq!((tiles_of(&part), part.end), (vec![1, 0], joined.len() as u64));
+        assert_eq!(part.damaged, (garbage.len() + start) as u64);
     }
 
     #[test]
@@ -616,7 +685,7 @@ mod tests {
         let other = RenderSettings { picture: Picture { samples: 5, ..settings().picture }, ..settings() };
         let other = PartHeader::new("1.2.3", "prm egg\n", Some("egg"), 25, &other, Shard::WHOLE);
         let mixed = [header(Shard::WHOLE).to_bytes(), other.record(0, &pixels(0))].concat();
-        assert_eq!(PartFile::read(&mixed).unwrap().indices().count(), 0);
+        assert_eq!(PartFile::read(&mixed[..]).unwrap().tiles.len(), 0);
     }
 
     #[test]
@@ -625,7 +694,7 @@ mod tests {
         assert_eq!(one.difference(&two), None);
         assert_ne!(one.to_bytes(), two.to_bytes());
         let mixed = [one.to_bytes(), two.record(1, &pixels(1))].concat();
-        assert_eq!(tiles_of(&PartFile::read(&mixed).unwrap()), [1]);
+        assert_eq!(tiles_of(&PartFile::read(&mixed[..]).unwrap()), [1]);
     }
 
     #[test]
@@ -750,9 +819,9 @@ mod tests {
                     bytes.push(0);
                 }
             }
-            if let Ok(part) = PartFile::read(&bytes) {
+            if let Ok(part) = PartFile::read(&bytes[..]) {
                 tiles_of(&part);
-                assert!(part.end <= bytes.len() && part.end >= start);
+                assert!((start as u64..=bytes.len() as u64).contains(&part.end));
             }
         }
     }
