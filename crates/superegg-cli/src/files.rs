@@ -10,7 +10,9 @@ mod no_scene;
 pub(crate) mod picture;
 pub(crate) mod scene;
 pub(crate) mod series;
+pub(crate) mod temporary;
 
 pub(crate) use access::{
-    begins_with, check_creatable, check_not_pipe, check_output, check_plain_file, is_standard_stream, write,
+    Overwrite, begins_with, check_creatable, check_link, check_not_pipe, check_output, check_plain_file,
+    check_target, is_standard_stream, read, write,
 };

@@ -26,7 +26,9 @@ mod commands;
 pub mod load;
 
 use std::ffi::OsString;
+use std::io::Write;
 
+use anyhow::Context;
 use clap::Parser;
 
 use crate::args::{Args, Command};
@@ -60,7 +62,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     })
 }
 
-/// Prints why arguments are refused, or the help that they want, and returns the exit code.
+/// Prints why arguments are refused, or the help that they ask for, and returns the exit code.
 fn refused(error: &clap::Error, first: Option<OsString>) -> u8 {
     // Without this check a misspelt command is taken for the name of a scene.
     let word = first.and_then(|word| word.into_string().ok()).filter(|_| error.use_stderr());
@@ -68,9 +70,13 @@ fn refused(error: &clap::Error, first: Option<OsString>) -> u8 {
         console::warn(format_args!("superegg: {error}"));
         return EXIT_USAGE;
     }
-    // A closed pipe has no reader who misses the help.
-    let _ = error.print();
-    error.exit_code().try_into().unwrap_or(EXIT_USAGE)
+    if error.use_stderr() {
+        // There is no other output to report a failure on.
+        let _ = error.print();
+        return error.exit_code().try_into().unwrap_or(EXIT_USAGE);
+    }
+    let printed = error.print().and_then(|()| std::io::stdout().flush());
+    finish(printed.context("cannot write to standard output").map(|()| Outcome::Fine))
 }
 
 /// The exit code of a command; prints its error.

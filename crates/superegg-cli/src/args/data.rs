@@ -6,7 +6,7 @@ use clap::builder::PossibleValuesParser;
 use superegg_exchange::coloring::{ColorBy, Coloring, Colormap};
 use superegg_exchange::read::{ColumnMap, Format, ReadOptions};
 
-use crate::args::values::{Size, finite, positive};
+use crate::args::values::{OverwriteArgs, Size, finite, positive};
 use crate::files::data::DataOptions;
 
 #[derive(Debug, clap::Args)]
@@ -18,6 +18,8 @@ pub(crate) struct ImportArgs {
     /// binary columns for large data
     #[arg(short, long, value_name = "SCENE.scn|.sqb")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
     /// Read this frame of a file with several, counted from 0; default: the first one that is not
     /// empty
     #[arg(long, value_name = "N")]
@@ -25,7 +27,7 @@ pub(crate) struct ImportArgs {
     #[command(flatten)]
     pub(crate) data: DataArgs,
     /// Print only errors and warnings
-    #[arg(long)]
+    #[arg(short, long)]
     pub(crate) quiet: bool,
 }
 

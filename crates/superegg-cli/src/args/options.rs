@@ -9,8 +9,8 @@ use superegg_scene::Picture;
 use crate::annotate::{Annotations, Legend};
 use crate::args::data::DataArgs;
 use crate::args::values::{
-    AovArg, EncodingArg, FilterArg, FrameRange, GridValueArg, Size, ToneArg, bits, depth, exposure, finite,
-    frame_rate, noise_threshold, non_negative, positive,
+    AovArg, EncodingArg, FilterArg, FrameRange, GridValueArg, OverwriteArgs, Size, ToneArg, bits, depth,
+    exposure, finite, frame_rate, noise_threshold, non_negative, positive,
 };
 use crate::long::shard::ShardArg;
 
@@ -23,8 +23,10 @@ pub(crate) struct RenderArgs {
     /// in the current folder
     #[arg(short, long, value_name = "OUT.png|.exr")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
     /// Set width and height in pixels; default: the size of the scene, or 1280x960
-    #[arg(long, value_name = "WxH")]
+    #[arg(short, long, value_name = "WxH")]
     pub(crate) size: Option<Size>,
     /// Set the samples per pixel; default: those of the scene, or 4
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
@@ -67,7 +69,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "FILE.json")]
     pub(crate) stats: Option<PathBuf>,
     /// Print only errors and warnings
-    #[arg(long)]
+    #[arg(short, long)]
     pub(crate) quiet: bool,
     #[command(flatten)]
     pub(crate) long: LongArgs,
@@ -186,13 +188,15 @@ pub(crate) struct MergeArgs {
     /// an .exr render; - for standard output
     #[arg(short, long, value_name = "OUT.png|.exr")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
     /// Write the picture even if tiles are missing; missing tiles are black or transparent
     #[arg(long)]
     pub(crate) partial: bool,
     #[command(flatten)]
     pub(crate) develop: DevelopArgs,
     /// Print only errors and warnings
-    #[arg(long)]
+    #[arg(short, long)]
     pub(crate) quiet: bool,
 }
 
@@ -214,6 +218,8 @@ pub(crate) struct AnimateArgs {
     /// frames in a folder beside it; default: the scene's name with _frames in the current folder
     #[arg(short, long, value_name = "FOLDER|FILM")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
     /// Render shard K of N of the frames (1/N to N/N), every Nth, into the same folder; the same
     /// command without --shard encodes the film when all frames exist. 'auto' takes the shard of
     /// this job in a Slurm array or an indexed Kubernetes job; auto/N sets the number of shards
@@ -223,7 +229,7 @@ pub(crate) struct AnimateArgs {
     #[arg(long, value_name = "F", default_value = "24", value_parser = frame_rate)]
     pub(crate) fps: f64,
     /// Set width and height in pixels; default: the size of the scene, or 1280x960
-    #[arg(long, value_name = "WxH")]
+    #[arg(short, long, value_name = "WxH")]
     pub(crate) size: Option<Size>,
     /// Set the samples per pixel; default: those of the scene, or 4
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
@@ -237,7 +243,7 @@ pub(crate) struct AnimateArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// Print only errors and warnings
-    #[arg(long)]
+    #[arg(short, long)]
     pub(crate) quiet: bool,
 }
 
@@ -266,6 +272,8 @@ pub(crate) struct IntersectArgs {
     /// Write the hits to this file; default: standard output
     #[arg(short, long, value_name = "OUT.csv")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
     /// Intersect convex shapes with the f32 kernels instead of the f64 reference path, for
     /// comparison
     #[arg(long)]
@@ -306,6 +314,8 @@ pub(crate) struct IotestArgs {
     /// Write the results to this file; default: standard output
     #[arg(short, long, value_name = "OUT.csv")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -321,6 +331,8 @@ pub(crate) struct SampleArgs {
     /// output
     #[arg(short, long, value_name = "OUT.ply|.csv|.xyz|.npy")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
     /// Set the seed: the same scene, number and seed give the same points
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
@@ -328,7 +340,7 @@ pub(crate) struct SampleArgs {
     #[arg(long)]
     pub(crate) union: bool,
     /// Print only errors and warnings
-    #[arg(long)]
+    #[arg(short, long)]
     pub(crate) quiet: bool,
 }
 
@@ -376,7 +388,7 @@ pub(crate) struct BenchArgs {
     #[arg(value_name = "SCENE", default_values = ["robot", "cloud:1000", "cloud:10000", "glyphs:10000", "fractal:20,64"])]
     pub(crate) scenes: Vec<String>,
     /// Set width and height in pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x960")]
+    #[arg(short, long, value_name = "WxH", default_value = "1280x960")]
     pub(crate) size: Size,
     /// Set the number of rounds; each figure is the best of them
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u32).range(1..=1000))]
@@ -387,6 +399,8 @@ pub(crate) struct BenchArgs {
     /// Write the figures as JSON to this file; - for standard output instead of the table
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
     /// Write the generated scenes as NAME.scn into this folder, and measure nothing
     #[arg(long, value_name = "FOLDER")]
     pub(crate) save: Option<PathBuf>,
@@ -403,6 +417,8 @@ pub(crate) struct ExportArgs {
     /// for EMS vectors; .csv for a table; .nrrd and .vti for a grid of values
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
     /// Set the recursion depth of objects, 0 to 64; default: that of the scene
     #[arg(long, value_name = "D", value_parser = depth)]
     pub(crate) depth: Option<u32>,
@@ -442,7 +458,7 @@ pub(crate) struct ViewArgs {
     #[arg(long)]
     pub(crate) bench: bool,
     /// Set width and height of the frames in pixels
-    #[arg(long, value_name = "WxH", default_value = "1000x1000", requires = "bench")]
+    #[arg(short, long, value_name = "WxH", default_value = "1000x1000", requires = "bench")]
     pub(crate) size: Size,
     /// Set the number of frames
     #[arg(long, value_name = "N", default_value_t = 60, requires = "bench", value_parser = value_parser!(u16).range(1..))]

@@ -8,6 +8,8 @@ use superegg_lang::{ArgKind, Range, find_command, parse_number, parse_size};
 use superegg_render::Output;
 use superegg_scene::{Encoding, Filter, Tone};
 
+use crate::files::Overwrite;
+
 /// The encoding of linear values as bytes.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum EncodingArg {
@@ -118,6 +120,20 @@ impl From<GridValueArg> for GridValue {
             GridValueArg::Distance => Self::Distance,
             GridValueArg::InsideOutside => Self::InsideOutside,
         }
+    }
+}
+
+/// What an output may replace.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct OverwriteArgs {
+    /// Replace existing files even if they are read-only, or if frames are of another maker
+    #[arg(long)]
+    force: bool,
+}
+
+impl From<OverwriteArgs> for Overwrite {
+    fn from(args: OverwriteArgs) -> Self {
+        if args.force { Self::Any } else { Self::Writable }
     }
 }
 

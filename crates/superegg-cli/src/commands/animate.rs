@@ -51,7 +51,8 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     for frame in plan.frames().filter(|_| series.is_none()) {
         plan.still(&stills, frame)?;
     }
-    let mut folder = FrameFolder::open(&target.folder)?;
+    let mut folder = FrameFolder::open(&target.folder, args.overwrite.into())?;
+    plan.own_frames().try_for_each(|frame| folder.check_replaceable(frame))?;
     let interrupt = Interrupt::listen()?;
 
     let start = Instant::now();
@@ -121,7 +122,7 @@ impl Target {
         }
         match FilmFormat::of(output) {
             Some(format) => {
-                files::check_output(Some(output), &args.scene)?;
+                files::check_output(Some(output), &args.scene, args.overwrite.into())?;
                 let folder = output.with_file_name(frames_of(output));
                 Ok(Self { folder, film: Some((output.clone(), format)) })
             }
@@ -301,6 +302,7 @@ impl FrameRenderer<'_> {
             if cancel.load(Ordering::Relaxed) {
                 break;
             }
+            folder.check_replaceable(frame)?;
             folder.write(frame, signature, &self.annotations.png(&rendered.film, &settings)?)?;
             counts.rendered += 1;
             previous = Some(compiled);

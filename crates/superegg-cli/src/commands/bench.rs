@@ -34,6 +34,7 @@ fn save_scenes(args: &BenchArgs, folder: &Path) -> Result<()> {
     for name in &args.scenes {
         let text = scene_text(name, args.seed)?;
         let file = folder.join(format!("{}.scn", name.replace([':', ','], "_")));
+        files::check_output(Some(&file), Path::new(""), args.overwrite.into())?;
         files::write(&file, text.as_bytes())?;
         console::print(file.display())?;
     }
@@ -42,6 +43,7 @@ fn save_scenes(args: &BenchArgs, folder: &Path) -> Result<()> {
 
 /// Measures the scenes; prints the table as it grows and writes the JSON file.
 fn measure_scenes(args: &BenchArgs) -> Result<()> {
+    files::check_output(args.json.as_deref(), Path::new(""), args.overwrite.into())?;
     let prints_table = !args.json.as_deref().is_some_and(files::is_standard_stream);
     let mut rows = Vec::new();
     for name in &args.scenes {

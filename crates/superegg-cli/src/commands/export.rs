@@ -16,7 +16,7 @@ use crate::outcome::Outcome;
 
 pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
     let format = ExportFormat::of(&args.output)?;
-    files::check_output(Some(&args.output), &args.scene)?;
+    files::check_output(Some(&args.output), &args.scene, args.overwrite.into())?;
     let loaded = load(&args.scene)?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(args.root.object.as_deref())?;
@@ -28,7 +28,9 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
     let scene = framed.as_ref().unwrap_or(scene);
     let written = export(scene, &root, format, &options(args, format, depth)?)?;
     if let Some(companion) = &written.companion {
-        files::write(&companion_path(&args.output), companion)?;
+        let path = companion_path(&args.output);
+        files::check_output(Some(&path), &args.scene, args.overwrite.into())?;
+        files::write(&path, companion)?;
     }
     files::write(&args.output, &written.bytes)?;
     for loss in &written.losses {

@@ -12,7 +12,7 @@ use crate::outcome::Outcome;
 
 pub(crate) fn run(args: &ImportArgs) -> Result<Outcome> {
     for file in &args.files {
-        files::check_output(Some(&args.output), file)?;
+        files::check_output(Some(&args.output), file, args.overwrite.into())?;
     }
     let loaded = load_files(&args.files, &args.data.options(args.frame, None))?;
     for note in &loaded.notes {

@@ -8,17 +8,10 @@ use superegg_scene::Scene;
 use superegg_trace::CompiledScene;
 
 use crate::args::RootArgs;
-use crate::files;
 use crate::files::scene::{Loaded, load};
 
-/// Loads and compiles a scene and prints its diagnostics, after a check that `output` can be
-/// written.
-pub(super) fn load_compiled(
-    scene: &Path,
-    root: &RootArgs,
-    output: Option<&Path>,
-) -> Result<(Loaded, CompiledScene)> {
-    files::check_output(output, scene)?;
+/// Loads and compiles a scene and prints its diagnostics.
+pub(super) fn load_compiled(scene: &Path, root: &RootArgs) -> Result<(Loaded, CompiledScene)> {
     let loaded = load(scene)?;
     loaded.print_diagnostics();
     let root = loaded.root_or_warn(root.object.as_deref())?;

@@ -9,6 +9,7 @@ use superegg_trace::{CompiledScene, LimitReached, RayLimits};
 use crate::args::IntersectArgs;
 use crate::commands::input::load_compiled;
 use crate::console;
+use crate::files;
 use crate::files::answers::Answers;
 use crate::files::csv::{RowFault, fields};
 use crate::inspect::ray::{RayMethod, describe_camera_ray, first_hit};
@@ -18,7 +19,8 @@ const RAY_COLUMNS: [&str; 6] = ["ox", "oy", "oz", "dx", "dy", "dz"];
 const HIT_COLUMNS: [&str; 10] = ["hit", "t", "px", "py", "pz", "nx", "ny", "nz", "leaving", "path"];
 
 pub(crate) fn run(args: &IntersectArgs) -> Result<Outcome> {
-    let (loaded, compiled) = load_compiled(&args.scene, &args.root, args.output.as_deref())?;
+    files::check_output(args.output.as_deref(), &args.scene, args.overwrite.into())?;
+    let (loaded, compiled) = load_compiled(&args.scene, &args.root)?;
     let outcome = Outcome::of_input(loaded.has_errors());
     let limits = args.limit.map_or_else(RayLimits::default, |boxes| RayLimits::default().with_boxes(boxes));
     let method = if args.fast { RayMethod::Fast } else { RayMethod::Exact(limits) };

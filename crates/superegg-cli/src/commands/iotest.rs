@@ -9,6 +9,7 @@ use superegg_trace::{CompiledScene, PointLimits};
 use crate::args::IotestArgs;
 use crate::commands::input::load_compiled;
 use crate::console;
+use crate::files;
 use crate::files::answers::Answers;
 use crate::files::csv::{fields, write_rows};
 use crate::inspect::grid::Grid;
@@ -26,7 +27,8 @@ const CHUNK: usize = 1 << 13;
 
 pub(crate) fn run(args: &IotestArgs) -> Result<Outcome> {
     let grid = Grid::new(args.step, args.extent)?;
-    let (loaded, compiled) = load_compiled(&args.scene, &args.root, args.output.as_deref())?;
+    files::check_output(args.output.as_deref(), &args.scene, args.overwrite.into())?;
+    let (loaded, compiled) = load_compiled(&args.scene, &args.root)?;
     let mut limits = PointLimits::default();
     limits.boxes = args.limit.unwrap_or(limits.boxes);
     let test = PointTest { scene: &compiled, all: args.all, distance: args.distance, limits };

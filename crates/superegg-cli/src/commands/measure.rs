@@ -14,7 +14,7 @@ use crate::outcome::Outcome;
 use crate::text::counted;
 
 pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome> {
-    let (loaded, compiled) = load_compiled(&args.scene, &args.root, None)?;
+    let (loaded, compiled) = load_compiled(&args.scene, &args.root)?;
     let measures =
         SceneMeasures::of(&compiled, MOST_INSTANCES).with_context(|| too_many_instances(&compiled))?;
     let union = (args.samples > 0).then(|| measures.union(args.samples as usize, args.seed));

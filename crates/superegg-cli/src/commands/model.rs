@@ -24,26 +24,26 @@ pub(crate) fn run(scene: Option<&Path>) -> Result<Outcome> {
     if io::stdin().is_terminal() && io::stdout().is_terminal() {
         return prompt::run(scene);
     }
-    run_lines(&mut io::stdin().lock(), "<stdin>", scene, true)
+    let source = Input::Lines { name: "<stdin>".to_owned(), is_file: false };
+    run_lines(&mut io::stdin().lock(), source, scene, true)
 }
 
-/// Runs a session on the lines of `input`; diagnostics call it `name`.
+/// Runs a session on the lines of `input`.
 ///
 /// # Errors
 /// The input cannot be read, or standard output cannot be written.
 pub(crate) fn run_lines(
     input: &mut dyn BufRead,
-    name: &str,
+    source: Input,
     scene: Option<&str>,
     is_journaled: bool,
 ) -> Result<Outcome> {
     let interrupt = Arc::new(AtomicBool::new(false));
-    let source = Input::Lines(name.to_owned());
     let mut modeller = Modeller::new(source, is_journaled, console_reporter(), interrupt);
     let mut reply = scene.map_or(Reply::Continue, |scene| modeller.open(scene));
     let mut is_first = true;
     while reply == Reply::Continue {
-        let Some(line) = read_line(input).with_context(|| format!("cannot read '{name}'"))? else { break };
+        let Some(line) = read_line(input).context("cannot read the input")? else { break };
         reply = enter_bytes(&mut modeller, &line, is_first);
         is_first = false;
     }

@@ -71,7 +71,7 @@ impl<'a> Job<'a> {
             args.long.shard.map(ShardArg::resolve).transpose().context("cannot determine the shard")?;
         let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene, shard));
         for path in [Some(output.as_path()), args.stats.as_deref()] {
-            files::check_output(path, &args.scene)?;
+            files::check_output(path, &args.scene, args.overwrite.into())?;
         }
         let format = format_of(&output, shard)?;
         check_annotations(args, format)?;

@@ -24,7 +24,8 @@ enum CloudFormat {
 
 pub(crate) fn run(args: &SampleArgs) -> Result<Outcome> {
     let format = format_of(args)?;
-    let (loaded, compiled) = load_compiled(&args.scene, &args.root, Some(&args.output))?;
+    files::check_output(Some(&args.output), &args.scene, args.overwrite.into())?;
+    let (loaded, compiled) = load_compiled(&args.scene, &args.root)?;
     let surfaces =
         SceneSurfaces::of(&compiled, MOST_INSTANCES).with_context(|| too_many_instances(&compiled))?;
     let mut points = surfaces.sample(args.count as usize, args.seed);

@@ -43,7 +43,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
     }
     let viewer = Viewer::new().context("the viewer cannot start")?;
     let handle = viewer.handle();
-    let source = Input::Lines("window".to_owned());
+    let source = Input::Lines { name: "window".to_owned(), is_file: false };
     let modeller = Modeller::new(source, false, console_reporter(), Arc::default());
     let mut modeller = modeller.with_scene(loaded.session, root.as_deref());
     if let Some(series) = &series {

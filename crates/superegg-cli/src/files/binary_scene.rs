@@ -1,11 +1,10 @@
 //! Loads and writes binary scenes (.sqb).
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Cursor, Write};
+use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use atomic_write_file::AtomicWriteFile;
 use superegg_exchange::read::Input;
 use superegg_exchange::sqb::{self, BinaryScene};
 use superegg_lang::{Diagnostic, Flow, Session, run_script, write_without_tables};
@@ -53,16 +52,5 @@ pub(super) fn load(path: &Path, input: &mut dyn Input) -> Result<(Session, Vec<D
 pub(crate) fn write(path: &Path, scene: &Scene, selected: Option<&str>) -> Result<()> {
     let text = write_without_tables(scene, selected);
     let tables: Vec<(&str, &InstanceTable)> = scene.tables().collect();
-    let cannot_write = || format!("cannot write '{}'", path.display());
-    if access::is_standard_stream(path) {
-        return sqb::write(&mut std::io::stdout().lock(), &text, &tables).with_context(cannot_write);
-    }
-    let replace = || -> std::io::Result<()> {
-        let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        let mut output = BufWriter::with_capacity(1 << 18, AtomicWriteFile::open(target)?);
-        sqb::write(&mut output, &text, &tables)?;
-        output.flush()?;
-        output.into_inner().map_err(std::io::IntoInnerError::into_error)?.commit()
-    };
-    replace().with_context(cannot_write)
+    access::write_with(path, |output| sqb::write(output, &text, &tables))
 }

@@ -1,5 +1,6 @@
 //! Reads scene files and the files that they source.
 
+use std::collections::HashSet;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,6 +25,9 @@ use crate::files::no_scene::kind_of_no_scene;
 const MOST_NESTED: usize = 16;
 /// The maximum number of sourced files in all.
 const MOST_SOURCED: usize = 1000;
+/// The maximum number of bytes of files that are read again. Few lines can load a large file many
+/// times.
+const MOST_REPEATED_BYTES: u64 = 1 << 28;
 
 /// A scene file as read, with its diagnostics.
 pub(crate) struct Loaded {
@@ -207,6 +211,8 @@ fn run_lines(
     let mut loader = Loader {
         open: vec![identity(path)],
         sourced: 0,
+        seen: HashSet::new(),
+        repeated_bytes: 0,
         kept,
         lines: String::new(),
         prints: Vec::new(),
@@ -231,6 +237,10 @@ struct Loader<'a> {
     open: Vec<PathBuf>,
     /// The number of sourced files so far.
     sourced: usize,
+    /// The sourced files so far.
+    seen: HashSet<PathBuf>,
+    /// The lengths of those that were sourced again.
+    repeated_bytes: u64,
     kept: Lines,
     lines: String,
     prints: Vec<String>,
@@ -375,6 +385,17 @@ impl Loader<'_> {
                 "files load and include each other {MOST_NESTED} deep at most, and {MOST_SOURCED} files in all"
             );
             return Err(fault.help(help));
+        }
+        if !self.seen.insert(identity(path)) {
+            self.repeated_bytes += path.metadata().map_or(0, |metadata| metadata.len());
+        }
+        if self.repeated_bytes > MOST_REPEATED_BYTES {
+            let message = format!("'{}' is loaded once too often", typed.display());
+            let help = format!(
+                "files that are loaded again may have {} MiB together; load each once",
+                MOST_REPEATED_BYTES >> 20
+            );
+            return Err(Fault::new(FaultCode::SourceLimit, message).help(help));
         }
         Ok(path.clone())
     }

@@ -136,6 +136,7 @@ impl Modeller {
             self.print("waiting for the picture (ctrl-c stops it)");
         }
         self.renders.wait(&self.interrupt);
+        self.report_remaining_faults();
         if self.is_interactive() && self.timeline.has_unsaved_changes() {
             self.print("The scene was not saved; the next start offers it again.");
             self.journal.keep();

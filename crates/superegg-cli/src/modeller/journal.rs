@@ -274,7 +274,7 @@ pub(crate) fn unsaved_sessions(folder: &Path) -> Vec<UnsavedSession> {
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     let mut found = Vec::new();
     for path in entries.flatten().map(|entry| entry.path()) {
-        if path.extension().is_none_or(|extension| extension != "journal") {
+        if path.extension().is_none_or(|extension| extension != "journal") || !path.is_file() {
             continue;
         }
         let Ok(lock) = File::open(&path) else { continue };

@@ -36,7 +36,7 @@ pub(super) fn run_request(modeller: &mut Modeller, request: &Request, line: &str
         Request::ChangeFolder(folder) => modeller.change_folder(folder.as_deref()),
         Request::ListFolder(folder) => modeller.list_folder(folder.as_deref()),
         Request::Frame(name) => modeller.frame(name.as_deref(), line),
-        Request::Render { file, size } => modeller.render(file.as_deref(), *size),
+        Request::Render { file, size, is_forced } => modeller.render(file.as_deref(), *size, *is_forced),
         Request::Preview(frame) => modeller.preview(*frame).map_err(|fault| at_argument(fault, line, 1)),
         Request::View => {
             modeller.viewer.require()?.open(modeller.snapshot());

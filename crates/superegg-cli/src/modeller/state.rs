@@ -21,8 +21,16 @@ pub(crate) enum Input {
     /// A person at a terminal, who sees the input and can answer questions.
     Person,
     /// A pipe or file with this name. It cannot answer questions.
-    Lines(String),
+    Lines {
+        name: String,
+        /// Whether the lines are those of a file, which has an end. Of many errors the first ones are
+        /// reported and the others counted.
+        is_file: bool,
+    },
 }
+
+/// The maximum number of errors and warnings of a file that are reported one by one.
+const MOST_REPORTED: usize = 100;
 
 /// The next step after a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,6 +71,8 @@ pub(crate) struct Modeller {
     /// The action that waits for an answer.
     pub(super) pending: Option<Pending>,
     pub(super) has_errors: bool,
+    /// The number of errors and warnings of the lines so far.
+    faults: usize,
     /// The first error of standard output; no output is possible after it.
     pub(super) output_error: Option<anyhow::Error>,
     pub(super) viewer: ViewerLink,
@@ -91,6 +101,7 @@ impl Modeller {
             interrupt,
             pending: None,
             has_errors: false,
+            faults: 0,
             output_error: None,
             viewer: ViewerLink::default(),
         }
@@ -197,9 +208,30 @@ impl Modeller {
     pub(super) fn report_fault(&mut self, line: &str, fault: Fault) {
         let file = match &self.input {
             Input::Person => "",
-            Input::Lines(name) => name,
+            Input::Lines { name, .. } => name,
         };
-        self.report_diagnostic(&Diagnostic::of_line(file, self.lines.len(), line, fault));
+        let diagnostic = Diagnostic::of_line(file, self.lines.len(), line, fault);
+        self.faults += 1;
+        if self.faults > MOST_REPORTED && self.is_file() {
+            self.has_errors |= diagnostic.severity == Severity::Error;
+        } else {
+            self.report_diagnostic(&diagnostic);
+        }
+        self.timeline.suggest(!(self.faults >= MOST_REPORTED && self.is_file()));
+    }
+
+    fn is_file(&self) -> bool {
+        matches!(self.input, Input::Lines { is_file: true, .. })
+    }
+
+    /// Reports the number of errors and warnings of a file that were not reported one by one.
+    pub(super) fn report_remaining_faults(&mut self) {
+        let Input::Lines { name, is_file: true } = &self.input else { return };
+        if let Some(more @ 1..) = self.faults.checked_sub(MOST_REPORTED) {
+            let text =
+                format!("{name}: {more} more errors and warnings; the first {MOST_REPORTED} are described");
+            self.report(Message::Diagnostic(visible(&text)));
+        }
     }
 
     pub(super) fn report_diagnostic(&mut self, diagnostic: &Diagnostic) {

@@ -90,7 +90,9 @@ fn work_that_was_broken_off_goes_on_and_changes_are_made_anew() {
     assert!(run("").contains(" 0 rendered, 5 kept from before, "));
     std::fs::remove_file(sandbox.path("hand_frames/frame_0001.png")).unwrap();
     std::fs::write(sandbox.path("hand_frames/frame_0002.png"), "of somebody else").unwrap();
-    assert!(rendered(run("")).starts_with("2 rendered 3 kept"));
+    let refused = sandbox.run("animate hand.scn --frames 0..4").failed(2);
+    assert!(refused.contains("frame_0002.png' is not a frame as superegg wrote it"), "{refused}");
+    assert!(rendered(run("--force")).starts_with("2 rendered 3 kept"));
     assert_eq!(frame(&sandbox, "hand_frames/frame_0001.png"), before);
     // A comment changes no picture; where the hand is later does, in the frames that see it.
     sandbox.write(
@@ -144,7 +146,7 @@ fn without_ffmpeg_the_frames_stay_and_the_command_is_reported() {
     let reported = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{reported}");
     assert!(
-        reported.contains("ffmpeg") && reported.contains("-i 'a film_frames/frame_%04d.png' -frames:v 5"),
+        reported.contains("ffmpeg") && reported.contains("/a film_frames/frame_%04d.png' -frames:v 5"),
         "{reported}"
     );
     assert!(sandbox.path("a film_frames/frame_0004.png").exists() && !sandbox.path("a film.mp4").exists());

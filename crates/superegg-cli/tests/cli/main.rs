@@ -5,6 +5,7 @@
 
 mod animate;
 mod annotations;
+mod attacks;
 mod crashes;
 mod film;
 mod gallery;

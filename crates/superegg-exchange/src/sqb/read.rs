@@ -62,6 +62,10 @@ fn read_table(section: &mut Section<'_>) -> Result<(String, InstanceTable), SqbE
     let name = section.bytes(name_length.into())?;
     let number = section.number;
     let name = String::from_utf8(name).map_err(|_| wrong(number, "the name is not UTF-8"))?;
+    // It stands in lines of text, as one word.
+    if name.is_empty() || name.contains(|c: char| c.is_whitespace() || c.is_control()) {
+        return Err(wrong(number, "the name of the table is not a word"));
+    }
     let rows = usize::try_from(section.value::<i64>()?).map_err(|_| wrong(number, "a negative count"))?;
     let (shapes, materials) = (section.value::<u32>()? as usize, section.value::<u32>()? as usize);
     let has_ids = section.value::<u32>()? != 0;

@@ -1,6 +1,6 @@
 //! Encodes frames as a film with ffmpeg.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail};
 
 use crate::commands::animate::frame_folder::FrameFolder;
+use crate::files::temporary::TemporaryFile;
 
 /// A film format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,25 +47,25 @@ impl FilmFormat {
         fps: f64,
         transparent: bool,
     ) -> Result<()> {
-        // A file beside the film with the same extension, which determines ffmpeg's format.
-        let mut name = OsString::from(format!(".superegg-{}-", std::process::id()));
-        name.push(path.file_name().unwrap_or_default());
-        let unfinished = path.with_file_name(name);
-        let mut args = self.arguments(folder.path(), frames, fps, transparent);
-        let by_hand = shell_command(&args, path);
-        args.push(unfinished.clone().into_os_string());
+        let cannot_write = || format!("cannot write '{}'", path.display());
+        let frame_folder = std::path::absolute(folder.path()).with_context(cannot_write)?;
+        let film = std::path::absolute(path).with_context(cannot_write)?;
+        // It has the film's extension, which determines ffmpeg's format.
+        let unfinished = TemporaryFile::beside(&film).with_context(cannot_write)?;
+        let mut args = self.arguments(&frame_folder, frames, fps, transparent);
+        let by_hand = shell_command(&args, &file_address(&film));
+        args.push(file_address(unfinished.path_for_writer()));
         let ran = Command::new("ffmpeg").args(&args).stdin(Stdio::null()).stdout(Stdio::null()).output();
-        let done = match ran {
-            Ok(output) if output.status.success() => std::fs::rename(&unfinished, path)
-                .with_context(|| format!("cannot write '{}'", path.display())),
+        match ran {
+            Ok(output) if output.status.success() => unfinished.commit().with_context(cannot_write),
             Ok(output) => {
                 let errors = String::from_utf8_lossy(&output.stderr);
                 let last = errors.trim().lines().last().unwrap_or("it reports no reason");
-                Err(anyhow::anyhow!(
+                bail!(
                     "ffmpeg cannot make '{}': {last}\nthe frames are in '{}'; by hand: {by_hand}",
                     path.display(),
                     folder.path().display()
-                ))
+                )
             }
             Err(error) if error.kind() == ErrorKind::NotFound => bail!(
                 "ffmpeg, which encodes the film, is not installed; the frames are in '{}'. With ffmpeg run the same command \
@@ -72,14 +73,10 @@ impl FilmFormat {
                 folder.path().display()
             ),
             Err(error) => Err(error).context("cannot run ffmpeg"),
-        };
-        if done.is_err() {
-            let _ = std::fs::remove_file(&unfinished);
         }
-        done
     }
 
-    /// The arguments of ffmpeg without the name of the film.
+    /// The arguments of ffmpeg without the name of the film. The folder is absolute.
     fn arguments(
         self,
         folder: &Path,
@@ -109,17 +106,25 @@ impl FilmFormat {
                 .collect();
         // Escape percent signs, which ffmpeg reads as a number pattern.
         let folder = folder.to_string_lossy().replace('%', "%%");
-        args.push(Path::new(&folder).join(FrameFolder::PATTERN).into_os_string());
+        args.push(file_address(&Path::new(&folder).join(FrameFolder::PATTERN)));
         args.extend(["-frames:v".into(), count.to_string().into()]);
         args.extend(codec.split(' ').map(OsString::from));
         args
     }
 }
 
+/// An absolute path as ffmpeg takes it for nothing but a file: no name is an option, a device or an
+/// address of the network.
+fn file_address(path: &Path) -> OsString {
+    let mut address = OsString::from("file:");
+    address.push(path);
+    address
+}
+
 /// The command as typed in a shell.
-fn shell_command(args: &[OsString], path: &Path) -> String {
+fn shell_command(args: &[OsString], film: &OsStr) -> String {
     let mut text = String::from("ffmpeg");
-    for word in args.iter().map(|word| word.to_string_lossy()).chain([path.to_string_lossy()]) {
+    for word in args.iter().map(|word| word.to_string_lossy()).chain([film.to_string_lossy()]) {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./%:+=,".contains(c);
         let quoted = format!("'{}'", word.replace('\'', "'\\''"));
         text.push(' ');
@@ -134,13 +139,13 @@ mod tests {
 
     #[test]
     fn the_shown_command_can_be_typed() {
-        let args = FilmFormat::Mp4.arguments(Path::new("my 100% film"), 3..8, 12.5, false);
-        let text = shell_command(&args, Path::new("it's.mp4"));
+        let args = FilmFormat::Mp4.arguments(Path::new("/my 100% film"), 3..8, 12.5, false);
+        let text = shell_command(&args, &file_address(Path::new("/it's.mp4")));
         assert!(
-            text.starts_with("ffmpeg -y -hide_banner -loglevel error -framerate 12.5 -start_number 3 -i 'my 100%% film/frame_%04d.png' -frames:v 5 "),
+            text.starts_with("ffmpeg -y -hide_banner -loglevel error -framerate 12.5 -start_number 3 -i 'file:/my 100%% film/frame_%04d.png' -frames:v 5 "),
             "{text}"
         );
-        assert!(text.ends_with(r"'it'\''s.mp4'"), "{text}");
+        assert!(text.ends_with(r"'file:/it'\''s.mp4'"), "{text}");
     }
 
     #[test]

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use superegg_lang::{Fault, FaultCode, write_session};
 
-use crate::files;
 use crate::files::binary_scene;
 use crate::files::scene::{Loaded, load_into};
+use crate::files::{self, Overwrite};
 use crate::modeller::faults::{not_loadable, unreadable, unwritable};
 use crate::modeller::journal::Record;
 use crate::modeller::reporter::Message;
@@ -108,7 +108,9 @@ impl Modeller {
         };
         let is_stream = files::is_standard_stream(&path);
         if !is_stream {
-            files::check_not_pipe(&path).map_err(|error| unwritable(&error))?;
+            files::check_not_pipe(&path)
+                .and_then(|()| files::check_output(Some(&path), Path::new(""), Overwrite::Any))
+                .map_err(|error| unwritable(&error))?;
             if !is_forced {
                 let option = if as_history { "--history " } else { "" };
                 self.known_files.check_overwrite(&path).map_err(|reason| {

@@ -8,8 +8,8 @@ use superegg_render::{Development, RenderOptions, RenderSettings, render};
 use superegg_scene::{Encoding, Picture};
 use superegg_trace::CompiledScene;
 
-use crate::files;
 use crate::files::picture::PictureFormat;
+use crate::files::{self, Overwrite};
 use crate::inspect::framing::{framed, framing_note};
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::modeller::canvas::Canvas;
@@ -34,8 +34,13 @@ impl Modeller {
     }
 
     /// Queues a render of the selected primitive or object. Default file: the name of the scene
-    /// file with `.png`.
-    pub(super) fn render(&mut self, file: Option<&str>, size: Option<(u32, u32)>) -> Result<(), Fault> {
+    /// file with `.png`. With `is_forced` it replaces a read-only file.
+    pub(super) fn render(
+        &mut self,
+        file: Option<&str>,
+        size: Option<(u32, u32)>,
+        is_forced: bool,
+    ) -> Result<(), Fault> {
         let root = self.selected_root()?.to_owned();
         let path = match file {
             Some(file) => picture_path(self.folders.expand(file))?,
@@ -46,8 +51,9 @@ impl Modeller {
                 picture_path(PathBuf::from(name))?
             }
         };
+        let overwrite = if is_forced { Overwrite::Any } else { Overwrite::Writable };
         files::check_not_pipe(&path)
-            .and_then(|()| files::check_output(Some(&path), Path::new("")))
+            .and_then(|()| files::check_output(Some(&path), Path::new(""), overwrite))
             .and_then(|()| files::check_creatable(&path))
             .map_err(|error| unwritable(&error))?;
         self.warn_of_empty_picture(&root);
