@@ -1,10 +1,8 @@
 //! Queries of many rays.
 
-use superegg_simd::Arch;
-
 use super::refine::{REFINED_TOGETHER, Refiner};
 use super::table::Outcome;
-use super::traverse::{Run, Stream};
+use super::traverse::Stream;
 use crate::ray::limits::Coarsened;
 use crate::ray::query::{Hit, TraceRay};
 use crate::scene::compiled::CompiledScene;
@@ -29,7 +27,7 @@ impl CompiledScene {
         let mut stream = Stream::new(self, root, None);
         let mut refiner = Refiner::default();
         for rays in rays.chunks(rays_together(root)) {
-            Arch::new().dispatch(Run { stream: &mut stream, rays });
+            stream.run(rays);
             // A few rays at a time, so that each stays in the nearest cache.
             for (part, rays) in rays.chunks(REFINED_TOGETHER).enumerate() {
                 refiner.refine(&stream, part * REFINED_TOGETHER, rays, &mut hits);
@@ -57,7 +55,7 @@ impl CompiledScene {
         let Some(root) = self.root.as_deref().filter(|_| !rays.is_empty()) else { return occluded };
         let (mut stream, together) = (Stream::new(self, root, Some(t_max)), rays_together(root));
         for (rays, occluded) in rays.chunks(together).zip(occluded.chunks_mut(together)) {
-            Arch::new().dispatch(Run { stream: &mut stream, rays });
+            stream.run(rays);
             for ((index, ray), occluded) in rays.iter().enumerate().zip(occluded) {
                 *occluded = match stream.table().outcome(index) {
                     Outcome::Miss => false,
@@ -76,7 +74,7 @@ impl CompiledScene {
         let Some(root) = self.root.as_deref() else { return 0 };
         let (mut stream, mut count) = (Stream::new(self, root, None), 0);
         for rays in rays.chunks(rays_together(root)) {
-            Arch::new().dispatch(Run { stream: &mut stream, rays });
+            stream.run(rays);
             for (index, ray) in rays.iter().enumerate() {
                 count += usize::from(match stream.table().outcome(index) {
                     Outcome::Miss | Outcome::Occluded => false,

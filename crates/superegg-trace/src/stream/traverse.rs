@@ -5,7 +5,7 @@ use std::cell::Cell;
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::stream::{BoxRay, ListedRay, NodeEntries, STREAM_LANES, intersect_boxes};
 use superegg_geom::{Ray, RayStart, scale_to_unit};
-use superegg_simd::{Simd, WithSimd};
+use superegg_simd::{Arch, Simd, WithSimd};
 
 use super::leaves::LeafQueues;
 use super::lists::{List, ListMemory, positions_along};
@@ -109,9 +109,9 @@ fn tree_ray(group: &Group, ray: &Ray) -> Option<BoxRay> {
 }
 
 /// A run of a stream, compiled for the instruction sets of the machine.
-pub(super) struct Run<'a, 's> {
-    pub(super) stream: &'a mut Stream<'s>,
-    pub(super) rays: &'s [TraceRay],
+struct Run<'a, 's> {
+    stream: &'a mut Stream<'s>,
+    rays: &'s [TraceRay],
 }
 
 impl WithSimd for Run<'_, '_> {
@@ -119,7 +119,7 @@ impl WithSimd for Run<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.stream.run(simd, self.rays);
+        self.stream.run_with(simd, self.rays);
     }
 }
 
@@ -159,9 +159,14 @@ impl<'s> Stream<'s> {
         &self.query
     }
 
-    /// Traces rays.
+    /// Traces rays. Not inlined: the code is large, and is compiled once for each instruction set.
+    #[inline(never)]
+    pub(super) fn run(&mut self, rays: &'s [TraceRay]) {
+        Arch::new().dispatch(Run { stream: self, rays });
+    }
+
     #[inline(always)]
-    fn run<S: Simd>(&mut self, simd: S, rays: &'s [TraceRay]) {
+    fn run_with<S: Simd>(&mut self, simd: S, rays: &'s [TraceRay]) {
         self.load(rays);
         loop {
             let mut visit = None;
@@ -539,7 +544,6 @@ fn test_proxy(
 #[cfg(test)]
 mod tests {
     use superegg_lang::load_text;
-    use superegg_simd::Arch;
 
     use super::*;
 
@@ -566,7 +570,7 @@ mod tests {
         for any_before in [None, Some(1.0)] {
             let mut stream = Stream::new(&scene, root, any_before);
             (stream.most_rays, stream.most_trails) = (100, 8);
-            Arch::new().dispatch(Run { stream: &mut stream, rays: &rays });
+            stream.run(&rays);
             assert!(stream.table().lines.capacity() <= 2 * rays.len(), "{}", stream.table().lines.capacity());
             // The trails of hits stay.
             let most_trails = if any_before.is_some() { 50 } else { 3_500 };
