@@ -176,6 +176,13 @@ impl Fault {
         self
     }
 
+    /// The fault of a part of a line that begins at this column.
+    #[must_use]
+    pub fn moved(mut self, column: usize) -> Self {
+        self.columns = self.columns.map(|columns| columns.start + column..columns.end + column);
+        self
+    }
+
     /// Sets the columns.
     #[must_use]
     pub fn at(mut self, columns: Range<usize>) -> Self {

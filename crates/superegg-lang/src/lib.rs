@@ -44,17 +44,19 @@ pub use grammar::command::{
 };
 pub use grammar::spec::{Arg, ArgKind, CommandSpec, Group, NameKind, Range, Shorthand, parse_size};
 pub use grammar::table::{COMMANDS, find_command};
+pub use parse::commands::split_commands;
 pub use parse::number::{NumberError, format_number, parse_number};
 pub use parse::parser::{Columns, Parsed, parse_line};
-pub use session::help::help;
+pub use session::help::{example_line, help};
 pub use session::interpreter::{Effect, Session};
+pub use session::notes::creation_note;
 pub use session::script::{Flow, Perform, load_text, not_text, run_script};
 pub use session::selection::Selection;
 pub use session::settings::{PreviewStyle, SETTINGS, SettingKind, SettingSpec, Settings};
 pub use session::still::scene_at;
 pub use session::timeline::Timeline;
 pub use suggest::nearest;
-pub use text::is_unseen;
+pub use text::{is_unseen, visible};
 pub use writer::{fingerprint_text, write_scene, write_session, write_without_tables};
 
 /// Compiles the examples of the crate's README.

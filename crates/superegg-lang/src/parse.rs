@@ -1,5 +1,6 @@
 //! Lines of text to commands.
 
+pub(crate) mod commands;
 pub(crate) mod number;
 pub(crate) mod parser;
 pub(crate) mod words;

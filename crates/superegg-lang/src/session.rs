@@ -3,9 +3,11 @@
 pub(crate) mod checks;
 pub(crate) mod faults;
 pub(crate) mod help;
+pub(crate) mod help_topics;
 pub(crate) mod info;
 pub(crate) mod interpreter;
 pub(crate) mod keys;
+pub(crate) mod notes;
 pub(crate) mod script;
 pub(crate) mod selection;
 pub(crate) mod settings;

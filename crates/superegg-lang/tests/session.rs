@@ -167,3 +167,44 @@ fn camera_keeps_its_up_direction() {
     let camera = session.scene().camera;
     assert_eq!((camera.up, camera.fov_deg, camera.position.x), (DVec3::Z, 60.0, 4.0));
 }
+
+#[test]
+fn the_name_of_a_setting_stands_for_set() {
+    let mut session =
+        session(&["prm a", "obj o", "ap a", "samples 9", "  exposure -1 # darker", "key 3 exposure 2"]);
+    assert_eq!((session.scene().picture.samples, session.scene().picture.exposure), (9, -1.0));
+    assert_eq!(session.scene().tracks().len(), 1);
+    let Effect::Print(shown) = session.run_line("bounces").unwrap() else { panic!("it is shown") };
+    assert!(shown.starts_with("bounces "), "{shown}");
+    for (line, code, columns) in [
+        ("samples 0", "out-of-range", 8..9),
+        (" samples 1 2", "argument-count", 11..12),
+        ("key 3 exposure x", "not-keyable", 15..16),
+        ("sampels 3", "unknown-command", 0..7),
+    ] {
+        let fault = session.run_line(line).unwrap_err();
+        assert_eq!(
+            (fault.code.as_str(), fault.columns.clone()),
+            (code, Some(columns)),
+            "{line}: {}",
+            fault.message
+        );
+    }
+}
+
+#[test]
+fn an_axis_stands_for_three_numbers() {
+    let by_word = session(&["prm a", "obj o", "ap a", "rotate x 90", "rotateAll -z 45", "key 2 rotate y 10"]);
+    let by_numbers = session(&[
+        "prm a",
+        "obj o",
+        "ap a",
+        "rotate 1 0 0 90",
+        "rotateAll 0 0 -1 45",
+        "key 2 rotate 0 1 0 10",
+    ]);
+    assert_eq!(by_word, by_numbers);
+    let mut session = by_word;
+    let fault = session.run_line("rotate x").unwrap_err();
+    assert_eq!(fault.help.as_deref(), Some("'x' alone stands for three numbers; missing: degrees"));
+}

@@ -8,7 +8,7 @@ use crate::parse::parser::command_of;
 use crate::parse::parser::{line_within, words_of_command};
 use crate::parse::words::Word;
 use crate::session::interpreter::Session;
-use crate::session::settings::{SettingKind, find_setting};
+use crate::session::settings::{SETTINGS, SettingKind, find_setting};
 
 /// The completions at a cursor.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -94,7 +94,12 @@ fn commands(partial: &str, fits: fn(&CommandSpec) -> bool) -> Vec<String> {
         found.dedup();
         found
     };
-    if names.is_empty() { spellings() } else { names }
+    let or = |found: Vec<String>, others: &dyn Fn() -> Vec<String>| {
+        if found.is_empty() { others() } else { found }
+    };
+    // A line may begin with the name of a setting.
+    let settings = || fitting(SETTINGS.iter().map(|setting| setting.name), partial);
+    or(or(names, &spellings), &settings)
 }
 
 /// The allowed values of a setting, if they can be listed.

@@ -11,7 +11,7 @@ use crate::parse::parser::command_of;
 use crate::parse::parser::{line_within, words_of_command};
 use crate::parse::words::Word;
 use crate::session::interpreter::Session;
-use crate::session::settings::can_be;
+use crate::session::settings::{SETTINGS, can_be, find_setting};
 
 /// The class of a part of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +41,7 @@ pub fn highlight(session: &Session, line: &str) -> Vec<(Range<usize>, Paint)> {
         let spec = command_of(first.text, rest);
         let first_paint = match spec {
             Some(spec) if fits(spec) => Some(Paint::Command),
+            None if find_setting(first.text).is_some() => Some(Paint::Command),
             None if rest.is_empty() && begins_command(first.text) => None,
             _ => Some(Paint::Wrong),
         };
@@ -100,7 +101,8 @@ fn paint_of(
                     && matches!(arg.kind, ArgKind::Words(_))
                     && is_word_of_info(text));
             let may_be_new = match of {
-                NameKind::New => true,
+                // Other words are searched for.
+                NameKind::New | NameKind::HelpWord => true,
                 NameKind::PrimitiveOrNew | NameKind::ObjectOrNew => session.scene().get(text).is_none(),
                 _ => false,
             };
@@ -136,7 +138,12 @@ fn begins(name: &str, start: &str) -> bool {
 }
 
 fn begins_command(start: &str) -> bool {
-    COMMANDS.iter().flat_map(CommandSpec::all_spellings).any(|spelling| begins(spelling, start))
+    let settings = SETTINGS.iter().map(|setting| setting.name);
+    COMMANDS
+        .iter()
+        .flat_map(CommandSpec::all_spellings)
+        .chain(settings)
+        .any(|spelling| begins(spelling, start))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use crate::grammar::spec::{Arg, CommandSpec, NameKind};
 use crate::grammar::table::COMMANDS;
 use crate::parse::number::parse_number;
 use crate::parse::words::Word;
+use crate::session::help::help_words;
 use crate::session::interpreter::Session;
 use crate::session::keys::key_frames;
 use crate::session::settings::SETTINGS;
@@ -27,6 +28,7 @@ pub(crate) fn names_of(session: &Session, of: NameKind) -> Vec<&str> {
         }
         NameKind::Light => scene.named_lights().map(|(name, _)| name).collect(),
         NameKind::Command => COMMANDS.iter().map(|spec| spec.name).collect(),
+        NameKind::HelpWord => help_words().collect(),
         NameKind::Setting => SETTINGS.iter().map(|spec| spec.name).collect(),
         // Frames are not completed: there may be thousands.
         NameKind::KeyFrame => vec!["all"],
@@ -54,7 +56,7 @@ pub(crate) fn is_name_of(session: &Session, of: NameKind, name: &str) -> bool {
             let frame = parse_number(name);
             key_frames(scene).iter().any(|held| Ok(*held) == frame)
         }
-        NameKind::Light | NameKind::Setting | NameKind::KeyFrame => {
+        NameKind::Light | NameKind::Setting | NameKind::HelpWord | NameKind::KeyFrame => {
             names_of(session, of).iter().any(|known| known.eq_ignore_ascii_case(name))
         }
     }

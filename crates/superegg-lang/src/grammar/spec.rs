@@ -163,6 +163,8 @@ pub enum NameKind {
     Light,
     /// A command.
     Command,
+    /// A word that the help explains.
+    HelpWord,
     /// A setting.
     Setting,
     /// A frame that has keys, or the word `all`.

@@ -38,7 +38,7 @@ const VECTOR: &[Arg] = &[number("x", Range::Any), number("y", Range::Any), numbe
 const FACTORS: &[Arg] =
     &[number("x", Range::NonZero), number("y", Range::NonZero), number("z", Range::NonZero)];
 const TURN: &[Arg] = &[
-    number("x", Range::Any),
+    first_number("x", Range::Any, Shorthand::Axis),
     number("y", Range::Any),
     number("z", Range::Any),
     number("degrees", Range::Any),
@@ -117,11 +117,11 @@ macro_rules! weight {
 pub const COMMANDS: &[CommandSpec] = &[
     CommandSpec {
         name: "help",
-        spellings: &[],
+        spellings: &["?"],
         group: Group::Session,
         options: &[],
-        args: &[&[], &[arg("COMMAND", ArgKind::Words(NameKind::Command))]],
-        summary: "lists the commands, or explains the named commands or groups",
+        args: &[&[], &[arg("WORD", ArgKind::Words(NameKind::HelpWord))]],
+        summary: "shows the first steps, or explains commands, groups and settings, or finds what speaks of a word; 'help all' lists the commands",
         default: "",
         example: "help setColor",
         build: Build::Session(|args| SessionCommand::Help(args.texts())),
@@ -132,7 +132,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Session,
         options: &[],
         args: &[&[], &[arg("JOB", ArgKind::Choice(&["render"]))]],
-        summary: "leaves; in a file, ignores the rest. 'stop render' stops the renders in progress instead",
+        summary: "leaves; in a file, ignores the rest. 'stop render' stops the renders in progress instead, and keeps what is done",
         default: "",
         example: "stop",
         build: Build::Request(|args| if args.words.is_empty() { Request::Stop } else { Request::StopRender }),
@@ -227,7 +227,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Files,
         options: &[],
         args: &[&[], &[arg("WHAT", ArgKind::Choice(&["list", "discard", "restore"]))], &[COUNT]],
-        summary: "restores an unsaved session: the last one, or 'recover restore N'; 'recover list' lists them with their numbers, 'recover discard N' discards one, 'recover discard' all",
+        summary: "restores an unsaved session: the last one, or 'recover restore N'; 'recover list' lists them with their numbers, 'recover discard N' discards one, 'recover discard' all, after a question",
         default: "",
         example: "recover",
         build: Build::Request(|args| {
@@ -523,9 +523,9 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[TURN],
-        summary: "rotates the whole object about an axis through the origin, right-handed",
+        summary: "rotates the whole object about an axis through the origin, right-handed; the axis is x, y, z or three numbers",
         default: "",
-        example: "rotateAll 0 0 1 90",
+        example: "rotateAll z 90",
         build: Build::Object(|args| ObjectCommand::TransformWhole(args.rotation())),
     },
     CommandSpec {
@@ -628,9 +628,9 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Objects,
         options: &[],
         args: &[TURN],
-        summary: "rotates the child at the cursor about an axis through the origin, right-handed",
+        summary: "rotates the child at the cursor about an axis through the origin, right-handed; the axis is x, y, z or three numbers",
         default: "",
-        example: "rotate 1 0 0 30",
+        example: "rotate x 30",
         build: Build::Object(|args| ObjectCommand::TransformChild(args.rotation())),
     },
     CommandSpec {
@@ -1075,7 +1075,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Pictures,
         options: &[],
         args: &[&[name("SETTING", NameKind::Setting)], &[arg("VALUE", ArgKind::Value)]],
-        summary: "changes a setting of the picture, the viewer or the session; 'get' lists them",
+        summary: "changes a setting of the picture, the viewer or the session; 'get' lists them. A line may begin with the setting: samples 16",
         default: "",
         example: "set size 640x480",
         build: Build::Session(|args| match args.optional_text(1) {
@@ -1164,7 +1164,7 @@ mod tests {
     #[test]
     fn usage_shows_what_may_be_left_out() {
         assert_eq!(find_command("light").unwrap().usage(), "NAME x y z [r g b [k]]");
-        assert_eq!(find_command("help").unwrap().usage(), "[COMMAND ...]");
+        assert_eq!(find_command("help").unwrap().usage(), "[WORD ...]");
         assert_eq!(find_command("pwd").unwrap().usage(), "");
         assert_eq!(find_command("stop").unwrap().usage(), "[render]");
     }

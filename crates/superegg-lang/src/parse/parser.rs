@@ -164,7 +164,8 @@ pub(crate) fn parse_words<'a>(
             ArgKind::Line => {}
             ArgKind::Number(range) => args.numbers.push(match number {
                 Some(number) => *number,
-                None => read_number(spec, arg, range, word, suggestions)?,
+                None => read_number(spec, arg, range, word, suggestions)
+                    .map_err(|fault| with_color_help(fault, spec, &rest))?,
             }),
             ArgKind::Choice(choices) => {
                 check_choice(spec, choices, word, suggestions)?;
@@ -214,7 +215,8 @@ fn read_plain<'a>(spec: &CommandSpec, first: &Word<'a>, rest: &[Word<'a>]) -> Op
         for arg in *part {
             let word = words.next()?;
             match arg.kind {
-                ArgKind::Number(range) if arg.shorthand.is_none() => {
+                // A word for three numbers is no number, and read with all rules.
+                ArgKind::Number(range) => {
                     args.numbers.push(parse_number(word.text).ok().filter(|x| range.contains(*x))?);
                 }
                 ArgKind::Name(_) => args.words.push(Cow::Borrowed(word.text)),
@@ -386,7 +388,13 @@ fn check_count(
         first.columns.start..rest.last().map_or(first.columns.end, |filled| filled.word.columns.end)
     };
     let help = match rest.iter().find(|filled| filled.number.is_some()) {
-        Some(Filled { word, .. }) => format!("'{}' alone stands for three numbers", shorten(word.text)),
+        Some(Filled { word, .. }) => {
+            let alone = format!("'{}' alone stands for three numbers", shorten(word.text));
+            let next = spec.counts().find(|count| *count > given).unwrap_or(given);
+            let missing: Vec<&str> =
+                spec.positional_args().take(next).skip(given).map(|arg| arg.name).collect();
+            if missing.is_empty() { alone } else { format!("{alone}; missing: {}", missing.join(" ")) }
+        }
         None => usage_help(spec),
     };
     Err(Fault::new(FaultCode::ArgumentCount, message).help(help).at(columns))
@@ -424,6 +432,37 @@ fn read_number(
         usage_help(spec)
     };
     Err(Fault::new(FaultCode::OutOfRange, message).help(help).at(word.columns.clone()))
+}
+
+/// A colour with no value as large as this is more likely a slip than one of bytes.
+const LEAST_BYTE: u8 = 16;
+
+/// Names the word for a colour whose values are out of range because they are those of a byte.
+fn with_color_help(fault: Fault, spec: &CommandSpec, rest: &[Filled<'_, '_>]) -> Fault {
+    if fault.code != FaultCode::OutOfRange {
+        return fault;
+    }
+    let of_color = |arg: &Arg| arg.shorthand == Some(Shorthand::Color);
+    let Some(first) = spec.positional_args().position(of_color) else { return fault };
+    let numbers = rest.get(first..first + 3).unwrap_or_default();
+    let bytes: Option<Vec<u8>> = numbers.iter().map(|filled| filled.word.text.parse().ok()).collect();
+    match bytes.as_deref() {
+        Some(&[r, g, b])
+            if r.max(g).max(b) >= LEAST_BYTE
+                && fault.columns.as_ref().is_some_and(|at| is_within(at, numbers)) =>
+        {
+            let name = spec.name;
+            fault.help(format!(
+                "values are 0 to 1; {r} {g} {b} looks like 8-bit values, which are one word: {name} #{r:02x}{g:02x}{b:02x}"
+            ))
+        }
+        _ => fault,
+    }
+}
+
+/// Whether columns are those of one of these words.
+fn is_within(columns: &Range<usize>, words: &[Filled<'_, '_>]) -> bool {
+    words.iter().any(|filled| filled.word.columns == *columns)
 }
 
 pub(crate) fn usage_help(spec: &CommandSpec) -> String {

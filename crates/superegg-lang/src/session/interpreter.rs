@@ -1,5 +1,7 @@
 //! The interpreter: a session and how commands change it.
 
+use std::ops::Range;
+
 use superegg_geom::{Exponents, ShapeError, Superquadric, TransformStep};
 use superegg_scene::{Camera, Entity, Floor, Lens, Light, Scene, SceneError, Sky, TrackSubject};
 
@@ -9,7 +11,7 @@ use crate::grammar::command::{
 };
 use crate::grammar::table::{COMMANDS, commands_spelt};
 use crate::parse::number::{format_number, parse_number};
-use crate::parse::parser::{Parsed, parse_words, plain_object_command, words_of_command};
+use crate::parse::parser::{Parsed, parse_suggesting, parse_words, plain_object_command, words_of_command};
 use crate::session::checks::{check_camera, check_direction, check_light, pattern, target_distance};
 use crate::session::faults::{scene_fault, table_help};
 use crate::session::keys::{ALL_FRAMES, subject_of};
@@ -123,7 +125,11 @@ impl Session {
         {
             return Ok(Effect::Changed(quaternion_note(&command)));
         }
-        self.execute(&parse_words(first, rest, self.suggestions)?)
+        let parsed = match parse_words(first, rest, self.suggestions) {
+            Err(fault) => read_as_setting(line, fault, self.suggestions)?,
+            Ok(parsed) => parsed,
+        };
+        self.execute(&parsed)
     }
 
     /// Carries out a parsed command.
@@ -156,7 +162,7 @@ impl Session {
             Err((i, fault)) => Err(fault.at(parsed.word_columns(i + 1))),
         };
         match command {
-            SessionCommand::Help(names) => return printed(help::help(names)),
+            SessionCommand::Help(names) => return printed(help::help(names, self.settings.columns)),
             SessionCommand::Info(names) => {
                 return printed(info::info(self.selection(), names, self.suggestions));
             }
@@ -462,6 +468,50 @@ impl Session {
         }
         Ok(format!("{count} {} removed", if count == 1 { "key" } else { "keys" }))
     }
+}
+
+/// Parses a typed line, which may begin with the name of a setting.
+///
+/// # Errors
+/// As for [`crate::parse_line`].
+pub(crate) fn parse_typed(line: &str, suggestions: Suggestions) -> Result<Option<Parsed>, Fault> {
+    match parse_suggesting(line, suggestions) {
+        Err(fault) => read_as_setting(line, fault, suggestions).map(Some),
+        parsed => parsed,
+    }
+}
+
+/// Reads a line with this fault again, with `set` before the name of a setting that stands where a
+/// command should.
+///
+/// # Errors
+/// There is no such name, or `set` would have a fault.
+fn read_as_setting(line: &str, fault: Fault, suggestions: Suggestions) -> Result<Parsed, Fault> {
+    const SET: &str = "set ";
+    let columns = fault.columns.clone().filter(|_| fault.code == FaultCode::UnknownCommand);
+    let Some(Range { start, end }) = columns else { return Err(fault) };
+    let word: String = line.chars().skip(start).take(end - start).collect();
+    if settings::find_setting(&word).is_none() {
+        return Err(fault);
+    }
+    let at = line.char_indices().nth(start).map_or(line.len(), |(byte, _)| byte);
+    // The columns in the line as it was typed.
+    let column =
+        |column: usize| if column > start { column.saturating_sub(SET.len()).max(start) } else { column };
+    let moved = |columns: &Range<usize>| {
+        let first = column(columns.start);
+        first..column(columns.end).max(first + 1)
+    };
+    let line = format!("{}{SET}{}", &line[..at], &line[at..]);
+    let parsed = parse_suggesting(&line, suggestions)
+        .map_err(|fault| Fault { columns: fault.columns.as_ref().map(moved), ..fault })?;
+    let mut parsed = parsed.ok_or(fault)?;
+    let mut inner = Some(&mut parsed);
+    while let Some(parsed) = inner {
+        parsed.columns.iter_mut().for_each(|columns| *columns = moved(columns));
+        inner = parsed.keyed.as_deref_mut();
+    }
+    Ok(parsed)
 }
 
 /// The message about a quaternion whose length is far from 1; `None` for any other command.

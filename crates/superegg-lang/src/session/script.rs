@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::diagnostic::{Diagnostic, Fault, FaultCode, FaultList};
 use crate::grammar::command::Request;
+use crate::parse::commands::split_commands;
 use crate::session::interpreter::{Effect, Session};
 
 /// Whether to continue after a line.
@@ -21,7 +22,7 @@ pub type Perform<'a> =
     dyn FnMut(&mut Session, &str, Effect, &mut Vec<Diagnostic>) -> Result<Flow, Fault> + 'a;
 
 /// Runs the lines of a file. A line with a fault is reported and changes nothing; the other lines
-/// take effect. Of many faults in one file the first hundred are described, the others counted. A
+/// take effect. A line that is no command may be several with `;` between. Of many faults in one file the first hundred are described, the others counted. A
 /// byte order mark, CRLF line ends and a missing last newline are allowed.
 pub fn run_script(
     session: &mut Session,
@@ -41,7 +42,7 @@ pub fn run_script(
         let line = &bytes[range.clone()];
         let checked = text.and_then(|text| text.get(range)).map_or_else(|| std::str::from_utf8(line), Ok);
         let outcome = match checked {
-            Ok(text) => session.run_line(text).and_then(|effect| perform(session, text, effect, diagnostics)),
+            Ok(text) => run_line(session, text, diagnostics, perform),
             Err(error) => Err(not_text(line, error.valid_up_to())),
         };
         match outcome {
@@ -61,6 +62,33 @@ pub fn run_script(
     session.suggestions = suggestions_before;
     faults.finish(diagnostics);
     flow
+}
+
+/// Runs a line. One that is no command may be several.
+fn run_line(
+    session: &mut Session,
+    line: &str,
+    diagnostics: &mut Vec<Diagnostic>,
+    perform: &mut Perform<'_>,
+) -> Result<Flow, Fault> {
+    let fault = match session.run_line(line) {
+        Ok(effect) => return perform(session, line, effect, diagnostics),
+        Err(fault) => fault,
+    };
+    let commands = if line.contains(';') { split_commands(line) } else { Vec::new() };
+    if commands.iter().all(|(_, command)| command.len() == line.len()) {
+        return Err(fault);
+    }
+    for (column, command) in commands {
+        let done = session
+            .run_line(command)
+            .and_then(|effect| perform(session, command, effect, diagnostics))
+            .map_err(|fault| fault.moved(column))?;
+        if done == Flow::Stop {
+            return Ok(Flow::Stop);
+        }
+    }
+    Ok(Flow::Continue)
 }
 
 /// The lines of a text, without their ends. What follows the last end is a line, too.

@@ -7,7 +7,7 @@ use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::spec::{Range, parse_size};
 use crate::parse::number::{format_number, parse_number};
 use crate::suggest::Suggestions;
-use crate::text::{one_of, shorten, two_columns};
+use crate::text::{line_width, one_of, shorten, two_columns};
 
 /// How `preview` draws in the terminal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub enum PreviewStyle {
 }
 
 /// The settings of a session. Loading does not change them, and they are not saved with a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Settings of the viewer, and the grid of the inside-outside test.
     pub view: ViewSettings,
@@ -34,6 +34,14 @@ pub struct Settings {
     pub threads: u32,
     /// How `preview` draws.
     pub preview: PreviewStyle,
+    /// The width that texts are wrapped to, in columns of the terminal.
+    pub columns: u16,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { view: ViewSettings::default(), threads: 0, preview: PreviewStyle::default(), columns: 80 }
+    }
 }
 
 /// The type of a setting.
@@ -84,6 +92,33 @@ pub struct SettingSpec {
     pub is_of_scene: bool,
     get: fn(&Picture, &Settings) -> Value,
     set: fn(&mut Picture, &mut Settings, Value),
+}
+
+impl SettingSpec {
+    /// The default value.
+    pub(crate) fn default_text(&self) -> String {
+        value_text((self.get)(&Picture::default(), &Settings::default()), self.kind)
+    }
+
+    /// A value that is not the default one.
+    pub(crate) fn example_text(&self) -> String {
+        let default = self.default_text();
+        match self.kind {
+            SettingKind::Switch => if default == "on" { "off" } else { "on" }.to_owned(),
+            SettingKind::Choice(choices) => choices
+                .iter()
+                .find(|choice| **choice != default)
+                .map_or(default, |choice| (*choice).to_owned()),
+            SettingKind::Size => "640x480".to_owned(),
+            SettingKind::Number(range) => {
+                let numbers = ["16", "1", "0.5", "0.01"];
+                let is_allowed = |text: &str| {
+                    text != default && parse_number(text).is_ok_and(|number| range.contains(number))
+                };
+                numbers.into_iter().find(|text| is_allowed(text)).unwrap_or(&default).to_owned()
+            }
+        }
+    }
 }
 
 /// A setting of the viewer that is on or off.
@@ -334,6 +369,7 @@ pub(crate) fn list(
         two_columns(
             &format!("{:<14} {value}", spec.name),
             &format!("{} ({})", spec.summary, spec.kind.describe()),
+            line_width(settings.columns),
         )
     };
     Ok(specs.iter().map(line).collect::<Vec<_>>().join("\n"))

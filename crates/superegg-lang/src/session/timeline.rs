@@ -4,8 +4,8 @@ use superegg_scene::Scene;
 
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::{Command, Request, SessionCommand};
-use crate::parse::parser::{Parsed, parse_suggesting};
-use crate::session::interpreter::{Effect, Session};
+use crate::parse::parser::Parsed;
+use crate::session::interpreter::{Effect, Session, parse_typed};
 use crate::session::selection::Selection;
 use crate::session::settings::Settings;
 use crate::suggest::Suggestions;
@@ -46,6 +46,8 @@ pub struct Timeline {
     step_count: u64,
     /// The number of the last saved step, 0 for none.
     saved: u64,
+    /// The number of steps that made the scene that the session started with. They are not undone.
+    start: usize,
 }
 
 /// A snapshot that undo and redo restore. It does not include the settings of the session.
@@ -132,7 +134,7 @@ impl Timeline {
     /// # Errors
     /// The line cannot be read or carried out. Nothing is then changed.
     pub fn run_line(&mut self, line: &str) -> Result<Effect, Fault> {
-        let Some(parsed) = parse_suggesting(line, self.now.suggestions)? else { return Ok(Effect::Done) };
+        let Some(parsed) = parse_typed(line, self.now.suggestions)? else { return Ok(Effect::Done) };
         match parsed.command {
             Command::Request(Request::Undo(count)) => self.undo(count, &parsed),
             Command::Request(Request::Redo(count)) => self.redo(count, &parsed),
@@ -205,10 +207,15 @@ impl Timeline {
     }
 
     fn undo(&mut self, count: u32, parsed: &Parsed) -> Result<Effect, Fault> {
-        if self.past.is_empty() {
-            return Err(nothing("undo", "every change of this session has been undone", parsed));
+        let most = self.past.len().saturating_sub(self.start);
+        if most == 0 {
+            let why = match self.past.last() {
+                None => "every change of this session has been undone",
+                Some(_) => "the scene is as it was when the session started; 'clear' empties it",
+            };
+            return Err(nothing("undo", why, parsed));
         }
-        let count = self.past.len().min(count as usize);
+        let count = most.min(count as usize);
         for _ in 0..count {
             let last = self.past.len() - 1;
             self.fill(last);
@@ -218,7 +225,11 @@ impl Timeline {
             before.restore(&mut self.now);
         }
         let label = self.future.last().map_or("", |undone| &undone.step.label);
-        Ok(Effect::Changed(Some(summary("undone", count, label))))
+        let mut text = summary("undone", count, label);
+        if self.start > 0 && self.past.len() == self.start {
+            text.push_str("; the scene is as it was when the session started");
+        }
+        Ok(Effect::Changed(Some(text)))
     }
 
     fn redo(&mut self, count: u32, parsed: &Parsed) -> Result<Effect, Fault> {
@@ -268,6 +279,11 @@ impl Timeline {
             }
         }
         text
+    }
+
+    /// Makes the current scene the one that the session starts with: undo does not go behind it.
+    pub fn mark_start(&mut self) {
+        self.start = self.past.len();
     }
 
     /// Marks the current scene as saved.
