@@ -1,18 +1,22 @@
 //! The command-line arguments.
 
+mod color;
 mod data;
 mod options;
 mod values;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use superegg_lang::nearest;
 
+pub(crate) use color::ColorArg;
 pub(crate) use data::ImportArgs;
 pub(crate) use options::{
-    AnimateArgs, BenchArgs, CheckArgs, ExportArgs, InfoArgs, IntersectArgs, IotestArgs, MeasureArgs,
-    MergeArgs, RenderArgs, RootArgs, RunArgs, SampleArgs, ViewArgs,
+    AnimateArgs, BenchArgs, CheckArgs, CompletionsArgs, ExportArgs, InfoArgs, IntersectArgs, IotestArgs,
+    ManArgs, MeasureArgs, MergeArgs, RenderArgs, RootArgs, RunArgs, SampleArgs, ViewArgs,
 };
 pub(crate) use values::FrameRange;
 
@@ -21,13 +25,24 @@ pub(crate) use values::FrameRange;
 #[command(
     name = "superegg",
     version,
-    args_conflicts_with_subcommands = true,
+    override_usage = "superegg [OPTIONS] [SCENE]\n       superegg [OPTIONS] <COMMAND>",
     before_help = "Without a command: start the modeller, a prompt to build scenes; without a terminal it reads lines from standard input.",
     after_help = "Exit codes: 0 success; 1 errors in the input; 2 wrong usage, or a file that cannot be read or written; 130 stopped by ctrl-c."
 )]
 pub(crate) struct Args {
     /// The scene to open in the modeller
     pub(crate) scene: Option<PathBuf>,
+    /// Colour messages: at a terminal, always or never; NO_COLOR, CLICOLOR and CLICOLOR_FORCE are
+    /// respected
+    #[arg(
+        long,
+        global = true,
+        value_enum,
+        value_name = "auto|always|never",
+        default_value_t,
+        hide_possible_values = true
+    )]
+    pub(crate) color: ColorArg,
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
 }
@@ -62,6 +77,29 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Open a window onto a scene
     View(ViewArgs),
+    /// Print the completions of a shell
+    Completions(CompletionsArgs),
+    /// Write man pages
+    Man(ManArgs),
+}
+
+impl Args {
+    /// Parses arguments, of which the first is the name of the program. Errors and help have these
+    /// colours.
+    ///
+    /// # Errors
+    /// The arguments are wrong, or want help.
+    pub(crate) fn parse_with(color: ColorArg, args: &[OsString]) -> Result<Self, clap::Error> {
+        let mut command = Self::command().color(color.into());
+        let matches = command.try_get_matches_from_mut(args)?;
+        let parsed = Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
+        if let (Some(scene), Some(_)) = (&parsed.scene, &parsed.command) {
+            let message =
+                format!("'{}' stands before a command; the scene is its first argument", scene.display());
+            return Err(command.error(ErrorKind::ArgumentConflict, message));
+        }
+        Ok(parsed)
+    }
 }
 
 /// The error for a first word that is no command, file or option; `None` for any other word.

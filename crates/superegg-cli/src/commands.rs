@@ -7,6 +7,7 @@ pub(crate) mod export;
 pub(crate) mod import;
 pub(crate) mod info;
 mod input;
+pub(crate) mod install;
 pub(crate) mod intersect;
 pub(crate) mod iotest;
 pub(crate) mod measure;

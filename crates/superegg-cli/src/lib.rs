@@ -26,22 +26,20 @@ mod commands;
 pub mod load;
 
 use std::ffi::OsString;
-use std::io::Write;
 
-use anyhow::Context;
-use clap::Parser;
-
-use crate::args::{Args, Command};
+use crate::args::{Args, ColorArg, Command};
 use crate::outcome::{EXIT_ERRORS, EXIT_FINE, EXIT_USAGE, Outcome};
 
 /// Runs the program with these arguments, of which the first is its name, and returns its exit code.
 /// It takes over ctrl-c, and a second one ends the process.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
-    let first = args.get(1).cloned();
-    let args = match Args::try_parse_from(args) {
+    // Errors of the arguments have their colours, too.
+    let color = ColorArg::among(&args);
+    color.choose();
+    let args = match Args::parse_with(color, &args) {
         Ok(args) => args,
-        Err(error) => return refused(&error, first),
+        Err(error) => return refused(&error, &args),
     };
     let Some(command) = args.command else { return finish(commands::model::run(args.scene.as_deref())) };
     finish(match command {
@@ -59,15 +57,18 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Export(args) => commands::export::run(&args),
         Command::Run(args) => commands::run::run(&args),
         Command::View(args) => commands::view::run(&args),
+        Command::Completions(args) => commands::install::print_completions(&args),
+        Command::Man(args) => commands::install::write_man_pages(&args),
     })
 }
 
 /// Prints why arguments are refused, or the help that they ask for, and returns the exit code.
-fn refused(error: &clap::Error, first: Option<OsString>) -> u8 {
+fn refused(error: &clap::Error, args: &[OsString]) -> u8 {
     // Without this check a misspelt command is taken for the name of a scene.
-    let word = first.and_then(|word| word.into_string().ok()).filter(|_| error.use_stderr());
+    let first = ColorArg::without(args).nth(1);
+    let word = first.and_then(|word| word.clone().into_string().ok()).filter(|_| error.use_stderr());
     if let Some(error) = word.and_then(|word| args::unknown_command(&word)) {
-        console::warn(format_args!("superegg: {error}"));
+        console::fail(error);
         return EXIT_USAGE;
     }
     if error.use_stderr() {
@@ -75,8 +76,7 @@ fn refused(error: &clap::Error, first: Option<OsString>) -> u8 {
         let _ = error.print();
         return error.exit_code().try_into().unwrap_or(EXIT_USAGE);
     }
-    let printed = error.print().and_then(|()| std::io::stdout().flush());
-    finish(printed.context("cannot write to standard output").map(|()| Outcome::Fine))
+    finish(console::print_styled(error.render().ansi()).map(|()| Outcome::Fine))
 }
 
 /// The exit code of a command; prints its error.
@@ -87,7 +87,7 @@ fn finish(result: anyhow::Result<Outcome>) -> u8 {
         Ok(Outcome::Stopped(code)) => code,
         Err(error) if is_broken_pipe(&error) => EXIT_FINE,
         Err(error) => {
-            console::warn(format_args!("superegg: {error:#}"));
+            console::fail(format_args!("{error:#}"));
             EXIT_USAGE
         }
     }

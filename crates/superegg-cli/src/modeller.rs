@@ -21,6 +21,6 @@ mod requests;
 mod input;
 
 pub(crate) use input::LONGEST_LINE;
-pub(crate) use reporter::{Message, Reporter, console_reporter, visible};
+pub(crate) use reporter::{Message, Reporter, console_reporter};
 pub(crate) use state::{Input, Modeller, Reply};
 pub(crate) use viewer_link::ShownFrame;

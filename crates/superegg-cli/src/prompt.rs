@@ -2,6 +2,9 @@
 
 mod editor;
 mod helper;
+mod pager;
+mod plain;
+mod prompt_text;
 mod reporter;
 #[cfg(unix)]
 mod typed_ahead;
@@ -14,15 +17,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use anyhow::{Context, Result};
 use rustyline::error::ReadlineError;
 use superegg_viewer::Viewer;
+use terminal_size::terminal_size;
 
 use crate::console;
 use crate::modeller::{Input, Modeller, Reply};
 use crate::outcome::Outcome;
 use crate::prompt::editor::{PromptEditor, confirm, new_editor, open_history};
+use crate::prompt::prompt_text::prompt_text;
 use crate::prompt::reporter::{ProgressLine, prompt_reporter};
-
-/// The maximum length of a name in the prompt; longer names are cut.
-const LONGEST_NAME: usize = 24;
 
 /// Runs the modeller at the terminal, with a scene or without.
 pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
@@ -30,6 +32,10 @@ pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
     let signal = Arc::clone(&interrupt);
     // The line editor reads ctrl-c as a key; at other times ctrl-c interrupts the running command.
     ctrlc::set_handler(move || signal.store(true, Ordering::Relaxed)).context("cannot take over ctrl-c")?;
+    if !plain::is_served() {
+        plain::run(scene, interrupt)?;
+        return Ok(Outcome::Fine);
+    }
     let mut prompt = Prompt::new(interrupt)?;
     match Viewer::new() {
         Ok(viewer) => run_beside_viewer(prompt, viewer, scene.map(str::to_owned))?,
@@ -125,7 +131,7 @@ impl Prompt {
         console::print(concat!(
             "Superegg ",
             env!("CARGO_PKG_VERSION"),
-            ". 'help' lists the commands, tab completes, ctrl-d leaves."
+            ". 'help' shows the first steps, tab completes, ctrl-d leaves."
         ))?;
         self.modeller().offer_recovery();
         // Nothing can be lost yet, so the first load needs no confirmation.
@@ -157,7 +163,10 @@ impl Prompt {
     /// Updates the history and the completion before a line is read. Returns the prompt text.
     fn prepare_line(&mut self) -> String {
         let (session, text) = {
-            let modeller = self.modeller();
+            let mut modeller = self.modeller();
+            if let Some((width, _)) = terminal_size() {
+                modeller.set_columns(width.0);
+            }
             (modeller.session().clone(), prompt_text(&modeller))
         };
         let from_viewer = self.modeller().drain_viewer_lines();
@@ -178,7 +187,7 @@ impl Prompt {
         for line in text.lines() {
             is_remembered |= !line.trim().is_empty() && self.editor.add_history_entry(line).unwrap_or(false);
             reply = self.modeller().enter(line);
-            if let Reply::Ask(question) = &reply {
+            while let Reply::Ask(question) = &reply {
                 let yes = confirm(&mut self.editor, question);
                 reply = self.modeller().answer(yes);
             }
@@ -193,23 +202,4 @@ impl Prompt {
         }
         reply
     }
-}
-
-/// The selection and the child at its cursor: `snowman[head]> `.
-fn prompt_text(modeller: &Modeller) -> String {
-    let selection = modeller.session().selection();
-    match (selection.selected, selection.cursor()) {
-        (None, _) => "superegg> ".to_owned(),
-        (Some(name), None) => format!("{}> ", short_name(name)),
-        (Some(name), Some(cursor)) => format!("{}[{}]> ", short_name(name), short_name(cursor)),
-    }
-}
-
-/// A name without control characters, cut after [`LONGEST_NAME`] characters.
-fn short_name(name: &str) -> String {
-    let mut short: String = name.chars().filter(|c| !c.is_control()).take(LONGEST_NAME).collect();
-    if name.chars().nth(LONGEST_NAME).is_some() {
-        short.push('…');
-    }
-    short
 }

@@ -464,3 +464,18 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "N", default_value_t = 60, requires = "bench", value_parser = value_parser!(u16).range(1..))]
     pub(crate) frames: u16,
 }
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ManArgs {
+    /// Write superegg.1 and a page for each command into this folder
+    #[arg(value_name = "FOLDER")]
+    pub(crate) folder: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: OverwriteArgs,
+}

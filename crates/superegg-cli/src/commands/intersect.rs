@@ -11,7 +11,7 @@ use crate::commands::input::load_compiled;
 use crate::console;
 use crate::files;
 use crate::files::answers::Answers;
-use crate::files::csv::{RowFault, fields};
+use crate::files::csv::{RowFault, fields, path_field};
 use crate::inspect::ray::{RayMethod, describe_camera_ray, first_hit};
 use crate::outcome::Outcome;
 
@@ -64,6 +64,6 @@ fn hit_row(scene: &CompiledScene, ray: &Ray, method: RayMethod) -> Result<Vec<St
     let mut row = vec!["1".to_owned(), format_number(hit.t)];
     row.extend(fields(&surface.position.to_array()));
     row.extend(fields(&surface.normal.to_array()));
-    row.extend([u8::from(hit.leaving).to_string(), scene.path_name(&hit.path)]);
+    row.extend([u8::from(hit.leaving).to_string(), path_field(scene, &hit.path)]);
     Ok(row)
 }

@@ -11,7 +11,7 @@ use crate::commands::input::load_compiled;
 use crate::console;
 use crate::files;
 use crate::files::answers::Answers;
-use crate::files::csv::{fields, write_rows};
+use crate::files::csv::{fields, path_field, write_rows};
 use crate::inspect::grid::Grid;
 use crate::outcome::Outcome;
 
@@ -83,14 +83,14 @@ impl PointTest<'_> {
         let inside = nearest.as_ref().is_some_and(|nearest| nearest.inside);
         row.push(u8::from(inside).to_string());
         row.extend(match nearest {
-            Some(nearest) => [format_number(nearest.value), self.scene.path_name(&nearest.path)],
+            Some(nearest) => [format_number(nearest.value), path_field(self.scene, &nearest.path)],
             None => [String::new(), String::new()],
         });
         if self.all {
             let (holders, is_all) = self.scene.primitives_holding(point, MOST_HOLDERS, &limits);
             is_complete &= is_all;
             let paths: Vec<String> =
-                holders.iter().map(|holder| self.scene.path_name(&holder.path)).collect();
+                holders.iter().map(|holder| path_field(self.scene, &holder.path)).collect();
             row.extend([holders.len().to_string(), paths.join(" ")]);
         }
         if self.distance {
@@ -100,7 +100,7 @@ impl PointTest<'_> {
                 Some(found) => [
                     format_number(found.distance),
                     format_number(found.error),
-                    self.scene.path_name(&found.path),
+                    path_field(self.scene, &found.path),
                 ],
                 None => [String::new(), String::new(), String::new()],
             });

@@ -11,7 +11,7 @@ use crate::args::MeasureArgs;
 use crate::commands::input::{MOST_INSTANCES, load_compiled, too_many_instances};
 use crate::console;
 use crate::outcome::Outcome;
-use crate::text::counted;
+use crate::text::{counted, visible_json};
 
 pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome> {
     let (loaded, compiled) = load_compiled(&args.scene, &args.root)?;
@@ -20,7 +20,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<Outcome> {
     let union = (args.samples > 0).then(|| measures.union(args.samples as usize, args.seed));
     let report = Report { scene: &compiled, measures: &measures, union, most_rows: args.rows as usize };
     if args.json {
-        console::print(serde_json::to_string_pretty(&report.json())?)?;
+        console::print_raw(visible_json(&serde_json::to_string_pretty(&report.json())?))?;
     } else {
         console::print(report.text())?;
     }

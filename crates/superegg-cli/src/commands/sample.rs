@@ -9,7 +9,7 @@ use crate::args::SampleArgs;
 use crate::commands::input::{MOST_INSTANCES, load_compiled, too_many_instances};
 use crate::console;
 use crate::files;
-use crate::files::csv::{fields, write_rows};
+use crate::files::csv::{fields, path_field, write_rows};
 use crate::outcome::Outcome;
 use crate::text::counted;
 
@@ -111,7 +111,7 @@ fn write_csv(
             let path = &surfaces.instances()[point.instance].path;
             let mut row: Vec<String> = fields(&point.point.to_array()).collect();
             row.extend(fields(&point.normal.to_array()));
-            row.extend([scene.instance_id(path).to_string(), scene.path_name(path)]);
+            row.extend([scene.instance_id(path).to_string(), path_field(scene, path)]);
             writer.write_record(row)?;
         }
         Ok(())

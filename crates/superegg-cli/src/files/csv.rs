@@ -4,7 +4,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use superegg_lang::{format_number, parse_number};
+use superegg_lang::{format_number, parse_number, visible};
+use superegg_trace::{CompiledScene, InstancePath};
 
 use crate::files::access;
 
@@ -236,6 +237,11 @@ fn io_error(error: csv::Error) -> io::Error {
         csv::ErrorKind::Io(error) => error,
         other => io::Error::other(format!("{other:?}")),
     }
+}
+
+/// The path of an instance as a field: a terminal may show it.
+pub(crate) fn path_field(scene: &CompiledScene, path: &InstancePath) -> String {
+    visible(&scene.path_name(path))
 }
 
 /// Formats numbers as fields of an output row.

@@ -21,6 +21,9 @@ use crate::text::counted;
 /// The number of bytes that decide whether a file is data.
 const HEAD: u64 = 1 << 16;
 
+/// The most warnings about a file that are reported one by one.
+const MOST_WARNINGS: usize = 100;
+
 /// How data is read and shown.
 #[derive(Clone, Debug, Default)]
 pub struct DataOptions {
@@ -207,7 +210,11 @@ pub(super) fn load_named(
     let recognized = format.description();
     let mut notes = vec![Note::Reading(format!("{name}: {recognized}{of_frames}: {count}; {reading}"))];
     let warning = |text: String| Note::Warning(format!("{name}: warning: {text}"));
-    notes.extend(warnings.into_iter().map(warning));
+    let more = warnings.len().saturating_sub(MOST_WARNINGS);
+    notes.extend(warnings.into_iter().take(MOST_WARNINGS).map(warning));
+    if more > 0 {
+        notes.push(warning(format!("{} of this file", counted(more, "more warning"))));
+    }
     if let ColorKey::Range([low, high]) = key {
         let (low, high) = (format_number(low), format_number(high));
         notes.push(Note::Reading(format!("{name}: colours from {low} to {high}")));

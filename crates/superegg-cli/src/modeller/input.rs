@@ -3,7 +3,10 @@
 use std::sync::atomic::Ordering;
 
 use anyhow::Result;
-use superegg_lang::{Diagnostic, Effect, Fault, FaultCode, Request};
+use superegg_lang::{
+    Command, Diagnostic, Effect, Fault, FaultCode, Request, SessionCommand, creation_note, parse_line,
+    split_commands, visible,
+};
 use superegg_viewer::FromViewer;
 
 use crate::modeller::faults::at_argument;
@@ -11,6 +14,7 @@ use crate::modeller::journal::Record;
 use crate::modeller::reporter::Message;
 use crate::modeller::requests::run_request;
 use crate::modeller::state::{Modeller, Pending, Reply};
+use crate::text::counted;
 
 /// The maximum length of a line in bytes.
 pub(crate) const LONGEST_LINE: usize = 1 << 20;
@@ -22,10 +26,14 @@ impl Modeller {
         if let Err(fault) = run_request(self, &request, &format!("load {file}")) {
             self.report_diagnostic(&Diagnostic::of_line("", 1, "", fault));
         }
+        if self.timeline.undo_count() > 0 {
+            self.timeline.mark_start();
+        }
         self.reply()
     }
 
-    /// Runs one line and reports its result or its fault.
+    /// Runs one line, which may have several commands, and reports their results. A fault ends the
+    /// line.
     pub(crate) fn enter(&mut self, line: &str) -> Reply {
         if line.len() > LONGEST_LINE {
             let fault = Fault::new(FaultCode::TooLong, format!("a line has {LONGEST_LINE} bytes at most"));
@@ -34,10 +42,37 @@ impl Modeller {
         }
         self.lines.push(line.to_owned());
         self.interrupt.store(false, Ordering::Relaxed);
-        if let Err(fault) = self.run_line(line) {
-            self.report_fault(line, fault);
+        if self.is_interactive() {
+            self.queue_commands(line);
+        } else {
+            // In a file a name may end in a `;`, so only a line that is no command is several.
+            self.waiting = vec![(0, line.to_owned())];
         }
+        self.run_waiting(line);
         self.reply()
+    }
+
+    /// Puts the commands of a line in the queue, with their columns.
+    fn queue_commands(&mut self, line: &str) {
+        let commands = split_commands(line).into_iter().rev();
+        self.waiting = commands.map(|(column, command)| (column, command.to_owned())).collect();
+    }
+
+    /// Runs the waiting commands of a line until one asks a question, has a fault or is interrupted.
+    fn run_waiting(&mut self, line: &str) {
+        while self.pending.is_none() && !self.interrupt.load(Ordering::Relaxed) {
+            let Some((column, command)) = self.waiting.pop() else { return };
+            if let Err(fault) = self.run_line(&command) {
+                if command.len() == line.len() && line.contains(';') {
+                    self.queue_commands(line);
+                    if self.waiting.iter().any(|(_, command)| command.len() < line.len()) {
+                        continue;
+                    }
+                }
+                self.waiting.clear();
+                self.report_fault(line, fault.moved(column));
+            }
+        }
     }
 
     /// Rejects a line that cannot be run, such as one that is not valid UTF-8.
@@ -50,9 +85,14 @@ impl Modeller {
     pub(crate) fn answer(&mut self, yes: bool) -> Reply {
         match self.pending.take() {
             Some(pending) if yes => self.finish(pending),
-            Some(_) => self.print("nothing has changed"),
+            Some(_) => {
+                self.waiting.clear();
+                self.print("nothing has changed");
+            }
             None => {}
         }
+        let line = self.lines.last().cloned().unwrap_or_default();
+        self.run_waiting(&line);
         self.reply()
     }
 
@@ -64,19 +104,26 @@ impl Modeller {
             Some(Pending::Load { .. } | Pending::Recover(_)) => {
                 Reply::Ask("the scene has changes that are not saved; replace it even so?".to_owned())
             }
+            Some(Pending::Discard(sessions)) => {
+                let sessions = counted(sessions.len(), "unsaved session");
+                Reply::Ask(format!("{sessions} will be lost for good; forget them?"))
+            }
             None => Reply::Continue,
         }
     }
 
     fn run_line(&mut self, line: &str) -> Result<(), Fault> {
+        let before = self.is_interactive().then(|| self.session().clone());
         match self.timeline.run_line(line)? {
             Effect::Done => {}
             Effect::Changed(text) => {
                 self.record(Record::Line(line));
-                if let Some(text) = text {
+                let note = before.and_then(|before| creation_note(&before, self.session()));
+                for text in text.into_iter().chain(note) {
                     self.print(&text);
                 }
             }
+            Effect::Print(text) if is_help(line) => self.report(Message::Page(visible(&text))),
             Effect::Print(text) => self.print(&text),
             Effect::Request(Request::Stop) => self.pending = Some(Pending::Leave),
             Effect::Request(request) => {
@@ -84,6 +131,13 @@ impl Modeller {
             }
         }
         Ok(())
+    }
+
+    /// Wraps texts to a terminal of so many columns from now on.
+    pub(crate) fn set_columns(&mut self, columns: u16) {
+        let mut settings = self.session().settings;
+        settings.columns = columns;
+        self.timeline.set_settings(settings);
     }
 
     /// Handles an event of the viewer.
@@ -148,4 +202,10 @@ impl Modeller {
             None => Ok(self.has_errors || self.renders.has_failed()),
         }
     }
+}
+
+/// Whether a line asks for help.
+fn is_help(line: &str) -> bool {
+    let parsed = parse_line(line).ok().flatten();
+    parsed.is_some_and(|parsed| matches!(parsed.command, Command::Session(SessionCommand::Help(_))))
 }

@@ -152,7 +152,9 @@ fn run_job(job: &RenderJob, cancel: &AtomicBool, reporter: &Reporter) -> Message
             return Message::Failed(format!("{}: {error}", job.name));
         }
     };
-    if cancel.load(Ordering::Relaxed) {
+    let is_stopped = cancel.load(Ordering::Relaxed);
+    let done = rendered.film.sample_counts().filter(|count| *count > 0).count();
+    if is_stopped && done == 0 {
         return stopped();
     }
     let written = PictureFormat::of(&job.path)
@@ -160,6 +162,11 @@ fn run_job(job: &RenderJob, cancel: &AtomicBool, reporter: &Reporter) -> Message
         .and_then(|file| files::write(&job.path, &file));
     let seconds = start.elapsed().as_secs_f64();
     match written {
+        Ok(()) if is_stopped => {
+            let part = 100.0 * done as f64 / (f64::from(width) * f64::from(height));
+            let blank = if settings.picture.transparent { "transparent" } else { "black" };
+            Message::Done(format!("{}: stopped at {part:.0} %, the rest is {blank}", job.name))
+        }
         Ok(()) => Message::Done(format!(
             "{}: {width}x{height}, {}, {seconds:.1} s",
             job.name,

@@ -46,6 +46,10 @@ impl Modeller {
                 self.scene_file = Some(path);
             }
             Pending::Recover(unsaved) => self.restore(unsaved),
+            Pending::Discard(sessions) => {
+                self.print(&format!("forgotten: {}", counted(sessions.len(), "session")));
+                sessions.into_iter().for_each(UnsavedSession::remove);
+            }
         }
     }
 
@@ -66,8 +70,8 @@ impl Modeller {
             self.record(Record::Scene { label: "recover", lines: &lines });
         }
         let text = unsaved.describe();
-        // Keep the old file until this journal contains all of it.
-        if self.journal.is_written() {
+        // Keep the old file until this journal contains all of it. That of a script is gone at its end.
+        if self.journal.is_written() && self.is_interactive() {
             unsaved.remove();
         }
         self.print(&format!("recovered: {text}"));

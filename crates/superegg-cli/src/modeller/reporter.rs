@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use anyhow::Result;
-use superegg_lang::is_unseen;
 
 use crate::console;
 
@@ -12,6 +11,8 @@ use crate::console;
 pub(crate) enum Message {
     /// The result of a command.
     Text(String),
+    /// A text to read, which may be longer than the screen.
+    Page(String),
     /// An error or warning about a line or a file.
     Diagnostic(String),
     /// Progress of background work. It replaces the previous progress message.
@@ -34,25 +35,11 @@ pub(crate) fn console_reporter() -> Reporter {
     Arc::new(|message| {
         match message {
             Message::Progress(_) => {}
-            Message::Text(line) => console::print(line)?,
-            Message::Done(line) => console::print(visible(&line))?,
+            Message::Text(text) | Message::Page(text) => console::print_raw(text)?,
+            Message::Done(line) => console::print(line)?,
             Message::Diagnostic(line) => console::warn(line),
-            Message::Failed(line) => console::warn(visible(&format!("superegg: {line}"))),
+            Message::Failed(line) => console::fail(line),
         }
         Ok(())
     })
-}
-
-/// Escapes invisible characters except line breaks and tabs, so that no name can control the
-/// terminal.
-pub(crate) fn visible(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    for c in text.chars() {
-        if is_unseen(c) && c != '\n' && c != '\t' {
-            shown.extend(c.escape_unicode());
-        } else {
-            shown.push(c);
-        }
-    }
-    shown
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use superegg_lang::{Diagnostic, Fault, FaultCode, Session, Severity, Timeline};
+use superegg_lang::{Diagnostic, Fault, FaultCode, Session, Severity, Timeline, visible};
 use superegg_viewer::{Shown, ViewerHandle};
 
 use crate::files::folders::Folders;
@@ -12,7 +12,7 @@ use crate::files::scene::Loaded;
 use crate::modeller::journal::{Journal, Record, UnsavedSession, unsaved_sessions};
 use crate::modeller::known_files::KnownFiles;
 use crate::modeller::render_queue::RenderQueue;
-use crate::modeller::reporter::{Message, Reporter, visible};
+use crate::modeller::reporter::{Message, Reporter};
 use crate::modeller::viewer_link::{ShownFrame, ViewerLink};
 
 /// The source of the input lines.
@@ -51,6 +51,8 @@ pub(super) enum Pending {
     Load { loaded: Box<Loaded>, path: PathBuf, label: String },
     /// Replace the scene by an unsaved session.
     Recover(UnsavedSession),
+    /// Discard unsaved sessions.
+    Discard(Vec<UnsavedSession>),
 }
 
 /// A session with its undo history, files, render queue, journal and window.
@@ -70,6 +72,8 @@ pub(crate) struct Modeller {
     pub(super) interrupt: Arc<AtomicBool>,
     /// The action that waits for an answer.
     pub(super) pending: Option<Pending>,
+    /// The commands behind the one that asks, with their columns in the line.
+    pub(super) waiting: Vec<(usize, String)>,
     pub(super) has_errors: bool,
     /// The number of errors and warnings of the lines so far.
     faults: usize,
@@ -100,6 +104,7 @@ impl Modeller {
             folders,
             interrupt,
             pending: None,
+            waiting: Vec::new(),
             has_errors: false,
             faults: 0,
             output_error: None,

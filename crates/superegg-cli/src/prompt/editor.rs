@@ -1,6 +1,6 @@
 //! The line editor: configuration, keys, history and questions.
 
-use std::io::IsTerminal;
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,6 +12,7 @@ use rustyline::{
     EventHandler, KeyEvent, RepeatCount,
 };
 
+use crate::console;
 use crate::files::folders::Folders;
 use crate::prompt::helper::PromptHelper;
 
@@ -42,12 +43,9 @@ pub(super) fn new_editor(was_empty: &Arc<AtomicBool>) -> Result<PromptEditor> {
     Ok(editor)
 }
 
-/// No colours if the user or the terminal does not want them (no-color.org).
+/// No colours if the user or the terminal does not want them.
 fn color_mode() -> ColorMode {
-    let is_unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
-        || std::env::var_os("TERM").is_some_and(|term| term == "dumb")
-        || !std::io::stdout().is_terminal();
-    if is_unwanted { ColorMode::Disabled } else { ColorMode::Enabled }
+    if console::paints_output() { ColorMode::Forced } else { ColorMode::Disabled }
 }
 
 /// Stores whether the line was empty at ctrl-c: it stops renders then, and otherwise clears the
@@ -56,7 +54,14 @@ struct InterruptHandler(Arc<AtomicBool>);
 
 impl ConditionalEventHandler for InterruptHandler {
     fn handle(&self, _: &Event, _: RepeatCount, _: bool, context: &EventContext<'_>) -> Option<Cmd> {
+        /// Erases what is behind the cursor.
+        const ERASE: &[u8] = b"\x1b[J";
         self.0.store(context.line().is_empty(), Ordering::Relaxed);
+        // A hint stands behind the end of the line, and would stay on the screen.
+        if context.pos() == context.line().len() {
+            let mut output = std::io::stdout();
+            let _ = output.write_all(ERASE).and_then(|()| output.flush());
+        }
         Some(Cmd::Interrupt)
     }
 }
@@ -73,10 +78,24 @@ pub(super) fn open_history(editor: &mut PromptEditor, folders: &Folders) -> Opti
 
 /// Repeats a yes-or-no question until it is answered. An empty line and ctrl-c mean no.
 pub(super) fn confirm(editor: &mut PromptEditor, question: &str) -> bool {
+    set_asking(editor, true);
+    let answer = ask(question, &mut |question| editor.readline(question).unwrap_or_default());
+    set_asking(editor, false);
+    answer
+}
+
+/// Without commands there is nothing to complete, to hint at or to paint.
+fn set_asking(editor: &mut PromptEditor, is_asking: bool) {
+    if let Some(helper) = editor.helper_mut() {
+        helper.is_asking = is_asking;
+    }
+}
+
+/// Repeats a yes-or-no question until `read` returns an answer to it. An empty answer means no.
+pub(super) fn ask(question: &str, read: &mut dyn FnMut(&str) -> String) -> bool {
     let mut question = format!("{question} [y/N] ");
     loop {
-        let answer = editor.readline(&question).unwrap_or_default();
-        match answer.trim().to_lowercase().as_str() {
+        match read(&question).trim().to_lowercase().as_str() {
             "y" | "yes" => return true,
             "" | "n" | "no" => return false,
             _ => question = "y or n? ".to_owned(),

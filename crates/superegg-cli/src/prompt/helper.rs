@@ -1,6 +1,7 @@
 //! Completion, hints and syntax highlighting of the line that is being edited.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::Path;
 
 use rustyline::completion::{Completer, Pair};
@@ -8,7 +9,7 @@ use rustyline::highlight::{CmdKind, Highlighter};
 use rustyline::hint::{Hint as RustylineHint, Hinter};
 use rustyline::validate::Validator;
 use rustyline::{Context, Helper};
-use superegg_lang::{Paint, Session, complete, find_command, highlight, hint};
+use superegg_lang::{Paint, Session, complete, find_command, highlight, hint, is_unseen, split_commands};
 
 use crate::files::folders::Folders;
 
@@ -18,12 +19,14 @@ const LONGEST_HIGHLIGHTED: usize = 500;
 /// The helper of the editor, with a snapshot of the session.
 pub(super) struct PromptHelper {
     pub(super) session: Session,
+    /// Whether the line is the answer to a question, and no command.
+    pub(super) is_asking: bool,
     folders: Folders,
 }
 
 impl PromptHelper {
     pub(super) fn new() -> Self {
-        Self { session: Session::default(), folders: Folders::of_user() }
+        Self { session: Session::default(), is_asking: false, folders: Folders::of_user() }
     }
 
     /// The files that begin with `partial` and suit the command. Folders end in a slash.
@@ -49,6 +52,9 @@ impl PromptHelper {
             .flatten()
             .filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path().is_dir())))
             .filter(|(name, is_folder)| {
+                if name.contains(is_unseen) {
+                    return false;
+                }
                 let is_hidden = name.starts_with('.') && !start.starts_with('.');
                 name.starts_with(start) && !is_hidden && is_wanted(name, *is_folder)
             })
@@ -73,12 +79,18 @@ impl Completer for PromptHelper {
     type Candidate = Pair;
 
     fn complete(&self, line: &str, cursor: usize, _: &Context<'_>) -> rustyline::Result<(usize, Vec<Pair>)> {
+        if self.is_asking {
+            return Ok((cursor, Vec::new()));
+        }
         // The line with the cursor, among pasted lines.
         let begin = line[..cursor].rfind('\n').map_or(0, |end| end + 1);
+        let begin = begin + last_command(&line[begin..cursor]);
         let completion = complete(&self.session, &line[begin..cursor], cursor - begin);
         let mut pairs: Vec<Pair> = completion
             .candidates
             .into_iter()
+            // No name controls the terminal; one that could cannot be typed either.
+            .filter(|word| !word.contains(is_unseen))
             .map(|word| Pair { replacement: word.clone(), display: word })
             .collect();
         if let Some(partial) = &completion.file {
@@ -116,10 +128,10 @@ impl Hinter for PromptHelper {
     type Hint = LineHint;
 
     fn hint(&self, line: &str, cursor: usize, _: &Context<'_>) -> Option<LineHint> {
-        if cursor < line.len() || line.len() > LONGEST_HIGHLIGHTED || line.contains('\n') {
+        if self.is_asking || cursor < line.len() || line.len() > LONGEST_HIGHLIGHTED || line.contains('\n') {
             return None;
         }
-        let hint = hint(&self.session, line)?;
+        let hint = hint(&self.session, &line[last_command(line)..])?;
         let name_length = hint.rest_of_name.len();
         Some(LineHint { display: hint.rest_of_name + &hint.arguments, name_length })
     }
@@ -127,7 +139,7 @@ impl Hinter for PromptHelper {
 
 impl Highlighter for PromptHelper {
     fn highlight<'l>(&self, line: &'l str, _: usize) -> Cow<'l, str> {
-        if line.len() > LONGEST_HIGHLIGHTED {
+        if self.is_asking || line.len() > LONGEST_HIGHLIGHTED {
             return Cow::Borrowed(line);
         }
         let mut highlighted = String::with_capacity(line.len() + 64);
@@ -136,7 +148,7 @@ impl Highlighter for PromptHelper {
                 highlighted.push('\n');
             }
             let mut end = 0;
-            for (range, paint) in highlight(&self.session, line) {
+            for (range, paint) in highlight_commands(&self.session, line) {
                 highlighted.push_str(&line[end..range.start]);
                 highlighted.push_str(color(paint));
                 highlighted.push_str(&line[range.clone()]);
@@ -159,6 +171,24 @@ impl Highlighter for PromptHelper {
     fn highlight_char(&self, line: &str, _: usize, kind: CmdKind) -> bool {
         kind != CmdKind::MoveCursor && line.len() <= LONGEST_HIGHLIGHTED
     }
+}
+
+/// The byte at which the last command of a line begins.
+fn last_command(line: &str) -> usize {
+    // A blank command would be left out.
+    let typed = format!("{line}x");
+    split_commands(&typed).last().map_or(0, |(_, command)| typed.len() - command.len())
+}
+
+/// The classified parts of all commands of a line.
+fn highlight_commands(session: &Session, line: &str) -> Vec<(Range<usize>, Paint)> {
+    let mut parts = Vec::new();
+    for (_, command) in split_commands(line) {
+        let start = command.as_ptr() as usize - line.as_ptr() as usize;
+        let moved = |(range, paint): (Range<usize>, Paint)| (range.start + start..range.end + start, paint);
+        parts.extend(highlight(session, command).into_iter().map(moved));
+    }
+    parts
 }
 
 /// The escape sequence of a token class.

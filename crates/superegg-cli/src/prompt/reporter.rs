@@ -4,9 +4,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::{Context, Result};
 use rustyline::ExternalPrinter;
+use superegg_lang::visible;
 
-use crate::modeller::{Message, Reporter, visible};
+use crate::console;
+use crate::modeller::{Message, Reporter};
 use crate::prompt::editor::PromptEditor;
+use crate::prompt::pager;
 
 /// Whether the line above the prompt is a progress message, which the next message replaces.
 #[derive(Default)]
@@ -30,9 +33,13 @@ pub(super) fn prompt_reporter(
     const ERASE_LINE_ABOVE: &str = "\x1b[1A\r\x1b[2K";
     let printer = Mutex::new(editor.create_external_printer().context("cannot set up the prompt")?);
     let progress = Arc::clone(progress);
+    let paints = console::paints_output();
     Ok(Arc::new(move |message| {
         let (text, is_progress) = match message {
-            Message::Text(text) | Message::Diagnostic(text) => (text, false),
+            Message::Page(text) if pager::show(&text) => return Ok(()),
+            Message::Text(text) | Message::Page(text) => (text, false),
+            Message::Diagnostic(text) if paints => (console::painted(&text), false),
+            Message::Diagnostic(text) => (text, false),
             Message::Done(text) => (visible(&text), false),
             Message::Progress(text) => (visible(&text), true),
             Message::Failed(text) => (visible(&format!("superegg: {text}")), false),

@@ -13,6 +13,7 @@ mod language;
 mod long;
 mod measures;
 mod modeller;
+mod new_user;
 #[cfg(unix)]
 mod prompt;
 mod real_scenes;

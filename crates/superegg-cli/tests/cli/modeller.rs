@@ -361,7 +361,7 @@ const WRONG: &[&str] = &[
     "get nothing",
     "info nobody",
     "show nobody",
-    "help nothing",
+    "help gibberish",
     "render a.jpg",
     "render man.scn",
     "render folder",
@@ -506,8 +506,11 @@ fn unsaved_sessions_are_numbered() {
         answer.out.contains("recovered: 1 change, 2 h ago") && answer.out.contains("  older\n"),
         "{answer:?}"
     );
+    // Without a person nothing is forgotten.
     assert!(
-        answer.out.contains("forgotten: 1 session") && answer.err.contains("there are 2 sessions to recover"),
+        answer.err.contains("only discarded at the prompt")
+            && answer.err.contains("there are 2 sessions to recover"),
         "{answer:?}"
     );
+    assert_eq!(std::fs::read_dir(sandbox.own("state/superegg/journals")).unwrap().count(), 2);
 }

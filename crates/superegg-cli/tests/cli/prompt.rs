@@ -154,12 +154,14 @@ fn pictures_are_rendered_behind_the_prompt_and_can_be_stopped() {
     terminal.line("render second 4x3", "ball> ");
     assert!(terminal.contents().contains("queued behind 1 picture"));
     terminal.press(CTRL_C);
-    terminal.wait_for("big.png: stopped, nothing is written");
+    terminal.wait_for("big.png: stopped at ");
     terminal.wait_for("second.png: stopped, nothing is written");
     terminal.line("set samples 1", "ball> ");
     terminal.line("render again 4x3", "ball> ");
     terminal.wait_for("again.png: 4x3, 1 instance");
-    assert_eq!(sandbox.files(), ["again.png"]);
+    assert_eq!(sandbox.files(), ["again.png", "big.png"]);
+    let stopped = image::open(sandbox.path("big.png")).unwrap().into_rgb8();
+    assert!(stopped.dimensions() == (2000, 1500) && stopped.pixels().any(|pixel| pixel.0 == [0; 3]));
     terminal.line("stop render", "ball> ");
     assert!(terminal.contents().contains("nothing is being rendered"));
 }

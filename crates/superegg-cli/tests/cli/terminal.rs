@@ -26,6 +26,11 @@ pub(crate) struct Terminal {
 
 impl Terminal {
     pub(crate) fn open(sandbox: &Sandbox, words: &str) -> Self {
+        Self::open_with(sandbox, words, &[])
+    }
+
+    /// As [`Terminal::open`], with these variables in the environment.
+    pub(crate) fn open_with(sandbox: &Sandbox, words: &str, environment: &[(&str, &str)]) -> Self {
         let size = PtySize { rows: ROWS, cols: COLUMNS, pixel_width: 0, pixel_height: 0 };
         let pair = native_pty_system().openpty(size).unwrap();
         let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_superegg"));
@@ -34,8 +39,13 @@ impl Terminal {
         command.env("TERM", "xterm-256color");
         command.env_remove("DISPLAY");
         command.env_remove("WAYLAND_DISPLAY");
-        command.env_remove("NO_COLOR");
+        for name in ["NO_COLOR", "PAGER", "LESS", "CLICOLOR", "CLICOLOR_FORCE"] {
+            command.env_remove(name);
+        }
         for (name, value) in sandbox.user() {
+            command.env(name, value);
+        }
+        for (name, value) in environment {
             command.env(name, value);
         }
         let child = pair.slave.spawn_command(command).unwrap();

@@ -2,7 +2,6 @@
 
 use superegg_lang::{Fault, FaultCode, Recovery};
 
-use crate::modeller::journal::UnsavedSession;
 use crate::modeller::state::{Modeller, Pending};
 use crate::text::counted;
 
@@ -36,8 +35,15 @@ impl Modeller {
             }
             Recovery::Discard(only) => {
                 let discarded = if only.is_some() { vec![unsaved.swap_remove(number - 1)] } else { unsaved };
-                self.print(&format!("forgotten: {}", counted(discarded.len(), "session")));
-                discarded.into_iter().for_each(UnsavedSession::remove);
+                if !self.is_interactive() {
+                    return Err(Fault::new(
+                        FaultCode::NotHere,
+                        "unsaved sessions are only discarded at the prompt",
+                    )
+                    .help("without a terminal nobody can be asked; 'recover' alone keeps them, too")
+                    .warning());
+                }
+                self.pending = Some(Pending::Discard(discarded));
             }
             Recovery::Restore(_) => {
                 self.finish_or_confirm(Pending::Recover(unsaved.swap_remove(number - 1)), false);
