@@ -32,11 +32,11 @@ pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
     let signal = Arc::clone(&interrupt);
     // The line editor reads ctrl-c as a key; at other times ctrl-c interrupts the running command.
     ctrlc::set_handler(move || signal.store(true, Ordering::Relaxed)).context("cannot take over ctrl-c")?;
-    if !plain::is_served() {
+    let prompt = if plain::is_served() { Prompt::new(Arc::clone(&interrupt)).ok() } else { None };
+    let Some(mut prompt) = prompt else {
         plain::run(scene, interrupt)?;
         return Ok(Outcome::Fine);
-    }
-    let mut prompt = Prompt::new(interrupt)?;
+    };
     match Viewer::new() {
         Ok(viewer) => run_beside_viewer(prompt, viewer, scene.map(str::to_owned))?,
         Err(error) => {

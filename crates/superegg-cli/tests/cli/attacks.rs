@@ -399,3 +399,41 @@ fn output_that_cannot_be_written_is_a_failure() {
         );
     }
 }
+
+/// Lengths of gigabytes in files that have no such bytes, or only holes.
+#[cfg(target_os = "linux")]
+#[test]
+fn claims_of_data_files_are_errors_and_not_aborts() {
+    use base64::Engine;
+    let sandbox = Sandbox::new();
+    let rows = 100_000_000_u64;
+    let payload = 4 + 1 + 8 + 3 * 4 + rows * (4 + 24 + 32);
+    let mut bytes = b"sqb\x00v1\r\nTABL".to_vec();
+    bytes.extend(payload.to_le_bytes());
+    bytes.extend([1, 0, 0, 0, b'a']);
+    bytes.extend(rows.to_le_bytes());
+    bytes.extend([0; 12]);
+    std::fs::write(sandbox.path("hole.sqb"), &bytes).unwrap();
+    let file = std::fs::File::options().write(true).open(sandbox.path("hole.sqb")).unwrap();
+    file.set_len(8 + 4 + 8 + payload + 16 + 28).unwrap();
+    let output = limited(&sandbox, 1_000_000, "info hole.sqb");
+    assert!(output.status.code() == Some(2) && err(&output).contains("larger than the memory"), "{output:?}");
+
+    let points = 1_000_000_000_u64;
+    let lengths: Vec<u8> = [1, 12 * points, 0, 8].into_iter().flat_map(u64::to_le_bytes).collect();
+    let text = |bytes: &[u8]| base64::engine::general_purpose::STANDARD.encode(bytes);
+    let data = format!("{}{}", text(&lengths), text(b"\x78\x9c\x03\0\0\0\0\x01"));
+    sandbox.write(
+        "claim.vtp",
+        format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
+             compressor=\"vtkZLibDataCompressor\">\n<PolyData><Piece NumberOfPoints=\"{points}\"><Points>\
+             <DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"binary\">{data}</DataArray></Points></Piece></PolyData></VTKFile>\n"
+        ),
+    );
+    let output = limited(&sandbox, 1_000_000, "info claim.vtp");
+    assert!(
+        output.status.code() == Some(2) && err(&output).contains("the arrays would take more"),
+        "{output:?}"
+    );
+}

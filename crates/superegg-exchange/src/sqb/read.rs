@@ -112,7 +112,9 @@ impl<'a> Section<'a> {
         if count > self.left {
             return Err(wrong(self.number, "a count is larger than the section"));
         }
-        let mut bytes = vec![0; count as usize];
+        let mut bytes = Vec::new();
+        let length = usize::try_from(count).ok().filter(|length| bytes.try_reserve_exact(*length).is_ok());
+        bytes.resize(length.ok_or_else(|| self.too_large())?, 0);
         self.input.read_exact(&mut bytes)?;
         self.left -= count;
         self.hash.write(&bytes);
@@ -128,7 +130,9 @@ impl<'a> Section<'a> {
         if count as u64 > self.left / T::BYTES as u64 {
             return Err(wrong(self.number, "a count is larger than the section"));
         }
-        let mut values = Vec::with_capacity(count);
+        let mut values = Vec::new();
+        // A hole in a file has a length and takes no disk.
+        values.try_reserve_exact(count).map_err(|_| self.too_large())?;
         while values.len() < count {
             let part = (count - values.len()).min(BLOCK / T::BYTES);
             let bytes = self.bytes((part * T::BYTES) as u64)?;
@@ -137,6 +141,10 @@ impl<'a> Section<'a> {
             }
         }
         Ok(values)
+    }
+
+    fn too_large(&self) -> SqbError {
+        wrong(self.number, "it is larger than the memory")
     }
 
     fn end(self) -> Result<(), SqbError> {

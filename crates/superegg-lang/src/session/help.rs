@@ -81,12 +81,8 @@ fn overview(width: usize) -> String {
     for (line, what) in FIRST_STEPS {
         text.push_str(&format!("{}\n", two_columns(&format!("  {line}"), what, width)));
     }
-    text.push_str(&beside(
-        "\nCommands, by group ('help GROUP' explains them, 'help all' lists all):",
-        "",
-        0,
-        width,
-    ));
+    let heading = "Commands, by group ('help GROUP' explains them, 'help all' lists all):";
+    text.push_str(&beside("\n", heading, 0, width));
     for group in Group::ALL {
         let names = COMMANDS.iter().filter(|spec| spec.group == group).map(|spec| spec.name);
         let names = names.collect::<Vec<_>>().join(" ");
@@ -133,10 +129,8 @@ fn command_line(spec: &CommandSpec, width: usize) -> String {
 
 fn list_settings(width: usize) -> String {
     let lines: Vec<String> = SETTINGS.iter().map(|setting| setting_line(setting, width)).collect();
-    format!(
-        "Settings: 'set NAME VALUE' changes one, 'get' lists them with their values\n{}",
-        lines.join("\n")
-    )
+    let heading = "Settings: 'set NAME VALUE' changes one, 'get' lists them with their values";
+    format!("{}\n{}", beside("", heading, 0, width), lines.join("\n"))
 }
 
 fn setting_line(setting: &SettingSpec, width: usize) -> String {
@@ -152,7 +146,7 @@ fn explain_topic(topic: &Topic, width: usize) -> String {
         .chain(commands.map(|spec| command_line(spec, width)))
         .chain(settings.map(|setting| setting_line(setting, width)))
         .collect();
-    format!("{}\n{}", topic.title, all.join("\n"))
+    format!("{}\n{}", beside("", topic.title, 0, width), all.join("\n"))
 }
 
 fn explain_setting(setting: &SettingSpec, width: usize) -> String {
@@ -186,7 +180,8 @@ fn search(words: &[&str], width: usize) -> Option<String> {
         .chain(topics.map(|topic| two_columns(&format!("  help {}", topic.words[0]), topic.title, width)))
         .collect();
     let named = words.iter().map(|word| shorten(word)).collect::<Vec<_>>().join(" ");
-    (!found.is_empty()).then(|| format!("About '{named}':\n{}", found.join("\n")))
+    (!found.is_empty())
+        .then(|| format!("{}\n{}", beside("About", &format!("'{named}':"), 0, width), found.join("\n")))
 }
 
 /// A word as it is searched: without case and the ending of a plural.
@@ -288,8 +283,9 @@ mod tests {
             for text in texts.chain([help(&[], columns).unwrap()]) {
                 for line in text.lines().filter(|line| !line.contains("example:")) {
                     // A command with its arguments is not broken.
-                    let is_call =
-                        line.starts_with("  ") && !line.starts_with("   ") || !line.starts_with(' ');
+                    let first = line.split(' ').next().unwrap_or_default();
+                    let is_indented = line.starts_with("  ") && !line.starts_with("   ");
+                    let is_call = is_indented || find_command(first).is_some();
                     assert!(line.chars().count() <= width || is_call, "{columns}: {line}");
                 }
             }

@@ -335,11 +335,10 @@ pub(crate) fn set(
             (SettingKind::Size, Err(why)) => format!("{} cannot be {}: {why}", spec.name, shorten(word)),
             _ => format!("{} must be {}, not {}", spec.name, spec.kind.describe(), shorten(word)),
         };
-        let help = format!(
-            "for example: set {} {}",
-            spec.name,
-            value_text((spec.get)(picture, settings), spec.kind)
-        );
+        // Where the setting is kept does not help.
+        let what = spec.summary.split("; saved with").next().unwrap_or_default();
+        let value = value_text((spec.get)(picture, settings), spec.kind);
+        let help = format!("{what}; for example: set {} {value}", spec.name);
         (2, Fault::new(FaultCode::OutOfRange, message).help(help))
     })?;
     (spec.set)(picture, settings, value);
