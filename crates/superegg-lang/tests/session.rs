@@ -208,3 +208,21 @@ fn an_axis_stands_for_three_numbers() {
     let fault = session.run_line("rotate x").unwrap_err();
     assert_eq!(fault.help.as_deref(), Some("'x' alone stands for three numbers; missing: degrees"));
 }
+
+#[test]
+fn light_of_bytes_is_taken_and_noted() {
+    let mut session = session(&[]);
+    for (line, word) in [
+        ("background 255 128 0", Some("#ff8000")),
+        ("light lamp 1 2 3 255 255 255", Some("#ffffff")),
+        ("sky 0.1 0.2 0.3 16 0 0", Some("#100000")),
+        ("sun noon 0 0 1 20 20.5 20", None),
+        ("background 1 1 1", None),
+        ("background #ff8000", None),
+        ("background 300 0 0", None),
+    ] {
+        let Effect::Changed(note) = session.run_line(line).unwrap() else { panic!("{line}") };
+        assert_eq!(note.is_some(), word.is_some(), "{line}: {note:?}");
+        assert!(word.is_none_or(|word| note.unwrap().ends_with(word)), "{line}");
+    }
+}

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, ShapeError, Superquadric, TransformStep};
 use superegg_scene::{Camera, Entity, Floor, Lens, Light, Scene, SceneError, Sky, TrackSubject};
 
@@ -214,6 +215,7 @@ impl Session {
             SceneCommand::SetLight(name, light) => {
                 check_light(light, parsed)?;
                 self.scene.set_light(name, *light);
+                return Ok(bytes_note(light.color));
             }
             SceneCommand::SetLightRadius { name, radius } => {
                 let light = *self.scene.light(name).map_err(|error| fault_of(self, error))?;
@@ -245,7 +247,10 @@ impl Session {
                 }
                 self.scene.camera.lens = (*radius > 0.0).then_some(Lens { radius: *radius, focus });
             }
-            SceneCommand::SetBackground(color) => self.scene.background = *color,
+            SceneCommand::SetBackground(color) => {
+                self.scene.background = *color;
+                return Ok(bytes_note(*color));
+            }
             SceneCommand::SetUp(up) => {
                 check_direction(*up, "the direction that is up, such as z or 0 0 1", parsed)?;
                 self.scene.set_up(*up);
@@ -254,6 +259,7 @@ impl Session {
                 let up = up.unwrap_or(self.scene.up());
                 check_direction(up, "the direction that is above, such as 0 1 0", parsed)?;
                 self.scene.sky = Some(Sky { horizon: *horizon, zenith: *zenith, up });
+                return Ok(bytes_note(*horizon).or_else(|| bytes_note(*zenith)));
             }
             SceneCommand::RemoveSky => {
                 self.scene.sky = None;
@@ -512,6 +518,20 @@ fn read_as_setting(line: &str, fault: Fault, suggestions: Suggestions) -> Result
         inner = parsed.keyed.as_deref_mut();
     }
     Ok(parsed)
+}
+
+/// The message about light whose values are probably those of bytes; `None` for any other light.
+fn bytes_note(color: DVec3) -> Option<String> {
+    /// Light that is as bright as this by intention is rarely whole in all channels.
+    const LEAST: f64 = 16.0;
+    let is_byte = |value: f64| value.fract() == 0.0 && (0.0..=255.0).contains(&value);
+    let [r, g, b] = color.to_array();
+    (color.to_array().into_iter().all(is_byte) && color.max_element() >= LEAST).then(|| {
+        format!(
+            "1 is white, and {r} {g} {b} is brighter; 8-bit values are one word: #{:02x}{:02x}{:02x}",
+            r as u8, g as u8, b as u8
+        )
+    })
 }
 
 /// The message about a quaternion whose length is far from 1; `None` for any other command.
