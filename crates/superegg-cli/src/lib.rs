@@ -27,6 +27,8 @@ pub mod load;
 
 use std::ffi::OsString;
 
+use superegg_lang::is_unseen;
+
 use crate::args::{Args, ColorArg, Command};
 use crate::outcome::{EXIT_ERRORS, EXIT_FINE, EXIT_USAGE, Outcome};
 
@@ -72,8 +74,14 @@ fn refused(error: &clap::Error, args: &[OsString]) -> u8 {
         return EXIT_USAGE;
     }
     if error.use_stderr() {
-        // There is no other output to report a failure on.
-        let _ = error.print();
+        // Names of files are among the arguments. One that could control the terminal costs the colours.
+        let is_plain = |word: &OsString| !word.to_string_lossy().contains(is_unseen);
+        if args.iter().all(is_plain) {
+            // There is no other output to report a failure on.
+            let _ = error.print();
+        } else {
+            console::warn(error.render().to_string().trim_end());
+        }
         return error.exit_code().try_into().unwrap_or(EXIT_USAGE);
     }
     finish(console::print_styled(error.render().ansi()).map(|()| Outcome::Fine))

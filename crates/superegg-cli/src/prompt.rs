@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result};
 use rustyline::error::ReadlineError;
+use superegg_lang::is_unseen;
 use superegg_viewer::Viewer;
 use terminal_size::terminal_size;
 
@@ -170,7 +171,8 @@ impl Prompt {
             (modeller.session().clone(), prompt_text(&modeller))
         };
         let from_viewer = self.modeller().drain_viewer_lines();
-        for line in from_viewer {
+        // A name of the scene could control the terminal when its line is shown again.
+        for line in from_viewer.into_iter().filter(|line| !line.contains(is_unseen)) {
             // The editor drops a line that repeats the previous one.
             let _ = self.editor.add_history_entry(line);
         }

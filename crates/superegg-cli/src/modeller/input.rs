@@ -144,7 +144,7 @@ impl Modeller {
     pub(crate) fn handle_viewer_event(&mut self, event: FromViewer) {
         match event {
             FromViewer::Command(line) => {
-                self.report(Message::Text(format!("> {line}")));
+                self.print(&format!("> {line}"));
                 self.viewer.push_line(line.clone());
                 self.lines.push(line.clone());
                 if let Err(fault) = self.run_line(&line) {

@@ -219,6 +219,16 @@ fn names_never_control_the_terminal() {
     );
     let lines = format!("{scene}info\nshow\nundo\nredo\nhistory\ndelete {evil}\nload {evil}\n");
     is_clean(&sandbox.run_with("", &lines), "a session");
+    // A file name that a shell has put into the command line.
+    for words in [
+        format!("render s.scn {evil}"),
+        format!("render --{evil}"),
+        evil.to_owned(),
+        format!("render {evil}.scn"),
+    ] {
+        let text = is_clean(&sandbox.run(&words), &words);
+        assert!(text.contains("u{202e}"), "{words}: {text}");
+    }
     // The root of a partial file.
     let one = sandbox.run(&format!("render s.scn --size 8x8 --shard 1/2 -o 1.part --object {evil}"));
     let two = sandbox.run("render s.scn --size 8x8 --shard 2/2 -o 2.part");
@@ -310,5 +320,34 @@ fn every_example_of_the_help_runs() {
         assert_eq!((answer.code, answer.err.as_str()), (Some(0), ""), "{line}");
         let explained = sandbox.run_with("", &format!("help {}\n", spec.name)).fine();
         assert!(explained.contains(&format!("example: {line}")), "{explained}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn all_that_belongs_to_the_program_is_installed() {
+    let sandbox = Sandbox::new();
+    let output = std::process::Command::new("sh")
+        .arg(crate::support::project("packaging/install.sh"))
+        .arg("/usr")
+        .env("DESTDIR", sandbox.path("root"))
+        .env("SUPEREGG", env!("CARGO_BIN_EXE_superegg"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    for file in [
+        "man/man1/superegg.1",
+        "man/man1/superegg-animate.1",
+        "bash-completion/completions/superegg",
+        "zsh/site-functions/_superegg",
+        "fish/vendor_completions.d/superegg.fish",
+        "powershell/superegg.ps1",
+        "applications/superegg.desktop",
+        "mime/packages/superegg.xml",
+        "icons/hicolor/scalable/apps/superegg.svg",
+    ] {
+        let length =
+            sandbox.path("root/usr/share").join(file).metadata().map_or(0, |metadata| metadata.len());
+        assert!(length > 100, "{file}");
     }
 }
