@@ -26,6 +26,7 @@ use crate::outcome::Outcome;
 use crate::prompt::editor::{PromptEditor, confirm, new_editor, open_history};
 use crate::prompt::prompt_text::prompt_text;
 use crate::prompt::reporter::{ProgressLine, prompt_reporter};
+use crate::system::terminal::has_cursor;
 
 /// Runs the modeller at the terminal, with a scene or without.
 pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
@@ -33,7 +34,7 @@ pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
     let signal = Arc::clone(&interrupt);
     // The line editor reads ctrl-c as a key; at other times ctrl-c interrupts the running command.
     ctrlc::set_handler(move || signal.store(true, Ordering::Relaxed)).context("cannot take over ctrl-c")?;
-    let prompt = if plain::is_served() { Prompt::new(Arc::clone(&interrupt)).ok() } else { None };
+    let prompt = if has_cursor() { Prompt::new(Arc::clone(&interrupt)).ok() } else { None };
     let Some(mut prompt) = prompt else {
         plain::run(scene, interrupt)?;
         return Ok(Outcome::Fine);

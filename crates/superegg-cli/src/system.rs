@@ -3,3 +3,4 @@
 pub(crate) mod interrupt;
 pub(crate) mod memory;
 pub(crate) mod processor;
+pub(crate) mod terminal;

@@ -68,7 +68,8 @@ impl TemporaryFile {
                 // Only root can give files away.
                 let _ = std::os::unix::fs::fchown(&self.file, Some(metadata.uid()), Some(metadata.gid()));
             }
-            self.file.set_permissions(metadata.permissions())?;
+            // Some file systems have no permissions.
+            let _ = self.file.set_permissions(metadata.permissions());
         }
         self.file.sync_all()?;
         std::fs::rename(&self.path, &self.target)?;

@@ -8,6 +8,7 @@ use superegg_lang::PreviewStyle;
 use superegg_render::{Development, Film};
 
 use crate::modeller::sixel::sixel;
+use crate::system::terminal::has_cursor;
 
 /// A method of drawing pictures in a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +34,7 @@ impl Canvas {
             PreviewStyle::Kitty => Self::Kitty,
             PreviewStyle::Sixel => Self::Sixel,
             PreviewStyle::Plain => Self::Plain,
-            PreviewStyle::Auto if !std::io::stdout().is_terminal() || is("TERM", &["dumb"]) => Self::Plain,
+            PreviewStyle::Auto if !std::io::stdout().is_terminal() || !has_cursor() => Self::Plain,
             // Multiplexers do not forward pictures.
             PreviewStyle::Auto if is("TERM", &["screen", "tmux"]) => Self::Blocks,
             PreviewStyle::Auto

@@ -11,14 +11,6 @@ use crate::modeller::{Input, Modeller, Reply, console_reporter};
 use crate::prompt::editor::ask;
 use crate::prompt::prompt_text::prompt_text;
 
-/// The values of TERM without the means to edit a line.
-const UNSERVED: [&str; 4] = ["", "dumb", "emacs", "cons25"];
-
-/// Whether a line editor can serve the terminal.
-pub(super) fn is_served() -> bool {
-    !cfg!(unix) || std::env::var("TERM").is_ok_and(|term| !UNSERVED.contains(&term.as_str()))
-}
-
 /// Reads and runs lines until the person leaves.
 pub(super) fn run(scene: Option<&str>, interrupt: Arc<AtomicBool>) -> Result<()> {
     console::print(concat!(

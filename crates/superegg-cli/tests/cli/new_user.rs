@@ -171,6 +171,8 @@ fn a_terminal_without_means_gets_plain_lines() {
         terminal.wait_for("[y/N]");
         terminal.press("y\r");
         terminal.wait_for("other> ");
+        terminal.press("clear screen\rpreview\rhelp all\r");
+        terminal.wait_for("starts a comment");
         terminal.press(CTRL_D);
         assert_eq!(terminal.left(), 0);
         assert!(!terminal.raw.contains('\x1b'), "{:?}", terminal.raw);

@@ -11,6 +11,7 @@ use crate::modeller::faults::{not_loadable, unreadable, unwritable};
 use crate::modeller::journal::Record;
 use crate::modeller::reporter::Message;
 use crate::modeller::state::{Modeller, Pending};
+use crate::system::terminal::has_cursor;
 use crate::text::counted;
 
 /// The maximum number of errors of one file that are reported one by one.
@@ -164,7 +165,7 @@ impl Modeller {
 
     /// Clears the terminal; without a terminal it does nothing.
     pub(super) fn clear_screen(&mut self) {
-        if self.is_interactive() {
+        if self.is_interactive() && has_cursor() {
             self.print_raw("\x1b[H\x1b[2J\x1b[3J");
         }
     }
