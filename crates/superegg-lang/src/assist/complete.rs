@@ -55,7 +55,11 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
         let Some((command, rest)) = before.split_first() else {
             return Completion { start, candidates: commands(partial, fits), file: None };
         };
-        let Some(spec) = command_of(command.text, rest) else { return nothing };
+        let Some(spec) = command_of(command.text, rest) else {
+            // A line may begin with the name of a setting.
+            let candidates = if rest.is_empty() { values(command.text, partial) } else { Vec::new() };
+            return Completion { start, candidates, file: None };
+        };
         let Some(within) = line_within(spec, rest) else { break (spec, rest) };
         (before, fits) = (within, CommandSpec::is_keyable);
     };
@@ -168,7 +172,10 @@ mod tests {
         assert_eq!(found("set wireframe "), (14, "on off".into()));
         assert_eq!(found("stop r"), (5, "render".into()));
         assert_eq!(found("save --h"), (5, "--history".into()));
-        assert_eq!(found("nonsense b"), (10, String::new()));
+        assert_eq!(found("nonsense b"), (9, String::new()));
+        assert_eq!(found("filter "), (7, "box tent gaussian blackman mitchell".into()));
+        assert_eq!(found("FILTER t"), (7, "tent".into()));
+        assert_eq!(found("exposu"), (0, "exposure".into()));
         assert_eq!(found("xs 1 "), (5, String::new()));
         assert_eq!(found("ap b # ap b"), (11, String::new()));
         assert_eq!(found("key 2 rotateA"), (6, "rotateAll".into()));

@@ -53,6 +53,13 @@ pub fn highlight(session: &Session, line: &str) -> Vec<(Range<usize>, Paint)> {
             let paint = spec.and_then(|spec| paint_of(session, spec, &rest[..i], word, is_typed));
             parts.extend(paint.map(|paint| (bytes(&word.columns), paint)));
         }
+        if let (None, Some(setting), Some(value)) = (spec, find_setting(first.text), rest.first()) {
+            let is_typed = rest.len() == 1 && bytes(&value.columns).end == line.len();
+            let paint = if can_be(setting.name, value.text) { Some(Paint::Value) } else { None };
+            parts.extend(
+                paint.or((!is_typed).then_some(Paint::Wrong)).map(|paint| (bytes(&value.columns), paint)),
+            );
+        }
         (line_words, fits) = (within, CommandSpec::is_keyable);
     }
     let end_of_words = words.last().map_or(0, |word| bytes(&word.columns).end);

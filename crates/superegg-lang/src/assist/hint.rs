@@ -39,7 +39,15 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
     let (first, rest) = words.split_first()?;
     let (spec, rest_of_name) = match command_so_far(first.text, rest) {
         Some(spec) => (spec, String::new()),
-        None if rest.is_empty() && is_at_word => only_command(first.text)?,
+        None if rest.is_empty() => match find_setting(first.text) {
+            Some(setting) => {
+                let gap = if is_at_word { " " } else { "" };
+                let arguments = format!("{gap}VALUE({})", setting.kind.describe());
+                return Some(Hint { rest_of_name: String::new(), arguments });
+            }
+            None if is_at_word => only_command(first.text)?,
+            None => return None,
+        },
         None => return None,
     };
     let mut arguments = arguments_after(spec, spec.position_after(rest.iter().map(|word| word.text)));
@@ -165,6 +173,8 @@ mod tests {
             ("key 2 setColor 1 ", "|g(0..1) b(0..1)"),
             ("key 2 rotate ", "|x y z degrees   needs a selected object"),
             ("exp 1 -3", "|   n must be 0 or above"),
+            ("wireframe", "| VALUE(on or off)"),
+            ("noise ", "|VALUE(from 0 to 1)"),
         ] {
             assert_eq!(shown(line).as_deref(), Some(expected), "{line}");
         }
