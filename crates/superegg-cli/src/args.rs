@@ -43,6 +43,9 @@ pub(crate) struct Args {
         hide_possible_values = true
     )]
     pub(crate) color: ColorArg,
+    /// Show the scene as the course program does: with both tests, its grid and its patches
+    #[arg(long)]
+    pub(crate) course: bool,
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
 }

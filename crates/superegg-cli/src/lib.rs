@@ -43,7 +43,9 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(args) => args,
         Err(error) => return refused(&error, &args),
     };
-    let Some(command) = args.command else { return finish(commands::model::run(args.scene.as_deref())) };
+    let Some(command) = args.command else {
+        return finish(commands::model::run(args.scene.as_deref(), args.course));
+    };
     finish(match command {
         Command::Render(args) => commands::render::run(&args),
         Command::Animate(args) => commands::animate::run(&args),

@@ -6,6 +6,7 @@
 mod sixel;
 
 mod canvas;
+mod document;
 mod journal;
 mod known_files;
 mod render_queue;

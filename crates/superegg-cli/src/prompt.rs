@@ -28,8 +28,9 @@ use crate::prompt::prompt_text::prompt_text;
 use crate::prompt::reporter::{ProgressLine, prompt_reporter};
 use crate::system::terminal::has_cursor;
 
-/// Runs the modeller at the terminal, with a scene or without.
-pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
+/// Runs the modeller at the terminal, with a scene or without. With `is_course` the viewer begins as
+/// the course program does.
+pub(crate) fn run(scene: Option<&str>, is_course: bool) -> Result<Outcome> {
     let interrupt = Arc::new(AtomicBool::new(false));
     let signal = Arc::clone(&interrupt);
     // The line editor reads ctrl-c as a key; at other times ctrl-c interrupts the running command.
@@ -39,6 +40,7 @@ pub(crate) fn run(scene: Option<&str>) -> Result<Outcome> {
         plain::run(scene, interrupt)?;
         return Ok(Outcome::Fine);
     };
+    prompt.modeller().use_kept_settings(is_course);
     match Viewer::new() {
         Ok(viewer) => run_beside_viewer(prompt, viewer, scene.map(str::to_owned))?,
         Err(error) => {

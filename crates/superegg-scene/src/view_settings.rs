@@ -24,6 +24,10 @@ pub struct ViewSettings {
     pub axes: bool,
     /// Whether the inside-outside test is drawn: a grid of marked points.
     pub io_test: bool,
+    /// Whether its grid suits the size of the scene; else the next four numbers make it.
+    pub io_fit: bool,
+    /// Whether its points outside are drawn too.
+    pub io_outside: bool,
     /// The spacing of its grid in world units, above 0.
     pub io_step: f64,
     /// The half extent of its grid along each axis, in world units.
@@ -35,23 +39,34 @@ pub struct ViewSettings {
     /// Whether the intersection test is drawn: the camera's central ray, and the normal at its
     /// first hit.
     pub intersect_test: bool,
+    /// Whether surfaces have the patches of their primitives, as in the course program, instead of
+    /// as many as their size on the screen needs.
+    pub course: bool,
+}
+
+impl ViewSettings {
+    /// The initial state of the course program: both tests are drawn.
+    pub const COURSE: Self = Self {
+        lights_turn: true,
+        shading: Shading::Phong,
+        wireframe: false,
+        normals: false,
+        axes: true,
+        io_test: true,
+        io_fit: false,
+        io_outside: true,
+        io_step: 0.5,
+        io_half: 5.0,
+        io_jitter: 0.05,
+        io_radius: 0.1,
+        intersect_test: true,
+        course: true,
+    };
 }
 
 impl Default for ViewSettings {
-    /// The initial state of the course program.
+    /// The scene with its axes, and no test.
     fn default() -> Self {
-        Self {
-            lights_turn: true,
-            shading: Shading::Phong,
-            wireframe: false,
-            normals: false,
-            axes: true,
-            io_test: true,
-            io_step: 0.5,
-            io_half: 5.0,
-            io_jitter: 0.05,
-            io_radius: 0.1,
-            intersect_test: true,
-        }
+        Self { io_test: false, io_fit: true, intersect_test: false, course: false, ..Self::COURSE }
     }
 }

@@ -57,6 +57,11 @@ impl ViewerHandle {
         match self.0 {}
     }
 
+    /// Shows a line of text in the window for a while.
+    pub fn inform(&self, _text: String) {
+        match self.0 {}
+    }
+
     /// Requests the keyboard for the window.
     pub fn interact(&self) {
         match self.0 {}

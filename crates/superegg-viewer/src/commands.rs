@@ -3,6 +3,8 @@
 //! The viewer does not depend on the language's crate. This file is the only one that spells
 //! commands; its tests run the lines through the real parser.
 
+use std::path::Path;
+
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
 use superegg_scene::{Camera, Encoding, Entity, Light, LightKind, Material, Picture, Primitive};
@@ -18,6 +20,26 @@ fn number(x: f64) -> String {
 
 fn vector(v: DVec3) -> String {
     vector_text(v, DECIMALS)
+}
+
+/// Begins a new scene.
+pub(crate) fn new_scene() -> String {
+    "new".to_owned()
+}
+
+pub(crate) fn recover() -> String {
+    "recover".to_owned()
+}
+
+/// Discards the last session that ended without a save.
+pub(crate) fn discard_unsaved() -> String {
+    "recover discard 1".to_owned()
+}
+
+/// A command with a file. `None` for a name that no line can have.
+pub(crate) fn with_file(command: &str, path: &Path) -> Option<String> {
+    let name = path.to_str().filter(|name| !name.contains(['"', '\n', '\r']))?;
+    Some(format!("{command} \"{name}\""))
 }
 
 pub(crate) fn undo() -> String {
@@ -235,6 +257,18 @@ mod tests {
     }
 
     #[test]
+    fn files_are_named_in_quotes() {
+        for name in ["a.scn", "a b#c.scn", "größe.scn", "/x/y"] {
+            for command in ["load", "save", "save!", "include", "export"] {
+                let line = with_file(command, Path::new(name)).unwrap();
+                let parsed = superegg_lang::parse_line(&line).unwrap().unwrap();
+                assert!(format!("{:?}", parsed.command).contains(&format!("{name:?}")), "{line}");
+            }
+        }
+        assert_eq!(with_file("load", Path::new("a\"b")), None);
+    }
+
+    #[test]
     fn lines_of_a_primitive_and_of_the_picture_are_commands() {
         let mut session = Session::default();
         assert!(session.run_line("prm ball").is_ok());
@@ -285,6 +319,9 @@ mod tests {
             "addPrimitive ball".to_owned(),
             set_cursor("ball"),
             select_primitive("ball"),
+            new_scene(),
+            recover(),
+            discard_unsaved(),
         ];
         for line in &others {
             assert!(session.run_line(line).is_ok(), "{line}");

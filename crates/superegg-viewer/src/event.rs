@@ -14,6 +14,8 @@ pub(crate) enum Event {
     /// Show a line of text for a while. It is the error of a command from the window, so a pending
     /// change is dropped.
     Notice(String),
+    /// Show a line of text for a while. A pending change stays.
+    Inform(String),
     /// Give the window the keyboard.
     Interact,
     /// Close the window.

@@ -7,4 +7,4 @@ mod view_state;
 
 pub use arcball::Arcball;
 pub use eye::Eye;
-pub use view_state::{Request, ViewState, Viewport};
+pub use view_state::{FileAction, Request, ViewState, Viewport};

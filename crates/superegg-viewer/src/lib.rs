@@ -48,7 +48,7 @@ mod viewer;
 mod window;
 
 pub use frame_stats::{DrawStats, FrameTimes, PreviewBench, TraceBench, ViewerBench};
-pub use protocol::{Frames, FromViewer, NoWindow, Shown};
+pub use protocol::{Document, Frames, FromViewer, NoWindow, Shown};
 
 #[cfg(not(feature = "window"))]
 pub use absent::{Viewer, ViewerHandle, bench};
@@ -57,7 +57,7 @@ pub use absent::{Viewer, ViewerHandle, bench};
 pub use {
     bench::bench,
     draw::GpuError,
-    input::{Arcball, Eye, Request, ViewState, Viewport, keys},
+    input::{Arcball, Eye, FileAction, Request, ViewState, Viewport, keys},
     viewer::{Viewer, ViewerHandle},
 };
 

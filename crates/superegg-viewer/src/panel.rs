@@ -3,11 +3,15 @@
 
 mod edit;
 mod fields;
+mod file_dialog;
+mod files;
+mod menu;
 mod model;
 mod sections;
 mod texts;
 mod tree;
 mod view;
 
+pub(crate) use files::{FileEvent, Files, document_name};
 pub(crate) use model::{PanelEvent, PanelModel};
 pub(crate) use sections::Panel;

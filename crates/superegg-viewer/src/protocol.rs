@@ -1,5 +1,7 @@
 //! Messages between a session and its window: snapshots go in, lines come out.
 
+use std::path::PathBuf;
+
 use superegg_scene::{Scene, ViewSettings};
 use thiserror::Error;
 
@@ -14,6 +16,23 @@ pub struct Shown {
     pub settings: ViewSettings,
     /// The frames that the user can choose from; `None` if the scene does not move.
     pub frames: Option<Frames>,
+    /// The file of the session.
+    pub document: Document,
+}
+
+/// The scene file of a session, and what the window needs to know before it replaces or leaves it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Document {
+    /// The scene file last loaded or saved; `None` for a scene without one.
+    pub file: Option<PathBuf>,
+    /// The scene has changes that are not saved.
+    pub is_unsaved: bool,
+    /// Scene files of this and of earlier sessions, the latest first.
+    pub recent: Vec<PathBuf>,
+    /// The session ends with the window, because there is no prompt.
+    pub ends_with_window: bool,
+    /// The description of an earlier session that ended without a save.
+    pub unsaved_before: Option<String>,
 }
 
 /// The frames of a series.
@@ -38,10 +57,13 @@ pub enum FromViewer {
     Message(String),
     /// Return the keyboard to the prompt.
     KeyboardBack,
-    /// The window is closed: by the user, by [`crate::ViewerHandle::close`], or after a failure.
-    /// [`crate::ViewerHandle::open`] can open it again, unless a [`FromViewer::Message`] has
-    /// reported the loss of the display.
-    Closed,
+    /// The window is closed: by the user, who has been asked about unsaved changes, by
+    /// [`crate::ViewerHandle::close`], or after a failure. [`crate::ViewerHandle::open`] can open it
+    /// again, unless a [`FromViewer::Message`] has reported the loss of the display.
+    Closed {
+        /// The user has closed it.
+        by_user: bool,
+    },
 }
 
 /// There can be no window.

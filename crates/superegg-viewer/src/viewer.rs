@@ -96,6 +96,12 @@ impl ViewerHandle {
         self.send(Event::Notice(text));
     }
 
+    /// Shows a line of text in the window for a while, such as the answer to a command from the
+    /// window.
+    pub fn inform(&self, text: String) {
+        self.send(Event::Inform(text));
+    }
+
     /// Requests the keyboard for the window.
     pub fn interact(&self) {
         self.send(Event::Interact);

@@ -5,6 +5,7 @@ mod background;
 mod content;
 pub(crate) mod display_loss;
 mod egui_layer;
+mod file_actions;
 mod frame;
 mod keyboard;
 mod live_trace;

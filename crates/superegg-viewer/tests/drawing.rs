@@ -269,17 +269,21 @@ fn lines_and_marks_are_hidden_by_surfaces_before_them() {
     let (preview, lights) = (open(&session), session.scene().lights());
     let red = |image: &RgbaImage| image.pixels().filter(|p| p.0[0] > 100 && p.0[2] < 50).count();
     let plain = picture(session.scene(), &preview, &lights, SOLID);
-    let mut red_at = |z: f64| {
+    let mut red_at = |z: f64, is_on_top: bool| {
         let lines =
             [Line { ends: [DVec3::new(-1.0, 0.0, z), DVec3::new(1.0, 0.0, z)], color: [1.0, 0.0, 0.0, 1.0] }];
-        let marks = [Mark { center: DVec3::new(0.0, 1.0, z), radius: 0.2, color: [1.0, 0.0, 0.0, 1.0] }];
+        let marks =
+            [Mark { center: DVec3::new(0.0, 1.0, z), radius: 0.2, color: [1.0, 0.0, 0.0, 1.0], is_on_top }];
         let with = |lines, marks| Picture { lines, marks, ..plain.clone() };
         let by_line = red(&drawing.draw_to_image(&with(&lines, &[]), SIZE).unwrap().0);
         (by_line, red(&drawing.draw_to_image(&with(&[], &marks), SIZE).unwrap().0))
     };
-    let (line, mark) = red_at(3.0);
+    let (line, mark) = red_at(3.0, false);
     assert!(line > 30 && mark > 30, "{line} {mark}");
-    assert_eq!(red_at(-3.0), (0, 0));
+    assert_eq!(red_at(-3.0, false), (0, 0));
+    // The same marks, but for those that show through.
+    let (line, mark) = red_at(-3.0, true);
+    assert!(line == 0 && mark > 20, "{line} {mark}");
 }
 
 #[test]

@@ -454,6 +454,9 @@ pub(crate) struct ViewArgs {
     pub(crate) root: RootArgs,
     #[command(flatten)]
     pub(crate) data: DataArgs,
+    /// Show the scene as the course program does: with both tests, its grid and its patches
+    #[arg(long)]
+    pub(crate) course: bool,
     /// Open no window; print the frame times of the preview and of the live ray traced view
     #[arg(long)]
     pub(crate) bench: bool,

@@ -15,14 +15,14 @@ use crate::prompt;
 
 const UTF8_MARK: &[u8] = b"\xef\xbb\xbf";
 
-pub(crate) fn run(scene: Option<&Path>) -> Result<Outcome> {
+pub(crate) fn run(scene: Option<&Path>, is_course: bool) -> Result<Outcome> {
     let scene =
         scene.map(|scene| scene.to_str().context("the name of the scene is not UTF-8")).transpose()?;
     if let Some(error) = scene.and_then(unknown_command) {
         bail!(error);
     }
     if io::stdin().is_terminal() && io::stdout().is_terminal() {
-        return prompt::run(scene);
+        return prompt::run(scene, is_course);
     }
     let source = Input::Lines { name: "<stdin>".to_owned(), is_file: false };
     run_lines(&mut io::stdin().lock(), source, scene, true)

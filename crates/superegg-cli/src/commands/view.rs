@@ -13,6 +13,7 @@ use superegg_viewer::{FrameTimes, Frames, FromViewer, Viewer, ViewerBench};
 
 use crate::args::ViewArgs;
 use crate::console;
+use crate::files;
 use crate::files::data::DataOptions;
 use crate::files::scene::load_with;
 use crate::files::series::Series;
@@ -37,6 +38,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
         loaded.session = loaded.session.with_view_of(&framed);
     }
     let outcome = Outcome::of_input(loaded.has_errors());
+    let is_its_scene = loaded.is_whole_scene() && series.is_none() && !files::is_standard_stream(&args.scene);
     if args.bench {
         bench(args, loaded.session.scene(), root.as_deref())?;
         return Ok(outcome);
@@ -44,8 +46,10 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
     let viewer = Viewer::new().context("the viewer cannot start")?;
     let handle = viewer.handle();
     let source = Input::Lines { name: "window".to_owned(), is_file: false };
-    let modeller = Modeller::new(source, false, console_reporter(), Arc::default());
+    let modeller = Modeller::new(source, true, console_reporter(), Arc::default());
     let mut modeller = modeller.with_scene(loaded.session, root.as_deref());
+    modeller.begin_document(&args.scene, is_its_scene);
+    modeller.use_kept_settings(args.course);
     if let Some(series) = &series {
         let first = series.index_of(&args.scene, loaded.frame).unwrap_or_default();
         modeller.show_frame(load_frame(series, first)?);
@@ -64,9 +68,16 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
                     }
                 }
                 // There is no prompt to return to.
-                let is_end = matches!(event, FromViewer::KeyboardBack | FromViewer::Closed);
+                let closed_by_user = match &event {
+                    FromViewer::KeyboardBack => Some(true),
+                    FromViewer::Closed { by_user } => Some(*by_user),
+                    _ => None,
+                };
                 modeller.handle_viewer_event(event);
-                if is_end {
+                if let Some(by_user) = closed_by_user {
+                    if let Err(error) = modeller.leave_window(by_user) {
+                        console::warn(format_args!("superegg: {error:#}"));
+                    }
                     handle.quit();
                     return;
                 }

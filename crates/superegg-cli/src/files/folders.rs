@@ -12,6 +12,8 @@ pub(crate) struct Folders {
     pub(crate) state: Option<PathBuf>,
     /// For the data of the user: the quicksave.
     pub(crate) data: Option<PathBuf>,
+    /// For settings.
+    pub(crate) config: Option<PathBuf>,
 }
 
 impl Folders {
@@ -23,12 +25,23 @@ impl Folders {
             home: BaseDirs::new().map(|dirs| dirs.home_dir().to_owned()),
             state: project.as_ref().map(state),
             data: project.as_ref().map(|dirs| dirs.data_dir().to_owned()),
+            config: project.as_ref().map(|dirs| dirs.config_dir().to_owned()),
         }
     }
 
     /// The folder of the session journals.
     pub(crate) fn journals(&self) -> Option<PathBuf> {
         self.state.as_ref().map(|state| state.join("journals"))
+    }
+
+    /// The file of the settings that are kept between sessions.
+    pub(crate) fn settings(&self) -> Option<PathBuf> {
+        self.config.as_ref().map(|config| config.join("settings.scn"))
+    }
+
+    /// The list of the scene files of earlier sessions.
+    pub(crate) fn recent(&self) -> Option<PathBuf> {
+        self.state.as_ref().map(|state| state.join("recent"))
     }
 
     /// The file that `save` writes by default.

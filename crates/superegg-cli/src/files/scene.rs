@@ -77,6 +77,11 @@ impl Loaded {
         self.error_count() > 0
     }
 
+    /// Whether the file is a scene of which nothing is missing, so that saving to it loses nothing.
+    pub(crate) fn is_whole_scene(&self) -> bool {
+        self.bounds.is_none() && !self.has_errors()
+    }
+
     /// The root of a command: `name`, or by default the final selection of the scene.
     ///
     /// # Errors
@@ -161,7 +166,7 @@ pub(crate) fn load_bytes(path: &Path, bytes: &[u8], options: &DataOptions) -> Re
 const MOST_JOURNALLED: usize = 10_000;
 
 /// The lines that make a scene, for history and journal.
-fn lines_of(path: &Path, session: &Session) -> String {
+pub(crate) fn lines_of(path: &Path, session: &Session) -> String {
     let rows: usize = session.scene().tables().map(|(_, table)| table.len()).sum();
     if rows <= MOST_JOURNALLED {
         return write_session(session);

@@ -53,3 +53,12 @@ pub(super) fn interrupted_test() -> Fault {
 pub(super) fn too_deep(error: LimitReached) -> Fault {
     Fault::new(FaultCode::OutOfRange, error.to_string()).help("reduce the recursion depth with 'setDepth'")
 }
+
+/// A file name in quotes if a line needs them.
+pub(super) fn quoted(file: &str) -> String {
+    if file.contains(|c: char| c.is_whitespace() || c == '#') {
+        format!("\"{file}\"")
+    } else {
+        file.to_owned()
+    }
+}

@@ -97,11 +97,11 @@ impl Modeller {
     }
 
     fn reply(&mut self) -> Reply {
-        self.update_viewer();
+        self.after_line();
         match &self.pending {
             _ if self.output_error.is_some() => Reply::Leave,
             Some(Pending::Leave) => Reply::Leave,
-            Some(Pending::Load { .. } | Pending::Recover(_)) => {
+            Some(Pending::Load { .. } | Pending::Recover(_) | Pending::New { .. }) => {
                 Reply::Ask("the scene has changes that are not saved; replace it even so?".to_owned())
             }
             Some(Pending::Discard(sessions)) => {
@@ -110,6 +110,13 @@ impl Modeller {
             }
             None => Reply::Continue,
         }
+    }
+
+    /// Shows the result of a line in the viewer, and keeps what is kept between sessions.
+    fn after_line(&mut self) {
+        self.keep_settings();
+        self.document.on_changes(self.timeline.undo_count());
+        self.update_viewer();
     }
 
     fn run_line(&mut self, line: &str) -> Result<(), Fault> {
@@ -144,27 +151,39 @@ impl Modeller {
     pub(crate) fn handle_viewer_event(&mut self, event: FromViewer) {
         match event {
             FromViewer::Command(line) => {
-                self.print(&format!("> {line}"));
-                self.viewer.push_line(line.clone());
-                self.lines.push(line.clone());
-                if let Err(fault) = self.run_line(&line) {
-                    let help = fault.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
-                    self.viewer.notice(format!("{}{help}", fault.message));
-                    self.report_fault(&line, fault);
-                }
-                // No command of the viewer needs a confirmation.
-                self.pending = None;
-                self.update_viewer();
+                self.viewer.set_answering(true);
+                self.run_viewer_line(&line);
+                self.viewer.set_answering(false);
+                self.after_line();
             }
             FromViewer::Settings(view) => {
                 let mut settings = self.session().settings;
                 settings.view = view;
                 self.timeline.set_settings(settings);
+                self.keep_settings();
             }
             FromViewer::Message(text) => self.print(&text),
             // The frames belong to the program that opened the window.
-            FromViewer::Frame(_) | FromViewer::KeyboardBack | FromViewer::Closed => {}
+            FromViewer::Frame(_) | FromViewer::KeyboardBack | FromViewer::Closed { .. } => {}
         }
+    }
+
+    fn run_viewer_line(&mut self, line: &str) {
+        self.report(Message::Text(visible(&format!("> {line}"))));
+        self.viewer.push_line(line.to_owned());
+        self.lines.push(line.to_owned());
+        // The question at the prompt stays open.
+        let asked = self.pending.take();
+        if let Err(fault) = self.run_line(line) {
+            let help = fault.help.as_ref().map(|help| format!("; {help}")).unwrap_or_default();
+            self.viewer.notice(format!("{}{help}", fault.message));
+            self.report_fault(line, fault);
+        }
+        // The window has asked about unsaved changes.
+        if let Some(confirmed) = self.pending.take() {
+            self.finish(confirmed);
+        }
+        self.pending = asked;
     }
 
     /// Offers a person the sessions that ended without a save.
@@ -185,13 +204,26 @@ impl Modeller {
     /// # Errors
     /// Standard output could not be written.
     pub(crate) fn leave(&mut self) -> Result<bool> {
+        self.end(self.is_interactive())
+    }
+
+    /// Ends a session without a prompt, as [`Self::leave`]. A user who closes the window has been
+    /// asked about unsaved changes, so that they are kept only if something else has closed it.
+    ///
+    /// # Errors
+    /// Standard output could not be written.
+    pub(crate) fn leave_window(&mut self, by_user: bool) -> Result<bool> {
+        self.end(!by_user)
+    }
+
+    fn end(&mut self, keeps_unsaved: bool) -> Result<bool> {
         self.interrupt.store(false, Ordering::Relaxed);
         if self.renders.is_busy() && self.is_interactive() {
             self.print("waiting for the picture (ctrl-c stops it)");
         }
         self.renders.wait(&self.interrupt);
         self.report_remaining_faults();
-        if self.is_interactive() && self.timeline.has_unsaved_changes() {
+        if keeps_unsaved && self.timeline.has_unsaved_changes() {
             self.print("The scene was not saved; the next start offers it again.");
             self.journal.keep();
         } else {

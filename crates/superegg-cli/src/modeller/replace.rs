@@ -26,6 +26,7 @@ impl Modeller {
         match pending {
             Pending::Leave => {}
             Pending::Load { loaded, path, label } => {
+                let is_its_scene = loaded.is_whole_scene();
                 let Loaded { session, lines, prints, .. } = *loaded;
                 prints.iter().for_each(|text| self.print(text));
                 self.timeline.replace(session, &label, &lines);
@@ -33,7 +34,8 @@ impl Modeller {
                 self.record(Record::Scene { label: &label, lines: &lines });
                 self.record(Record::Saved);
                 self.known_files.remember(&path);
-                if self.is_interactive() {
+                self.document.open(&path, is_its_scene, self.timeline.undo_count());
+                if self.answers_person() {
                     let scene = self.session().scene();
                     let text = format!(
                         "{}: {}, {}",
@@ -45,17 +47,40 @@ impl Modeller {
                 }
                 self.scene_file = Some(path);
             }
-            Pending::Recover(unsaved) => self.restore(unsaved),
+            Pending::Recover(unsaved) => {
+                self.restore(unsaved);
+                self.refresh_offer();
+            }
             Pending::Discard(sessions) => {
                 self.print(&format!("forgotten: {}", counted(sessions.len(), "session")));
                 sessions.into_iter().for_each(UnsavedSession::remove);
+                self.refresh_offer();
             }
+            Pending::New { label } => {
+                let mut session = Session::default();
+                session.settings = self.session().settings;
+                self.timeline.replace(session, &label, "");
+                self.timeline.mark_saved();
+                self.record(Record::Scene { label: &label, lines: "" });
+                self.record(Record::Saved);
+                self.scene_file = None;
+                self.document.detach(self.timeline.undo_count());
+            }
+        }
+    }
+
+    /// Offers what is left after a session has been restored or discarded.
+    fn refresh_offer(&mut self) {
+        if self.document.offers_unsaved() {
+            self.offer_unsaved_in_viewer();
         }
     }
 
     fn restore(&mut self, unsaved: UnsavedSession) {
         let recovered = replay(&unsaved.text);
         if self.timeline.undo_count() == 0 && self.journal.is_empty() {
+            // The journal of the other session has its own beginning.
+            self.document.take_beginning();
             let settings = self.session().settings;
             self.timeline = recovered;
             self.timeline.set_settings(settings);
@@ -69,9 +94,10 @@ impl Modeller {
             self.timeline.replace(session, "recover", &lines);
             self.record(Record::Scene { label: "recover", lines: &lines });
         }
+        self.document.detach(0);
         let text = unsaved.describe();
         // Keep the old file until this journal contains all of it. That of a script is gone at its end.
-        if self.journal.is_written() && self.is_interactive() {
+        if self.journal.is_written() && self.answers_person() {
             unsaved.remove();
         }
         self.print(&format!("recovered: {text}"));

@@ -1,6 +1,7 @@
 //! Runs the commands that need more than the session: files, folders, renders, tests and the
 //! viewer.
 
+mod export;
 mod files;
 mod pictures;
 mod queries;
@@ -9,7 +10,7 @@ mod recover;
 use superegg_lang::{Fault, Request};
 
 use crate::modeller::faults::at_argument;
-use crate::modeller::state::Modeller;
+use crate::modeller::state::{Modeller, Pending};
 
 /// Runs the request of a line. The undo history shows the line as the name of the change.
 pub(super) fn run_request(modeller: &mut Modeller, request: &Request, line: &str) -> Result<(), Fault> {
@@ -18,6 +19,11 @@ pub(super) fn run_request(modeller: &mut Modeller, request: &Request, line: &str
         Request::Stop | Request::Undo(_) | Request::Redo(_) => Ok(()),
         Request::StopRender => modeller.cancel_renders(),
         Request::Source { file, is_forced } => modeller.load(file.as_deref(), *is_forced, line),
+        Request::New => {
+            modeller.finish_or_confirm(Pending::New { label: line.trim().to_owned() }, false);
+            Ok(())
+        }
+        Request::Export { file, is_forced } => modeller.export(file, *is_forced),
         Request::Include(file) => modeller.include(file, line),
         Request::Save { file, is_forced, as_history } => {
             modeller.save(file.as_deref(), *is_forced, *as_history)

@@ -1,14 +1,17 @@
 //! The state of a modelling session, and the output and journal operations that every request uses.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use superegg_lang::{Diagnostic, Fault, FaultCode, Session, Severity, Timeline, visible};
-use superegg_viewer::{Shown, ViewerHandle};
+use superegg_scene::ViewSettings;
+use superegg_viewer::{Document, Shown, ViewerHandle};
 
 use crate::files::folders::Folders;
+use crate::files::kept_settings::KeptSettings;
 use crate::files::scene::Loaded;
+use crate::modeller::document::DocumentState;
 use crate::modeller::journal::{Journal, Record, UnsavedSession, unsaved_sessions};
 use crate::modeller::known_files::KnownFiles;
 use crate::modeller::render_queue::RenderQueue;
@@ -53,6 +56,8 @@ pub(super) enum Pending {
     Recover(UnsavedSession),
     /// Discard unsaved sessions.
     Discard(Vec<UnsavedSession>),
+    /// Begin a new scene.
+    New { label: String },
 }
 
 /// A session with its undo history, files, render queue, journal and window.
@@ -80,6 +85,9 @@ pub(crate) struct Modeller {
     /// The first error of standard output; no output is possible after it.
     pub(super) output_error: Option<anyhow::Error>,
     pub(super) viewer: ViewerLink,
+    /// The settings that are kept for later sessions; `None` if this session leaves them alone.
+    kept: Option<KeptSettings>,
+    pub(super) document: DocumentState,
 }
 
 impl Modeller {
@@ -109,6 +117,8 @@ impl Modeller {
             faults: 0,
             output_error: None,
             viewer: ViewerLink::default(),
+            kept: None,
+            document: DocumentState::default(),
         }
     }
 
@@ -154,14 +164,67 @@ impl Modeller {
         self.viewer.detach(reason);
     }
 
+    /// Begins with the settings that earlier sessions have kept, or with those of the course program,
+    /// and keeps later changes.
+    pub(crate) fn use_kept_settings(&mut self, is_course: bool) {
+        let mut kept = KeptSettings::read(self.folders.settings());
+        let mut settings = self.session().settings;
+        if is_course || kept.is_course() {
+            settings.view = ViewSettings::COURSE;
+        }
+        self.timeline.set_settings(settings);
+        kept.set_current(settings.view.course);
+        self.kept = Some(kept);
+        self.document.keep_recent(self.folders.recent());
+    }
+
+    /// Keeps a change of the settings that are kept.
+    pub(super) fn keep_settings(&mut self) {
+        let is_course = self.session().settings.view.course;
+        let Some(kept) = &mut self.kept else { return };
+        if let Err(error) = kept.keep(is_course) {
+            self.report(Message::Diagnostic(format!("superegg: the setting is not kept: {error:#}")));
+        }
+    }
+
+    /// Begins to edit a loaded file in a window without a prompt. `is_its_scene` is false if saving to
+    /// the file would lose something.
+    pub(crate) fn begin_document(&mut self, path: &Path, is_its_scene: bool) {
+        let session = self.session().clone();
+        self.document.begin(path, session, is_its_scene);
+        if is_its_scene {
+            self.known_files.remember(path);
+            self.scene_file = Some(path.to_owned());
+        }
+        self.offer_unsaved_in_viewer();
+    }
+
+    /// Offers the last session that ended without a save in the window.
+    pub(super) fn offer_unsaved_in_viewer(&mut self) {
+        let description = self.unsaved_sessions().first().map(UnsavedSession::describe);
+        self.document.set_unsaved_before(description);
+    }
+
+    /// The document as the viewer shows it.
+    fn document_of_viewer(&self) -> Document {
+        self.document.of_viewer(self.timeline.has_unsaved_changes())
+    }
+
+    /// Whether a person sees the answers: at the prompt, or in the window that the line came from.
+    pub(super) fn answers_person(&self) -> bool {
+        self.is_interactive() || self.viewer.is_answering()
+    }
+
     /// The scene and the settings that a viewer shows now.
     pub(crate) fn snapshot(&self) -> Shown {
-        self.viewer.snapshot(self.session())
+        self.viewer.snapshot(self.session(), self.document_of_viewer())
     }
 
     /// Sends the scene to the viewer.
     pub(super) fn update_viewer(&self) {
-        self.viewer.update(self.session());
+        if self.viewer.is_attached() {
+            self.viewer.show(self.snapshot());
+        }
     }
 
     /// Shows a frame of data in the viewer from now on, in place of the session's own tables.
@@ -188,6 +251,15 @@ impl Modeller {
 
     /// Appends a record to the journal and reports a failure.
     pub(super) fn record(&mut self, record: Record<'_>) {
+        if let Some(beginning) = self.document.take_beginning() {
+            let (label, lines) = (beginning.label(), beginning.lines());
+            self.append(Record::Scene { label: &label, lines: &lines });
+            self.append(Record::Saved);
+        }
+        self.append(record);
+    }
+
+    fn append(&mut self, record: Record<'_>) {
         if let Some(trouble) = self.journal.append(record) {
             self.report(Message::Diagnostic(format!("superegg: {trouble}")));
         }
@@ -201,6 +273,7 @@ impl Modeller {
 
     /// Prints text with control characters escaped.
     pub(super) fn print(&mut self, text: &str) {
+        self.viewer.answer(text);
         self.print_raw(&visible(text));
     }
 

@@ -2,7 +2,7 @@
 
 use superegg_lang::{Fault, FaultCode, Session};
 use superegg_scene::Scene;
-use superegg_viewer::{Frames, Shown, ViewerHandle};
+use superegg_viewer::{Document, Frames, Shown, ViewerHandle};
 
 /// The viewer of a session, if there is one.
 #[derive(Default)]
@@ -14,6 +14,8 @@ pub(super) struct ViewerLink {
     lines: Vec<String>,
     /// The frame that the viewer shows.
     frame: Option<ShownFrame>,
+    /// A line from the viewer is being run: what it prints is shown in the window too.
+    is_answering: bool,
 }
 
 /// A frame of data. The viewer shows it in place of the session's own tables, so that all else that
@@ -35,9 +37,30 @@ impl ViewerLink {
         self.unavailable = Some(reason);
     }
 
-    pub(super) fn update(&self, session: &Session) {
+    pub(super) fn is_attached(&self) -> bool {
+        self.handle.is_some()
+    }
+
+    pub(super) fn show(&self, shown: Shown) {
         if let Some(handle) = &self.handle {
-            handle.show(self.snapshot(session));
+            handle.show(shown);
+        }
+    }
+
+    /// Begins or ends a line from the viewer.
+    pub(super) fn set_answering(&mut self, is_answering: bool) {
+        self.is_answering = is_answering;
+    }
+
+    /// Whether a line from the viewer is being run.
+    pub(super) fn is_answering(&self) -> bool {
+        self.is_answering
+    }
+
+    /// Shows the first line of an answer to the viewer in its window.
+    pub(super) fn answer(&self, text: &str) {
+        if let Some(handle) = self.handle.as_ref().filter(|_| self.is_answering) {
+            handle.inform(text.lines().next().unwrap_or_default().to_owned());
         }
     }
 
@@ -63,7 +86,7 @@ impl ViewerLink {
     }
 
     /// The scene and the settings that the viewer shows.
-    pub(super) fn snapshot(&self, session: &Session) -> Shown {
+    pub(super) fn snapshot(&self, session: &Session, document: Document) -> Shown {
         let mut scene = session.scene().clone();
         if let Some(frame) = &self.frame {
             scene.share_tables(&frame.scene);
@@ -73,6 +96,7 @@ impl ViewerLink {
             selected: session.selected().map(str::to_owned),
             settings: session.settings.view,
             frames: self.frame.as_ref().map(|frame| frame.frames),
+            document,
         }
     }
 

@@ -97,17 +97,17 @@ pub(crate) struct Viewer {
 }
 
 impl Viewer {
-    /// Opens a scene, or says why that cannot be tried here.
-    pub(crate) fn open(scene: &str) -> Result<Self, String> {
-        Self::open_file("scene.scn", scene)
-    }
-
-    /// Opens a file of this name and text, or says why that cannot be tried here.
-    pub(crate) fn open_file(name: &str, text: &str) -> Result<Self, String> {
+    /// Opens a file of this name and text with these options, or says why that cannot be tried here.
+    pub(crate) fn open_file(name: &str, text: &str, options: &[&str]) -> Result<Self, String> {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join(name), text).expect("a file");
+        Self::open_in(folder, name, options)
+    }
+
+    /// Opens a file of a folder with these options, or says why that cannot be tried here.
+    pub(crate) fn open_in(folder: TempDir, name: &str, options: &[&str]) -> Result<Self, String> {
         let mut program = Command::new(env!("CARGO_BIN_EXE_superegg"));
-        program.args(["view", name]);
+        program.args(["view", name]).args(options);
         Self::start(program, folder)
     }
 
@@ -126,7 +126,7 @@ impl Viewer {
 
     fn start(mut program: Command, folder: TempDir) -> Result<Self, String> {
         let display = Display::start()?;
-        for name in ["HOME", "XDG_RUNTIME_DIR", "XDG_STATE_HOME", "XDG_DATA_HOME"] {
+        for name in ["HOME", "XDG_RUNTIME_DIR", "XDG_STATE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME"] {
             program.env(name, folder.path());
         }
         let mut process = program
@@ -156,8 +156,7 @@ impl Viewer {
             if viewer.report().contains("no graphics driver") {
                 return Err("there is no graphics driver on this machine".to_owned());
             }
-            let windows =
-                viewer.display.tool("xdotool", &["search", "--onlyvisible", "--name", "^Superegg$"]);
+            let windows = viewer.display.tool("xdotool", &["search", "--onlyvisible", "--name", "Superegg$"]);
             if let Some(window) = String::from_utf8_lossy(&windows).lines().next() {
                 viewer.xdotool(&["windowmove", window, "0", "0"]);
                 viewer.xdotool(&["windowsize", window, "1000", "760"]);
@@ -190,8 +189,27 @@ impl Viewer {
     }
 
     pub(crate) fn window(&self) -> String {
-        let windows = self.display.tool("xdotool", &["search", "--name", "^Superegg$"]);
+        let windows = self.display.tool("xdotool", &["search", "--name", "Superegg$"]);
         String::from_utf8_lossy(&windows).lines().next().unwrap_or_default().to_owned()
+    }
+
+    /// Waits until the title of the window is this.
+    pub(crate) fn wait_for_title(&self, title: &str) {
+        for _ in 0..PATIENCE {
+            if self.display.tool("xdotool", &["search", "--name", &format!("^{title}$")]).is_empty() {
+                sleep(POLL);
+            } else {
+                return;
+            }
+        }
+        panic!("the title is never '{title}'; it reports: {}", self.report());
+    }
+
+    /// Ends the program as a crash does, and returns the folder that it worked in.
+    pub(crate) fn crash(mut self) -> TempDir {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+        std::mem::replace(&mut self.folder, tempfile::tempdir().expect("a folder"))
     }
 
     /// The picture once it stays the same.

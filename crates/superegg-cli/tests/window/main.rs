@@ -6,6 +6,7 @@
 
 mod display;
 
+use std::path::Path;
 use std::process::Command;
 
 use image::RgbImage;
@@ -33,9 +34,9 @@ light lamp -4 6 9
 camera 0 0 14 0 0 0 45
 ";
 
-/// A viewer of the scene with the panel away, or none with a word on why.
+/// A viewer of the scene as in the course program with the panel away, or none with a word on why.
 fn open() -> Option<(Viewer, RgbImage)> {
-    match Viewer::open(SCENE) {
+    match Viewer::open_file("scene.scn", SCENE, &["--course"]) {
         Ok(viewer) => {
             let bare =
                 viewer.until("the panel away", |viewer| viewer.key("Tab"), |picture| blue(picture) > 1000);
@@ -198,6 +199,171 @@ fn every_key_works() {
 }
 
 #[test]
+fn the_first_view_is_clean_and_the_tests_are_readable() {
+    let Some((mut viewer, clean)) = open_plain() else { return };
+    // Inside points show through the wall, and the points outside are few and can be left out.
+    let points = switch(&viewer, "o", &clean, |picture| blue(picture) > 500);
+    viewer.until("o", |viewer| viewer.key("o"), |picture| is_same(picture, &points));
+    assert!(red(&points) > red(&clean) + 500);
+    let inside = switch(&viewer, "u", &points, |picture| blue(picture) < 50);
+    assert!(red(&inside) > red(&clean) + 500);
+    viewer.until("o again", |viewer| viewer.key("o"), |picture| is_same(picture, &clean));
+    switch(&viewer, "i", &clean, |picture| green(picture) > 20);
+    viewer.key("q");
+    assert_eq!(viewer.exit_code(), Some(0));
+}
+
+/// A viewer of the scene without menu, panel and axes, or none with a word on why.
+fn open_plain() -> Option<(Viewer, RgbImage)> {
+    match Viewer::open_file("scene.scn", SCENE, &[]) {
+        Ok(viewer) => {
+            viewer.key("a");
+            let red_alone = |picture: &RgbImage| blue(picture) + green(picture) < 50 && red(picture) > 5000;
+            let bare = viewer.until("menu and panel away", |viewer| viewer.key("Tab"), red_alone);
+            Some((viewer, bare))
+        }
+        Err(reason) => {
+            eprintln!("skipped: {reason}");
+            None
+        }
+    }
+}
+
+#[test]
+fn a_clicked_child_is_moved_duplicated_and_removed_and_all_of_it_undoes() {
+    let Some((mut viewer, bare)) = open_plain() else { return };
+    let click = |at: [&str; 2]| viewer.xdotool(&["mousemove", at[0], at[1], "click", "1"]);
+    let outlined = viewer.until("a click", |_| click(["500", "380"]), |picture| !is_same(picture, &bare));
+    viewer.wait_until_said("> setCursor ball");
+    assert!(red(&outlined).abs_diff(red(&bare)) < red(&bare) / 5);
+    // A handle under the pointer is drawn in another colour.
+    viewer.xdotool(&["mousemove", "20", "700"]);
+    let handles = viewer.until("1", |viewer| viewer.key("1"), |picture| !is_same(picture, &outlined));
+    // The arrow of x, from the origin of the ball to the right.
+    let moved = viewer.until(
+        "an arrow",
+        |viewer| viewer.drag("1", (560, 380), (640, 380)),
+        |picture| difference(picture, &handles) > 2000,
+    );
+    viewer.wait_until_said("> translate ");
+    viewer.until("undo", |viewer| viewer.key("ctrl+z"), |picture| is_same(picture, &handles));
+    viewer.until("redo", |viewer| viewer.key("ctrl+y"), |picture| is_same(picture, &moved));
+    viewer.until("undo", |viewer| viewer.key("ctrl+z"), |picture| is_same(picture, &handles));
+    viewer.until("1 again", |viewer| viewer.key("1"), |picture| is_same(picture, &outlined));
+
+    viewer.until("Delete", |viewer| viewer.key("Delete"), |picture| red(picture) < red(&bare) / 10);
+    viewer.wait_until_said("> remove ball");
+    viewer.until("undo", |viewer| viewer.key("ctrl+z"), |picture| is_same(picture, &bare));
+    click(["500", "380"]);
+    viewer.until("the ball again", |_| (), |picture| is_same(picture, &outlined));
+    viewer.key("ctrl+d");
+    viewer.wait_until_said("> addPrimitive ball ball2");
+    viewer.key("ctrl+z");
+    viewer.wait_until_said("undone: duplicate as ball2");
+
+    // f frames the ball, Shift+F everything; the background deselects.
+    let near = |picture: &RgbImage| red(picture) > red(&bare) * 12 / 10;
+    click(["500", "380"]);
+    viewer.until("f", |viewer| viewer.key("f"), near);
+    viewer.until("Shift+F", |viewer| viewer.key("shift+f"), |picture| !near(picture));
+    viewer.until("Home", |viewer| viewer.key("Home"), |picture| red(picture).abs_diff(red(&bare)) < 2000);
+    viewer.until("the background", |_| click(["20", "700"]), |picture| is_same(picture, &bare));
+    viewer.until("7", |viewer| viewer.key("7"), |picture| is_same(picture, &bare));
+    viewer.until("9", |viewer| viewer.key("9"), |picture| !is_same(picture, &bare));
+    viewer.until("Home", |viewer| viewer.key("Home"), |picture| is_same(picture, &bare));
+    for (modifier, button) in [(None, "3"), (Some("shift"), "1")] {
+        modifier.iter().for_each(|key| viewer.xdotool(&["keydown", key]));
+        let drag = |viewer: &Viewer| viewer.drag(button, (500, 380), (560, 420));
+        viewer.until("a drag", drag, |picture| !is_same(picture, &bare));
+        modifier.iter().for_each(|key| viewer.xdotool(&["keyup", key]));
+        viewer.until("Home", |viewer| viewer.key("Home"), |picture| is_same(picture, &bare));
+    }
+    viewer.key("q");
+    assert_eq!(viewer.exit_code(), Some(0));
+}
+
+#[test]
+fn unsaved_changes_are_marked_and_asked_about() {
+    let Some((mut viewer, bare)) = open_plain() else { return };
+    let file = |viewer: &Viewer| std::fs::read_to_string(viewer.path("scene.scn")).expect("the scene");
+    viewer.wait_for_title("scene.scn - Superegg");
+    let change = |viewer: &Viewer| {
+        viewer.xdotool(&["mousemove", "500", "300", "click", "4"]);
+        viewer.settled();
+        viewer.key("c");
+        viewer.wait_for_title("scene.scn. - Superegg");
+    };
+    change(&viewer);
+    let before = viewer.settled();
+    // Escape asks, and Escape takes it back.
+    let asked = |picture: &RgbImage| difference(picture, &before) > 2000;
+    viewer.until("Escape", |viewer| viewer.key("Escape"), asked);
+    viewer.until("Escape again", |viewer| viewer.key("Escape"), |picture| is_same(picture, &before));
+    viewer.key("ctrl+s");
+    viewer.wait_until_said("saved as scene.scn");
+    viewer.wait_for_title("scene.scn - Superegg");
+    let saved = file(&viewer);
+    assert!(saved.starts_with("# superegg scene") && saved.contains("camera 0 0 1"), "{saved}");
+    // A new scene asks, too; the answer that has the keyboard saves first.
+    change(&viewer);
+    let before = viewer.settled();
+    let asked = |picture: &RgbImage| difference(picture, &before) > 2000;
+    viewer.until("Ctrl+N", |viewer| viewer.key("ctrl+n"), asked);
+    viewer.key("Return");
+    viewer.wait_for_title("Superegg");
+    assert!(file(&viewer) != saved, "{}", file(&viewer));
+    // The scene before comes back, without its file.
+    viewer.until("undo", |viewer| viewer.key("ctrl+z"), |picture| red(picture) > red(&bare) / 2);
+    viewer.wait_for_title("untitled. - Superegg");
+    let before = viewer.settled();
+    let asked = |picture: &RgbImage| difference(picture, &before) > 2000;
+    viewer.until("q", |viewer| viewer.key("q"), asked);
+    viewer.key("Tab");
+    viewer.settled();
+    viewer.key("Return");
+    assert_eq!(viewer.exit_code(), Some(0), "{}", viewer.report());
+    assert_eq!(journals(viewer.folder.path()), Vec::<String>::new());
+}
+
+#[test]
+fn a_window_that_is_killed_loses_nothing() {
+    let Some((viewer, _)) = open_plain() else { return };
+    viewer.xdotool(&["mousemove", "500", "380", "click", "1"]);
+    viewer.wait_until_said("> setCursor ball");
+    viewer.key("Delete");
+    viewer.wait_until_said("> remove ball");
+    let folder = viewer.crash();
+    let journals = journals(folder.path());
+    assert_eq!(journals.len(), 1);
+    assert!(
+        journals[0].contains("addPrimitive ball")
+            && journals[0].ends_with("\n.\n> setCursor ball\n> remove ball\n"),
+        "{}",
+        journals[0]
+    );
+    // The next window offers it in a bar at the top.
+    let Ok(viewer) = Viewer::open_in(folder, "scene.scn", &[]) else { panic!("no second window") };
+    viewer.key("a");
+    let offered = viewer.until("the ball", |_| (), |picture| red(picture) > 2000);
+    for x in (300..900).step_by(20) {
+        viewer.xdotool(&["mousemove", &x.to_string(), "12", "click", "1"]);
+        if viewer.report().contains("> recover") {
+            break;
+        }
+    }
+    viewer.wait_until_said("recovered: ");
+    viewer.until("the ball is away again", |_| (), |picture| red(picture) < red(&offered) / 10);
+    viewer.wait_for_title("untitled. - Superegg");
+    drop(viewer.crash());
+}
+
+/// The texts of the journals of a home folder.
+fn journals(home: &Path) -> Vec<String> {
+    let files = home.join("superegg").join("journals").read_dir().into_iter().flatten().flatten();
+    files.map(|file| std::fs::read_to_string(file.path()).expect("a journal")).collect()
+}
+
+#[test]
 fn a_window_of_any_size_and_none_at_all_goes_on() {
     let Some((mut viewer, base)) = open() else { return };
     let window = viewer.window();
@@ -270,16 +436,14 @@ fn growing() -> String {
 
 #[test]
 fn the_frames_of_data_are_shown_by_keys_and_by_the_slider() {
-    let mut viewer = match Viewer::open_file("grow.dump", &growing()) {
+    let mut viewer = match Viewer::open_file("grow.dump", &growing(), &[]) {
         Ok(viewer) => viewer,
         Err(reason) => return eprintln!("skipped: {reason}"),
     };
-    // Grey pixels of the ball beside the white background; tests and axes are away.
-    for key in ["o", "i", "a"] {
-        viewer.key(key);
-    }
+    // Grey pixels of the ball beside the white background; the axes are away.
+    viewer.key("a");
     let grey = |picture: &RgbImage| {
-        let scene = image::imageops::crop_imm(picture, 0, 0, 640, 700).to_image();
+        let scene = image::imageops::crop_imm(picture, 0, 30, 640, 670).to_image();
         count(&scene, |r, g, b| r < 200 && (r - g).abs() < 12 && (g - b).abs() < 12)
     };
     let first = viewer.settled();
@@ -302,14 +466,14 @@ fn the_frames_of_data_are_shown_by_keys_and_by_the_slider() {
     }
     viewer.until("the first", |_| (), |picture| is_same(picture, &first));
     // The slider, from its left end to the right one; each step is a frame of the window.
-    for step in [&["mousemove", "742", "58"][..], &["mousedown", "1"], &["mousemove", "840", "58"]] {
+    for step in [&["mousemove", "784", "83"][..], &["mousedown", "1"], &["mousemove", "900", "83"]] {
         viewer.xdotool(step);
         viewer.settled();
     }
     viewer.xdotool(&["mouseup", "1"]);
     viewer.until("the end of the slider", |_| (), |picture| grey(picture) == grey(&last));
     // A click beside everything, so that keys are the window's.
-    viewer.xdotool(&["mousemove", "30", "30", "click", "1"]);
+    viewer.xdotool(&["mousemove", "30", "300", "click", "1"]);
     viewer.settled();
     viewer.key("q");
     assert_eq!(viewer.exit_code(), Some(0));

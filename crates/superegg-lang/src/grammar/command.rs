@@ -272,6 +272,15 @@ pub enum Request {
     },
     /// Add the contents of a file to the scene.
     Include(String),
+    /// Begin a new scene.
+    New,
+    /// Write the selected entity for another program.
+    Export {
+        /// The file.
+        file: String,
+        /// Overwrite an existing file.
+        is_forced: bool,
+    },
     /// Write the session to a file.
     Save {
         /// The file; the quicksave if `None`.

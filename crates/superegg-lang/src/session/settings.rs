@@ -139,8 +139,8 @@ macro_rules! switch {
     };
 }
 
-/// A setting of the viewer that is a number.
-macro_rules! view_number {
+/// A number of the grid of the inside-outside test. Once it is set the grid no longer suits the scene.
+macro_rules! grid_number {
     ($name:literal, $field:ident, $range:expr, $summary:literal) => {
         SettingSpec {
             name: $name,
@@ -151,6 +151,7 @@ macro_rules! view_number {
             set: |_, settings, value| {
                 if let Value::Number(number) = value {
                     settings.view.$field = number;
+                    settings.view.io_fit = false;
                 }
             },
         }
@@ -297,16 +298,34 @@ pub const SETTINGS: &[SettingSpec] = &[
     switch!("normals", normals, "in the viewer, normals at the vertices (key n)"),
     switch!("axes", axes, "in the viewer, the axes and the positions of the lights"),
     switch!("ioTest", io_test, "in the viewer, the inside-outside test (key o)"),
-    view_number!("ioStep", io_step, Range::Positive, "the spacing of the grid of the inside-outside test"),
-    view_number!("ioHalf", io_half, Range::NonNegative, "the half extent of that grid along each axis"),
-    view_number!(
+    switch!("ioOutside", io_outside, "in the viewer, the points outside of that test too (key u)"),
+    switch!(
+        "ioFit",
+        io_fit,
+        "in the viewer, the grid of that test suits the scene; the next four settings end this"
+    ),
+    grid_number!("ioStep", io_step, Range::Positive, "the spacing of the grid of the inside-outside test"),
+    grid_number!("ioHalf", io_half, Range::NonNegative, "the half extent of that grid along each axis"),
+    grid_number!(
         "ioJitter",
         io_jitter,
         Range::NonNegative,
         "in the viewer, the random offset of its points along each axis"
     ),
-    view_number!("ioRadius", io_radius, Range::Positive, "in the viewer, the radius of its marks"),
+    grid_number!("ioRadius", io_radius, Range::Positive, "in the viewer, the radius of its marks"),
     switch!("intersectTest", intersect_test, "in the viewer, the intersection test (key i)"),
+    SettingSpec {
+        name: "course",
+        kind: SettingKind::Switch,
+        summary: "the viewer as in the course program: both tests, its grid, the patches of setPatch; kept for later sessions",
+        is_of_scene: false,
+        get: |_, settings| Value::Switch(settings.view.course),
+        set: |_, settings, value| {
+            if let Value::Switch(on) = value {
+                settings.view = if on { ViewSettings::COURSE } else { ViewSettings::default() };
+            }
+        },
+    },
 ];
 
 /// The setting of this name; case is ignored.

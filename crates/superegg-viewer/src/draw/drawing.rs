@@ -41,8 +41,16 @@ pub struct Drawing {
 #[derive(Clone, Copy, Debug, Default)]
 struct OverlayCounts {
     line_ends: u32,
-    opaque_marks: u32,
-    marks: u32,
+    marks: MarkCounts,
+}
+
+/// Ends of the ranges of marks in their buffer.
+#[derive(Clone, Copy, Debug, Default)]
+struct MarkCounts {
+    opaque: u32,
+    /// The end of the transparent ones: all so far are hidden by surfaces before them.
+    hidden: u32,
+    all: u32,
 }
 
 impl Drawing {
@@ -139,7 +147,7 @@ impl Drawing {
             let bytes = bytemuck::cast_slice(&sorted.data);
             self.instances.write(&self.gpu.device, &self.gpu.queue, bytes);
             counts.line_ends = self.write_lines(picture, &space);
-            (counts.opaque_marks, counts.marks) = self.write_marks(picture, &space);
+            counts.marks = self.write_marks(picture, &space);
         }
         self.record(encoder, picture, target, &sorted, counts);
         stats.draws = sorted.batches.len();
@@ -233,18 +241,26 @@ impl Drawing {
         ends.len() as u32
     }
 
-    /// Writes the marks, opaque ones first. Returns the number of opaque marks and of all.
-    fn write_marks(&mut self, picture: &Picture<'_>, space: &EyeSpace) -> (u32, u32) {
-        let is_opaque = |mark: &&Mark| mark.color[3] >= 1.0;
+    /// Writes the marks: opaque ones, transparent ones, then those on top from far to near.
+    fn write_marks(&mut self, picture: &Picture<'_>, space: &EyeSpace) -> MarkCounts {
         let data = |mark: &Mark| -> [[f32; 4]; 2] {
             let [x, y, z] = space.point(mark.center);
             [[x, y, z, (mark.radius / space.unit) as f32], mark.color]
         };
-        let mut all: Vec<_> = picture.marks.iter().filter(is_opaque).map(data).collect();
+        let of = |is_on_top: bool, is_opaque: bool| {
+            let matches = move |mark: &&Mark| {
+                mark.is_on_top == is_on_top && (is_on_top || (mark.color[3] >= 1.0) == is_opaque)
+            };
+            picture.marks.iter().filter(matches).map(data)
+        };
+        let mut all: Vec<[[f32; 4]; 2]> = of(false, true).collect();
         let opaque = all.len() as u32;
-        all.extend(picture.marks.iter().filter(|mark| !is_opaque(mark)).map(data));
+        all.extend(of(false, false));
+        let hidden = all.len();
+        all.extend(of(true, true));
+        all[hidden..].sort_by(|[a, _], [b, _]| a[2].total_cmp(&b[2]));
         self.marks.write(&self.gpu.device, &self.gpu.queue, bytemuck::cast_slice(&all));
-        (opaque, all.len() as u32)
+        MarkCounts { opaque, hidden: hidden as u32, all: all.len() as u32 }
     }
 
     fn draw_triangles(
@@ -307,10 +323,12 @@ impl Drawing {
     fn draw_marks(&self, pass: &mut wgpu::RenderPass<'_>, counts: OverlayCounts) {
         let Some(marks) = &self.marks.buffer else { return };
         let ball = &self.meshes.ball;
-        let (opaque, all) = (counts.opaque_marks, counts.marks);
-        for (pipeline, range) in
-            [(&self.pipelines.opaque_mark, 0..opaque), (&self.pipelines.clear_mark, opaque..all)]
-        {
+        let MarkCounts { opaque, hidden, all } = counts.marks;
+        for (pipeline, range) in [
+            (&self.pipelines.opaque_mark, 0..opaque),
+            (&self.pipelines.clear_mark, opaque..hidden),
+            (&self.pipelines.top_mark, hidden..all),
+        ] {
             if !range.is_empty() {
                 pass.set_pipeline(pipeline);
                 pass.set_vertex_buffer(0, ball.vertices.slice(..));

@@ -23,6 +23,8 @@ pub struct Mark {
     pub radius: f64,
     /// Encoded red, green, blue, and opacity.
     pub color: [f32; 4],
+    /// It shows through the surfaces before it.
+    pub is_on_top: bool,
 }
 
 /// The style of the solids.

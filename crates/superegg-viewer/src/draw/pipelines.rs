@@ -22,6 +22,7 @@ pub(super) struct Pipelines {
     pub(super) line: wgpu::RenderPipeline,
     pub(super) opaque_mark: wgpu::RenderPipeline,
     pub(super) clear_mark: wgpu::RenderPipeline,
+    pub(super) top_mark: wgpu::RenderPipeline,
     pub(super) film: wgpu::RenderPipeline,
 }
 
@@ -119,6 +120,16 @@ impl Pipelines {
         let scene = |vertex, fragment, buffers, topology, depth| {
             make(&scene_layout, vertex, fragment, buffers, topology, depth)
         };
+        // Without the depth test the back of a mark would be drawn over its front.
+        let top_mark = pipeline(
+            device,
+            (&shaders, "mark_vertex", "mark_fragment"),
+            &scene_layout,
+            MARKS,
+            (TriangleList, Some(wgpu::Face::Back)),
+            Depth::Ignored,
+            (format, samples),
+        );
         // In the order of `Sides::ALL`.
         let solid = |vertex, fragment| {
             [Some(wgpu::Face::Back), Some(wgpu::Face::Front), None].map(|hidden| {
@@ -145,6 +156,7 @@ impl Pipelines {
             line: scene("line_vertex", "colored_fragment", LINES, LineList, Depth::Tested),
             opaque_mark: scene("mark_vertex", "mark_fragment", MARKS, TriangleList, Depth::Solid),
             clear_mark: scene("mark_vertex", "mark_fragment", MARKS, TriangleList, Depth::Tested),
+            top_mark,
             film: make(&picture_layout, "film_vertex", "film_fragment", &[], TriangleList, Depth::Ignored),
             film_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("film"),

@@ -21,6 +21,8 @@ pub enum Action {
     ToggleNormals,
     /// The inside-outside test.
     ToggleIoTest,
+    /// The points outside, in the inside-outside test.
+    ToggleOutside,
     /// The intersection test.
     ToggleIntersectTest,
     /// Ray tracing instead of the preview.
@@ -43,6 +45,14 @@ pub enum Action {
     Undo,
     /// Redo the command undone last.
     Redo,
+    /// Begin a new scene.
+    New,
+    /// Open a scene.
+    Open,
+    /// Save the scene.
+    Save,
+    /// Save the scene in another file.
+    SaveAs,
     /// Show the frame before.
     PreviousFrame,
     /// Show the next frame.
@@ -82,6 +92,7 @@ pub const BINDINGS: &[Binding] = &[
     row(&["i"], Action::ToggleIntersectTest, "intersection test"),
     row(&["p"], Action::ToggleTrace, "ray trace the view"),
     row(&["a"], Action::ToggleAxes, "axes and positions of the lights"),
+    row(&["u"], Action::ToggleOutside, "points outside, in the inside-outside test"),
     row(&["f"], Action::FrameAll, "frame all: fit the scene into the window"),
     row(&["Home"], Action::Home, "the scene's camera"),
     row(&["c"], Action::WriteCamera, "write this view into the scene as its camera"),
@@ -90,6 +101,10 @@ pub const BINDINGS: &[Binding] = &[
     row(&["h", "?"], Action::ToggleHelp, "these keys"),
     row(&["Ctrl+z"], Action::Undo, "undo the last command"),
     row(&["Ctrl+y", "Ctrl+Shift+z"], Action::Redo, "redo"),
+    row(&["Ctrl+n"], Action::New, "new scene"),
+    row(&["Ctrl+o"], Action::Open, "open a scene; a file dropped on the window opens too"),
+    row(&["Ctrl+s"], Action::Save, "save"),
+    row(&["Ctrl+Shift+s"], Action::SaveAs, "save as"),
     row(&[","], Action::PreviousFrame, "the frame before, of a series"),
     row(&["."], Action::NextFrame, "the next frame"),
 ];

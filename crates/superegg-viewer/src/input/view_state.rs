@@ -1,5 +1,7 @@
 //! The state of the view: switches, eye, pointer. It contains no type of a window or a GPU.
 
+use std::path::PathBuf;
+
 use superegg_geom::glam::DVec2;
 use superegg_geom::{Aabb, Ray};
 use superegg_render::View;
@@ -82,6 +84,29 @@ pub enum Request {
     Commands(Vec<String>),
     /// Show the frame this many frames later.
     StepFrame(isize),
+    /// Begin an action with files.
+    File(FileAction),
+}
+
+/// An action with files. It may ask for a file, or about unsaved changes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FileAction {
+    /// Begin a new scene.
+    New,
+    /// Open a file that the user chooses.
+    Open,
+    /// Open this file.
+    OpenFile(PathBuf),
+    /// Save the scene.
+    Save,
+    /// Save the scene in a file that the user chooses.
+    SaveAs,
+    /// Add the contents of a file to the scene.
+    Import,
+    /// Write the scene for another program.
+    Export,
+    /// Close the window.
+    Leave,
 }
 
 impl ViewState {
@@ -128,6 +153,7 @@ impl ViewState {
             Action::ToggleNormals => switch(&mut settings.normals),
             Action::ToggleAxes => switch(&mut settings.axes),
             Action::ToggleIoTest => switch(&mut settings.io_test),
+            Action::ToggleOutside => switch(&mut settings.io_outside),
             Action::ToggleIntersectTest => {
                 self.cast = None;
                 switch(&mut settings.intersect_test)
@@ -147,6 +173,10 @@ impl ViewState {
             }
             Action::Undo => Some(Request::Commands(vec![commands::undo()])),
             Action::Redo => Some(Request::Commands(vec![commands::redo()])),
+            Action::New => Some(Request::File(FileAction::New)),
+            Action::Open => Some(Request::File(FileAction::Open)),
+            Action::Save => Some(Request::File(FileAction::Save)),
+            Action::SaveAs => Some(Request::File(FileAction::SaveAs)),
             Action::PreviousFrame => Some(Request::StepFrame(-1)),
             Action::NextFrame => Some(Request::StepFrame(1)),
         }

@@ -10,7 +10,7 @@ use superegg_scene::{Camera, Scene};
 use superegg_trace::CompiledScene;
 
 use super::latest::LatestWorker;
-use crate::overlay::io_grid::{GridSpec, IoGrid};
+use crate::overlay::io_grid::{GridChoice, GridSpec, IoGrid};
 use crate::preview::{Preview, PreviewBudget, SceneIndex};
 
 /// A request for everything that depends on a scene.
@@ -27,7 +27,7 @@ pub(crate) struct SceneRequest {
     /// Limits of the preview.
     pub(crate) budget: PreviewBudget,
     /// The grid to test, if it is shown.
-    pub(crate) grid: Option<GridSpec>,
+    pub(crate) grid: Option<GridChoice>,
     /// Name of the selected entity.
     pub(crate) selected: Option<String>,
 }
@@ -87,6 +87,7 @@ fn serve(request: &SceneRequest, cache: &mut Cache, cancel: &AtomicBool, done: &
     }
     let preview = cache.index.open(request.root.as_deref(), &request.camera, &request.budget);
     let selected = request.selected.as_deref().and_then(|name| cache.index.shape_of(name));
+    let spec = request.grid.and_then(|choice| choice.spec(preview.bounds.as_ref()));
     done(SceneResult::Preview(Arc::new(preview), selected));
     // A newer request makes the rest obsolete.
     let is_stale = || cancel.load(Ordering::Relaxed);
@@ -99,7 +100,7 @@ fn serve(request: &SceneRequest, cache: &mut Cache, cancel: &AtomicBool, done: &
         cache.compiled = Some(Arc::clone(&compiled));
         done(SceneResult::Compiled(request.number, compiled));
     }
-    let (Some(compiled), Some(spec)) = (&cache.compiled, request.grid) else { return };
+    let (Some(compiled), Some(spec)) = (&cache.compiled, spec) else { return };
     if cache.grid == Some((request.number, spec)) || is_stale() {
         return;
     }
@@ -130,7 +131,7 @@ mod tests {
                 root: Some("ball".to_owned()),
                 camera: Camera::default(),
                 budget: PreviewBudget { instances: 10, height_px: 100 },
-                grid: Some(GridSpec::new(&ViewSettings::default())),
+                grid: Some(GridChoice::new(&ViewSettings::COURSE)),
                 selected: Some("ball".to_owned()),
             });
         }

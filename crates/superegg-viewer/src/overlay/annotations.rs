@@ -34,7 +34,7 @@ pub(crate) fn light_marks(lights: &[Light], camera: &Camera, encoding: Encoding)
     let mark = |light: &Light| {
         let color = encoded(light.color / light.color.max_element().max(1e-300), encoding);
         let [r, g, b] = color.map(|part| part.max(0.1) as f32);
-        Some(Mark { center: light.position()?, radius, color: [r, g, b, 1.0] })
+        Some(Mark { center: light.position()?, radius, color: [r, g, b, 1.0], is_on_top: false })
     };
     lights.iter().filter_map(mark).collect()
 }

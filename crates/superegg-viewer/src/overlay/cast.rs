@@ -65,7 +65,7 @@ pub(crate) fn lines_and_marks(
     let mut marks = Vec::new();
     if let Some(hit) = hit {
         lines.push(Line { ends: [hit.point, hit.point + hit.normal], color: NORMAL });
-        marks.push(Mark { center: hit.point, radius: dot_radius, color: NORMAL });
+        marks.push(Mark { center: hit.point, radius: dot_radius, color: NORMAL, is_on_top: false });
     }
     (lines, marks)
 }

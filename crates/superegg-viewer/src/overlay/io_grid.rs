@@ -4,23 +4,57 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
+use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 use superegg_scene::ViewSettings;
 use superegg_trace::CompiledScene;
 
 use crate::draw::Mark;
 
-/// Most points along each axis. Points farther from the origin are left out.
+/// Most points along each axis. Points farther from the centre are left out.
 const MOST_ALONG_AXIS: u32 = 41;
+/// Steps from the centre of a fitting grid to its end along the longest side.
+const FIT_STEPS: f64 = 7.0;
+/// Half extent of a fitting grid, in half extents of the scene.
+const FIT_MARGIN: f64 = 1.15;
+/// Jitter and radius of the marks of a fitting grid, in steps.
+const FIT_JITTER: f64 = 0.1;
+const FIT_RADIUS: f64 = 0.12;
+
+/// The choice of a grid. It does not depend on the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum GridChoice {
+    /// The grid of these parameters.
+    Fixed(GridSpec),
+    /// The grid that suits the bounding box of the scene.
+    Fit,
+}
+
+impl GridChoice {
+    /// The choice of the settings.
+    pub(crate) fn new(settings: &ViewSettings) -> Self {
+        if settings.io_fit { Self::Fit } else { Self::Fixed(GridSpec::new(settings)) }
+    }
+
+    /// The grid for a scene with this bounding box. `None` if there is no box to fit.
+    pub(crate) fn spec(&self, bounds: Option<&Aabb>) -> Option<GridSpec> {
+        match self {
+            Self::Fixed(spec) => Some(*spec),
+            Self::Fit => bounds.and_then(GridSpec::fitting),
+        }
+    }
+}
 
 /// Parameters of a grid: spacing, extent, jitter. The radius of the marks is not one: it needs no
 /// new test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GridSpec {
+    /// The middle, in world space.
+    center: DVec3,
     /// Spacing in world units.
     step: f64,
     /// Half the extent along each axis, in world units.
-    half: f64,
+    half: DVec3,
     /// Largest displacement along each axis, in world units.
     jitter: f64,
 }
@@ -32,38 +66,56 @@ pub(crate) struct IoGrid {
     pub(crate) points: Vec<(DVec3, bool)>,
     /// The extent holds more points than the limit.
     pub(crate) is_cut: bool,
+    /// Spacing in world units.
+    step: f64,
 }
 
 const INSIDE: [f32; 4] = [1.0, 0.16, 0.13, 1.0];
 /// Most points are outside. They are nearly transparent so that they hide nothing.
 const OUTSIDE: [f32; 4] = [0.25, 0.45, 1.0, 0.1];
+/// The same in a fitting grid, which has fewer points.
+const FIT_OUTSIDE: [f32; 4] = [0.3, 0.5, 1.0, 0.2];
 
 impl GridSpec {
-    /// The grid of the settings.
-    pub(crate) fn new(settings: &ViewSettings) -> Self {
-        Self { step: settings.io_step, half: settings.io_half, jitter: settings.io_jitter }
+    /// The grid of the settings, around the origin.
+    fn new(settings: &ViewSettings) -> Self {
+        Self {
+            center: DVec3::ZERO,
+            step: settings.io_step,
+            half: DVec3::splat(settings.io_half),
+            jitter: settings.io_jitter,
+        }
     }
 
-    /// Steps from the centre to each side after the limit, and whether the limit cut any.
-    fn reach(&self) -> (i32, bool) {
+    /// A grid a little larger than a box. `None` for a box without a size.
+    fn fitting(bounds: &Aabb) -> Option<Self> {
+        let half = FIT_MARGIN * bounds.half_extent();
+        let step = half.max_element() / FIT_STEPS;
+        let is_usable = !bounds.is_empty() && half.is_finite() && bounds.center().is_finite() && step > 0.0;
+        is_usable.then(|| Self { center: bounds.center(), step, half, jitter: FIT_JITTER * step })
+    }
+
+    /// Steps from the centre to each side along the axes after the limit, and whether the limit cut
+    /// any.
+    fn reach(&self) -> ([i32; 3], bool) {
+        let most = f64::from(MOST_ALONG_AXIS / 2);
         // Rounding must not lose the last step: 0.3 / 0.1 is less than 3.
         let reach = (self.half / self.step * (1.0 + 4.0 * f64::EPSILON)).floor();
-        let most = f64::from(MOST_ALONG_AXIS / 2);
         // NaN gives no steps.
-        (reach.min(most).max(0.0) as i32, reach > most)
+        (reach.to_array().map(|reach| reach.min(most).max(0.0) as i32), reach.max_element() > most)
     }
 
-    /// The points `step (i, j, k)` within the extent, displaced along each axis by at most the
-    /// jitter. Equal parameters give equal points.
+    /// The points `centre + step (i, j, k)` within the extent, displaced along each axis by at most
+    /// the jitter. Equal parameters give equal points.
     fn points(&self) -> Vec<DVec3> {
-        let (reach, _) = self.reach();
-        let range = move || -reach..=reach;
+        let ([x, y, z], _) = self.reach();
+        let range = |reach: i32| -reach..=reach;
         let step = if self.step.is_finite() { self.step } else { 0.0 };
         let jitter = if self.jitter.is_finite() { self.jitter } else { 0.0 };
-        let cells = range().flat_map(|i| range().flat_map(move |j| range().map(move |k| [i, j, k])));
+        let cells = range(x).flat_map(move |i| range(y).flat_map(move |j| range(z).map(move |k| [i, j, k])));
         cells
             .map(|cell| {
-                let point = step * DVec3::from_array(cell.map(f64::from));
+                let point = self.center + step * DVec3::from_array(cell.map(f64::from));
                 point + jitter * DVec3::from_array([0, 1, 2].map(|axis| noise(cell, axis)))
             })
             .collect()
@@ -88,15 +140,23 @@ impl IoGrid {
             .into_par_iter()
             .map(|point| (point, scene.contains_point_unless(point, cancel) == Some(true)))
             .collect();
-        (!cancel.load(Ordering::Relaxed)).then_some(Self { points, is_cut: spec.reach().1 })
+        let is_complete = !cancel.load(Ordering::Relaxed);
+        is_complete.then(|| Self { points, is_cut: spec.reach().1, step: spec.step })
     }
 
-    /// The points as marks of this radius: red inside, blue outside.
-    pub(crate) fn marks(&self, radius: f64) -> impl Iterator<Item = Mark> {
-        self.points.iter().map(move |&(center, is_inside)| Mark {
+    /// The points as marks: red inside, blue outside. The points of a fitting grid that are inside
+    /// show through surfaces unless `is_wireframe`.
+    pub(crate) fn marks(&self, settings: &ViewSettings, is_wireframe: bool) -> impl Iterator<Item = Mark> {
+        let is_fit = settings.io_fit;
+        let radius = if is_fit { FIT_RADIUS * self.step } else { settings.io_radius };
+        let outside = if is_fit { FIT_OUTSIDE } else { OUTSIDE };
+        let shows_outside = settings.io_outside;
+        let shown = self.points.iter().filter(move |(_, is_inside)| *is_inside || shows_outside);
+        shown.map(move |&(center, is_inside)| Mark {
             center,
             radius,
-            color: if is_inside { INSIDE } else { OUTSIDE },
+            color: if is_inside { INSIDE } else { outside },
+            is_on_top: is_inside && is_fit && !is_wireframe,
         })
     }
 }
@@ -107,6 +167,10 @@ mod tests {
 
     use super::*;
 
+    fn fixed(step: f64, half: f64, jitter: f64) -> GridSpec {
+        GridSpec { center: DVec3::ZERO, step, half: DVec3::splat(half), jitter }
+    }
+
     fn compiled(lines: &[&str]) -> CompiledScene {
         let mut session = Session::default();
         lines.iter().for_each(|line| assert!(session.run_line(line).is_ok(), "{line}"));
@@ -114,8 +178,9 @@ mod tests {
     }
 
     #[test]
-    fn the_default_grid_is_that_of_the_course_text() {
-        let spec = GridSpec::new(&ViewSettings::default());
+    fn the_grid_of_the_course_is_that_of_its_text() {
+        let choice = GridChoice::new(&ViewSettings::COURSE);
+        let spec = choice.spec(None).unwrap();
         let points = spec.points();
         assert_eq!(points.len(), 21 * 21 * 21);
         assert!(points.iter().all(|p| {
@@ -129,7 +194,7 @@ mod tests {
     #[test]
     fn answers_are_those_of_the_shape_with_its_transforms() {
         let scene = compiled(&["prm ball", "obj o", "ap ball", "ss 2 1 1", "xs 1 0 0"]);
-        let spec = GridSpec { step: 0.5, half: 3.0, jitter: 0.1 };
+        let spec = fixed(0.5, 3.0, 0.1);
         let grid = IoGrid::test(&scene, &spec, &AtomicBool::new(false)).unwrap();
         let is_inside = |p: DVec3| ((p.x - 1.0) / 2.0).powi(2) + p.y * p.y + p.z * p.z < 1.0;
         assert!(grid.points.iter().any(|(_, inside)| *inside));
@@ -139,10 +204,10 @@ mod tests {
 
     #[test]
     fn a_grid_too_large_is_cut_and_parameters_that_are_not_finite_are_harmless() {
-        let spec = GridSpec { step: 1e-9, half: 5.0, jitter: 0.0 };
-        assert_eq!((spec.reach(), spec.points().len()), ((20, true), 41 * 41 * 41));
+        let spec = fixed(1e-9, 5.0, 0.0);
+        assert_eq!((spec.reach(), spec.points().len()), (([20; 3], true), 41 * 41 * 41));
         for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
-            let spec = GridSpec { step: bad, half: bad, jitter: bad };
+            let spec = fixed(bad, bad, bad);
             assert!(spec.points().iter().all(|point| point.is_finite()), "{bad}");
         }
     }
@@ -150,7 +215,36 @@ mod tests {
     #[test]
     fn a_cancelled_test_answers_nothing() {
         let scene = compiled(&["prm ball"]);
-        let spec = GridSpec::new(&ViewSettings::default());
-        assert!(IoGrid::test(&scene, &spec, &AtomicBool::new(true)).is_none());
+        assert!(IoGrid::test(&scene, &fixed(0.5, 5.0, 0.0), &AtomicBool::new(true)).is_none());
+    }
+
+    #[test]
+    fn a_fitting_grid_has_as_many_points_at_any_scale_and_its_outside_can_be_left_out() {
+        let settings = ViewSettings { io_test: true, ..ViewSettings::default() };
+        let choice = GridChoice::new(&settings);
+        let spec = |scale: f64| {
+            let bounds =
+                Aabb::around(scale * DVec3::new(3.0, 0.0, -1.0), scale * DVec3::new(2.0, 1.0, 0.001));
+            choice.spec(Some(&bounds)).unwrap()
+        };
+        for scale in [1e-9, 1.0, 1e12] {
+            let points = spec(scale).points();
+            assert_eq!(points.len(), 15 * 7);
+            assert!(
+                points.iter().all(|p| (*p / scale - DVec3::new(3.0, 0.0, -1.0)).abs().max_element() < 2.4)
+            );
+        }
+        let none = [None, Some(&Aabb::EMPTY), Some(&Aabb::around(DVec3::ONE, DVec3::ZERO))];
+        assert!(none.into_iter().all(|bounds| choice.spec(bounds).is_none()));
+
+        let scene = compiled(&["prm ball", "coeff 40 40 40"]);
+        let bounds = Aabb::around(DVec3::ZERO, DVec3::splat(40.0));
+        let spec = choice.spec(Some(&bounds)).unwrap();
+        let grid = IoGrid::test(&scene, &spec, &AtomicBool::new(false)).unwrap();
+        let inside = grid.points.iter().filter(|(_, is_inside)| *is_inside).count();
+        let count = |settings: &ViewSettings| grid.marks(settings, false).count();
+        assert_eq!(count(&settings), grid.points.len());
+        assert_eq!(count(&ViewSettings { io_outside: false, ..settings }), inside);
+        assert!(inside > 500 && grid.marks(&settings, false).filter(|mark| mark.is_on_top).count() == inside);
     }
 }

@@ -2,9 +2,11 @@
 
 use superegg_scene::Scene;
 
+use super::files::FileEvent;
+use crate::input::FileAction;
 use crate::input::keys::Action;
 use crate::overlay::cast::CastHit;
-use crate::protocol::Frames;
+use crate::protocol::{Document, Frames};
 
 /// Everything that the panel shows.
 pub(crate) struct PanelModel<'a> {
@@ -23,6 +25,8 @@ pub(crate) struct PanelModel<'a> {
     pub(crate) notice: Option<&'a str>,
     /// Name of device and driver.
     pub(crate) device: &'a str,
+    /// The file of the session.
+    pub(crate) document: &'a Document,
 }
 
 /// A change made in the panel.
@@ -38,4 +42,10 @@ pub(crate) enum PanelEvent {
     SettingsChanged,
     /// The frame of this index.
     Frame(usize),
+    /// An action with files.
+    File(FileAction),
+    /// The result of an action with files.
+    FileEvent(FileEvent),
+    /// Do not offer the session that ended without a save again.
+    RecoverLater,
 }

@@ -7,6 +7,7 @@ use superegg_scene::{Encoding, Entity, Light, MAX_DEPTH, Object, Primitive, Scen
 
 use super::edit::{edit_light, edit_primitive};
 use super::fields::{color, number, vector};
+use super::menu::{menu, offer_recovery};
 use super::model::{PanelEvent, PanelModel};
 use super::texts::{help, texts};
 use super::tree::{MOST_LISTED, tree};
@@ -29,6 +30,8 @@ pub(crate) struct Panel {
     pending: Option<Pending>,
     /// The values of the transform fields.
     nudge: Nudge,
+    /// The session that ended without a save is not offered again.
+    pub(crate) recovers_later: bool,
 }
 
 /// A transform in progress of the child at the cursor, or of the whole object.
@@ -57,7 +60,11 @@ impl Panel {
         model: &PanelModel<'_>,
     ) -> Vec<PanelEvent> {
         let mut events = Vec::new();
+        if let Some(unsaved) = model.document.unsaved_before.as_deref().filter(|_| !self.recovers_later) {
+            egui::Panel::top("recovery").show(ui, |ui| offer_recovery(ui, unsaved, &mut events));
+        }
         if view.has_panel {
+            egui::Panel::top("menu").show(ui, |ui| menu(ui, model, &mut events));
             // The theme's own grey is hard to read on a dark panel.
             ui.visuals_mut().override_text_color = Some(Color32::from_gray(215));
             egui::Panel::right("panel").default_size(PANEL_WIDTH).show(ui, |ui| {

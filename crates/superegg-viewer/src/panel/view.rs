@@ -54,7 +54,17 @@ pub(super) fn io_settings(ui: &mut Ui, view: &mut ViewState, events: &mut Vec<Pa
     if ui.checkbox(&mut is_on, "shown (o): red inside, blue outside").changed() {
         events.push(PanelEvent::Action(Action::ToggleIoTest));
     }
+    let mut has_outside = view.settings.io_outside;
+    if ui.checkbox(&mut has_outside, "points outside (u)").changed() {
+        events.push(PanelEvent::Action(Action::ToggleOutside));
+    }
     let settings = &mut view.settings;
+    if ui.checkbox(&mut settings.io_fit, "the grid suits the scene").changed() {
+        events.push(PanelEvent::SettingsChanged);
+    }
+    if settings.io_fit {
+        return;
+    }
     for (value, range, text) in [
         (&mut settings.io_step, 0.05..=5.0, "step"),
         (&mut settings.io_half, 0.5..=50.0, "extent"),

@@ -25,10 +25,10 @@ use super::{keyboard, screenshot, status};
 use crate::commands;
 use crate::event::Event;
 use crate::input::keys::Action;
-use crate::input::{Request, ViewState};
+use crate::input::{FileAction, Request, ViewState};
 use crate::live::tracer::Pass;
 use crate::overlay::cast::cast;
-use crate::panel::{Panel, PanelEvent, PanelModel};
+use crate::panel::{Files, Panel, PanelEvent, PanelModel};
 use crate::protocol::{FromViewer, Shown};
 
 /// Pixels of smooth scrolling that count as one notch of the wheel.
@@ -39,17 +39,18 @@ const NEVER: Duration = Duration::from_secs(3600);
 /// The viewer in the event loop.
 pub(crate) struct App {
     proxy: EventLoopProxy<Event>,
-    outbox: Outbox,
+    pub(super) outbox: Outbox,
     /// Open the window at the start.
     opens_at_once: bool,
     /// End the event loop.
     quits: bool,
-    window: Option<OpenWindow>,
-    content: Content,
+    pub(super) window: Option<OpenWindow>,
+    pub(super) content: Content,
     background: Background,
     view: ViewState,
-    panel: Panel,
-    notice: Notice,
+    pub(super) panel: Panel,
+    pub(super) files: Files,
+    pub(super) notice: Notice,
     modifiers: ModifiersState,
     pointer: PointerTracker,
 }
@@ -68,6 +69,7 @@ impl App {
             view: ViewState::new(&shown.scene.camera, shown.settings),
             content: Content::new(shown),
             panel: Panel::default(),
+            files: Files::default(),
             notice: Notice::default(),
             modifiers: ModifiersState::empty(),
             pointer: PointerTracker::default(),
@@ -75,13 +77,13 @@ impl App {
     }
 
     /// Shows a text in the window and at the prompt.
-    fn report(&mut self, text: String) {
+    pub(super) fn report(&mut self, text: String) {
         self.notice.show(text.clone());
         self.outbox.send(FromViewer::Message(text));
         self.redraw();
     }
 
-    fn redraw(&self) {
+    pub(super) fn redraw(&self) {
         if let Some(open) = &self.window {
             open.request_redraw();
         }
@@ -96,21 +98,23 @@ impl App {
             Ok(open) => {
                 open.request_redraw();
                 self.window = Some(open);
+                self.update_title();
                 self.background.trace.forget();
             }
             Err(error) => {
                 let text = format!("the viewer cannot open its window: {error}");
                 self.outbox.send(FromViewer::Message(text));
-                self.outbox.send(FromViewer::Closed);
+                self.outbox.send(FromViewer::Closed { by_user: false });
             }
         }
     }
 
-    fn close(&mut self) {
+    /// Closes the window.
+    pub(super) fn close(&mut self, by_user: bool) {
         if self.window.take().is_some() {
             self.view.is_traced = false;
             self.background.trace.stop();
-            self.outbox.send(FromViewer::Closed);
+            self.outbox.send(FromViewer::Closed { by_user });
         }
     }
 
@@ -118,6 +122,7 @@ impl App {
         self.view.settings = shown.settings;
         self.view.set_camera(&shown.scene.camera);
         self.content.replace(shown);
+        self.after_snapshot();
         self.redraw();
     }
 
@@ -133,7 +138,7 @@ impl App {
             Err(error) => {
                 let text = format!("the viewer's window is closed because it cannot be drawn: {error}");
                 self.outbox.send(FromViewer::Message(text));
-                self.outbox.send(FromViewer::Closed);
+                self.outbox.send(FromViewer::Closed { by_user: false });
             }
         }
     }
@@ -142,7 +147,8 @@ impl App {
         let bounds = self.background.bounds();
         match self.view.apply(action, &bounds) {
             None => (),
-            Some(Request::KeyboardBack) => self.outbox.send(FromViewer::KeyboardBack),
+            Some(Request::KeyboardBack) => self.keyboard_back(),
+            Some(Request::File(action)) => self.begin_file_action(action),
             Some(Request::SettingsChanged) => self.send_settings(),
             Some(Request::Refresh) => {
                 self.content.refresh();
@@ -249,8 +255,9 @@ impl App {
             status: &status,
             notice: self.notice.text(),
             device: &device_name,
+            document: self.content.document(),
         };
-        let (ui, events) = run_panel(open, &mut self.panel, &mut self.view, &model);
+        let (ui, events) = run_panel(open, &mut self.panel, &mut self.files, &mut self.view, &model);
         // egui positions a text by its size in the previous frame.
         let has_grown = status.len() != open.status_lines;
         open.status_lines = status.len();
@@ -275,6 +282,9 @@ impl App {
             }
             PanelEvent::Action(action) => self.act(action),
             PanelEvent::SettingsChanged => self.send_settings(),
+            PanelEvent::File(action) => self.begin_file_action(action),
+            PanelEvent::FileEvent(event) => self.on_file_event(event),
+            PanelEvent::RecoverLater => self.panel.recovers_later = true,
             PanelEvent::Frame(frame) => {
                 if let Some(frame) = self.content.want_frame(frame) {
                     self.outbox.send(FromViewer::Frame(frame));
@@ -303,11 +313,13 @@ impl App {
 }
 
 /// Whether egui should see an event. A redraw would make it request another one. Tab is a key of
-/// the viewer.
-fn is_for_egui(event: &WindowEvent) -> bool {
+/// the viewer, except in a dialog.
+fn is_for_egui(event: &WindowEvent, has_dialog: bool) -> bool {
     match event {
         WindowEvent::RedrawRequested => false,
-        WindowEvent::KeyboardInput { event, .. } => event.logical_key != Key::Named(NamedKey::Tab),
+        WindowEvent::KeyboardInput { event, .. } => {
+            has_dialog || event.logical_key != Key::Named(NamedKey::Tab)
+        }
         _ => true,
     }
 }
@@ -326,7 +338,12 @@ impl ApplicationHandler<Event> for App {
                 self.open(event_loop);
             }
             Event::Show(shown) => self.show(*shown),
+            Event::Inform(text) => {
+                self.notice.show(text);
+                self.redraw();
+            }
             Event::Notice(text) => {
+                self.files.on_failure();
                 self.content.drop_draft();
                 self.content.drop_wanted_frame();
                 self.notice.show(text);
@@ -337,9 +354,9 @@ impl ApplicationHandler<Event> for App {
                     open.focus();
                 }
             }
-            Event::Close => self.close(),
+            Event::Close => self.close(false),
             Event::Quit => {
-                self.close();
+                self.close(false);
                 self.quits = true;
             }
             Event::Ready(result) => {
@@ -355,7 +372,7 @@ impl ApplicationHandler<Event> for App {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
         let Some(open) = self.window.as_mut().filter(|open| open.surface.window.id() == id) else { return };
         let mut is_consumed = false;
-        if is_for_egui(&event) {
+        if is_for_egui(&event, self.files.is_open()) {
             let response = open.egui.on_window_event(&open.surface.window, &event);
             is_consumed = response.consumed;
             if response.repaint {
@@ -365,14 +382,17 @@ impl ApplicationHandler<Event> for App {
         let is_for_scene = !is_consumed && !open.egui.wants_pointer();
         match event {
             WindowEvent::RedrawRequested => self.draw(event_loop),
-            WindowEvent::CloseRequested => self.close(),
+            WindowEvent::CloseRequested => self.begin_file_action(FileAction::Leave),
+            WindowEvent::DroppedFile(path) => self.begin_file_action(FileAction::OpenFile(path)),
             WindowEvent::Resized(size) => {
                 open.surface.resize(size);
                 open.request_redraw();
             }
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, .. }
-                if event.state == ElementState::Pressed && !open.egui.wants_keyboard() =>
+                if event.state == ElementState::Pressed
+                    && !open.egui.wants_keyboard()
+                    && !self.files.is_open() =>
             {
                 if let Some(action) = keyboard::action(&event, self.modifiers) {
                     self.act(action);

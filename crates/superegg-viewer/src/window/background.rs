@@ -13,7 +13,7 @@ use crate::event::Event;
 use crate::input::ViewState;
 use crate::live::tracer::Tracer;
 use crate::live::worker::{SceneRequest, SceneResult, SceneWorker};
-use crate::overlay::io_grid::{GridSpec, IoGrid};
+use crate::overlay::io_grid::{GridChoice, IoGrid};
 use crate::preview::{Preview, PreviewBudget};
 
 /// The background threads and their latest results.
@@ -36,7 +36,7 @@ struct RequestKey {
     number: u64,
     /// Camera and picture height, if the preview depends on them.
     camera: Option<(Camera, u32)>,
-    grid: Option<GridSpec>,
+    grid: Option<GridChoice>,
 }
 
 impl Background {
@@ -99,7 +99,7 @@ impl Background {
         let key = RequestKey {
             number: content.number(),
             camera: self.preview.depends_on_camera().then_some((camera, height_px)),
-            grid: view.settings.io_test.then(|| GridSpec::new(&view.settings)),
+            grid: view.settings.io_test.then(|| GridChoice::new(&view.settings)),
         };
         if self.requested.as_ref() == Some(&key) {
             return;

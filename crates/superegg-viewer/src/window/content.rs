@@ -3,7 +3,7 @@
 use superegg_scene::Scene;
 
 use crate::commands;
-use crate::protocol::{Frames, Shown};
+use crate::protocol::{Document, Frames, Shown};
 
 /// The session's snapshot, a draft of it, and the entity that is shown.
 #[derive(Debug)]
@@ -18,6 +18,7 @@ pub(super) struct Content {
     frames: Option<Frames>,
     /// The frame that the user wants and the session has not shown yet.
     wanted_frame: Option<usize>,
+    document: Document,
 }
 
 /// A primitive selected by a double click. The object that contains it stays in view.
@@ -29,8 +30,17 @@ struct Pick {
 
 impl Content {
     pub(super) fn new(shown: Shown) -> Self {
-        let Shown { scene, selected, frames, settings: _ } = shown;
-        Self { snapshot: scene, selected, draft: None, number: 1, pick: None, frames, wanted_frame: None }
+        let Shown { scene, selected, frames, document, settings: _ } = shown;
+        Self {
+            snapshot: scene,
+            selected,
+            draft: None,
+            number: 1,
+            pick: None,
+            frames,
+            wanted_frame: None,
+            document,
+        }
     }
 
     /// Takes over a snapshot. It ends the draft.
@@ -45,9 +55,14 @@ impl Content {
         self.selected = shown.selected;
         self.draft = None;
         self.frames = shown.frames;
+        self.document = shown.document;
         self.wanted_frame = self.wanted_frame.filter(|wanted| {
             self.frames.is_some_and(|frames| frames.current != *wanted && *wanted < frames.count)
         });
+    }
+
+    pub(super) fn document(&self) -> &Document {
+        &self.document
     }
 
     /// The frames, with the one that the user wants as the current one.

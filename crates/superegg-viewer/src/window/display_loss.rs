@@ -37,7 +37,7 @@ impl Guard {
     pub(crate) fn report_once(&self) {
         if !self.0.is_reported.swap(true, Ordering::SeqCst) {
             let _ = self.0.out.send(FromViewer::Message(REPORT.to_owned()));
-            let _ = self.0.out.send(FromViewer::Closed);
+            let _ = self.0.out.send(FromViewer::Closed { by_user: false });
         }
     }
 

@@ -12,7 +12,7 @@ use crate::draw::{FilmTexture, Line, Mark, Picture, Style, Target};
 use crate::input::{ViewState, Viewport};
 use crate::overlay::annotations::{axes, light_marks};
 use crate::overlay::cast::{CastHit, cast, lines_and_marks};
-use crate::panel::{Panel, PanelEvent, PanelModel};
+use crate::panel::{Files, Panel, PanelEvent, PanelModel};
 use crate::preview::Preview;
 
 /// A picture of the scene with its annotations.
@@ -65,7 +65,7 @@ impl<'a> Composed<'a> {
             composed.marks.extend(light_marks(&composed.lights, &camera, scene.picture.encoding));
         }
         if let Some(grid) = background.grid().filter(|_| settings.io_test) {
-            composed.marks.extend(grid.marks(settings.io_radius));
+            composed.marks.extend(grid.marks(settings, settings.wireframe));
         }
         if let Some((ray, hit)) = intersection_test(content, background, view) {
             let distance = (camera.target - camera.position).length();
@@ -97,6 +97,7 @@ impl<'a> Composed<'a> {
 pub(super) fn run_panel(
     open: &mut OpenWindow,
     panel: &mut Panel,
+    files: &mut Files,
     view: &mut ViewState,
     model: &PanelModel<'_>,
 ) -> (UiPaint, Vec<PanelEvent>) {
@@ -104,6 +105,7 @@ pub(super) fn run_panel(
     let mut rest = egui::Rect::NOTHING;
     let paint = open.egui.run(&open.gpu, &open.surface.window, |ui| {
         events.extend(panel.show(ui, view, model));
+        events.extend(files.show(ui, model.document).into_iter().map(PanelEvent::FileEvent));
         rest = ui.available_rect_before_wrap();
     });
     let scale = f64::from(paint.pixels_per_point);

@@ -8,6 +8,10 @@ use crate::input::ViewState;
 use crate::live::tracer::Pass;
 use crate::preview::PreviewBudget;
 
+const KEYS: &str = "h: keys  |  o: inside-outside test  |  i: intersection test";
+/// In the course program both tests are on at first.
+const COURSE_KEYS: &str = "h: keys";
+
 /// The status lines. `stats` are those of the last frame.
 pub(super) fn lines(
     content: &Content,
@@ -24,7 +28,8 @@ pub(super) fn lines(
     let frame = content
         .frames()
         .map(|frames| format!("  |  frame {} of 0 to {}", frames.current, frames.count.saturating_sub(1)));
-    let mut lines = vec![format!("{root}{}  |  {renderer}  |  h: keys", frame.unwrap_or_default())];
+    let keys = if view.settings.course { COURSE_KEYS } else { KEYS };
+    let mut lines = vec![format!("{root}{}  |  {renderer}  |  {keys}", frame.unwrap_or_default())];
     let unpaid = background.preview().unpaid_branches;
     if unpaid > 0 {
         let most = PreviewBudget::WINDOW_INSTANCES;

@@ -7,7 +7,7 @@ use superegg_lang::{Fault, FaultCode, write_session};
 use crate::files::binary_scene;
 use crate::files::scene::{Loaded, load_into};
 use crate::files::{self, Overwrite};
-use crate::modeller::faults::{not_loadable, unreadable, unwritable};
+use crate::modeller::faults::{not_loadable, quoted, unreadable, unwritable};
 use crate::modeller::journal::Record;
 use crate::modeller::reporter::Message;
 use crate::modeller::state::{Modeller, Pending};
@@ -83,7 +83,7 @@ impl Modeller {
             self.timeline.run_lines(&label, &lines)?;
             self.record(Record::Lines { label: &label, lines: &lines });
         }
-        if self.is_interactive() {
+        if self.answers_person() {
             let added = loaded.session.scene();
             let text = format!(
                 "{}: {}, {} included",
@@ -135,7 +135,10 @@ impl Modeller {
         self.known_files.remember(&path);
         self.timeline.mark_saved();
         self.record(Record::Saved);
-        if self.is_interactive() {
+        if !as_history {
+            self.document.save(&path);
+        }
+        if self.answers_person() {
             self.print(&format!("saved as {}", path.display()));
         }
         self.scene_file = Some(path);
@@ -212,15 +215,6 @@ impl Modeller {
             names.into_iter().map(|(is_folder, name)| if is_folder { name + "/" } else { name }).collect();
         self.print(&if lines.is_empty() { "the folder is empty".to_owned() } else { lines.join("\n") });
         Ok(())
-    }
-}
-
-/// A file name in quotes if a line needs them.
-fn quoted(file: &str) -> String {
-    if file.contains(|c: char| c.is_whitespace() || c == '#') {
-        format!("\"{file}\"")
-    } else {
-        file.to_owned()
     }
 }
 

@@ -35,7 +35,7 @@ impl Modeller {
             }
             Recovery::Discard(only) => {
                 let discarded = if only.is_some() { vec![unsaved.swap_remove(number - 1)] } else { unsaved };
-                if !self.is_interactive() {
+                if !self.answers_person() {
                     return Err(Fault::new(
                         FaultCode::NotHere,
                         "unsaved sessions are only discarded at the prompt",

@@ -1,0 +1,88 @@
+//! The menu at the top, and the offer of a session that ended without a save.
+
+use std::path::Path;
+
+use egui::{Button, MenuBar, Ui};
+
+use super::model::{PanelEvent, PanelModel};
+use crate::commands;
+use crate::input::FileAction;
+use crate::input::keys::{Action, BINDINGS};
+
+/// Draws the menu.
+pub(super) fn menu(ui: &mut Ui, model: &PanelModel<'_>, events: &mut Vec<PanelEvent>) {
+    MenuBar::new().ui(ui, |ui| {
+        ui.menu_button("File", |ui| file_menu(ui, model, events));
+        ui.menu_button("Edit", |ui| {
+            for (text, act) in [("Undo", Action::Undo), ("Redo", Action::Redo)] {
+                action(ui, text, act, events);
+            }
+        });
+        ui.menu_button("View", |ui| {
+            for (text, act) in [
+                ("Frame all", Action::FrameAll),
+                ("The scene's camera", Action::Home),
+                ("Use this view as the camera", Action::WriteCamera),
+                ("Refresh", Action::Refresh),
+                ("Hide menu and panel", Action::TogglePanel),
+            ] {
+                action(ui, text, act, events);
+            }
+        });
+        ui.menu_button("Help", |ui| action(ui, "Keys", Action::ToggleHelp, events));
+    });
+}
+
+fn file_menu(ui: &mut Ui, model: &PanelModel<'_>, events: &mut Vec<PanelEvent>) {
+    for (text, act) in [("New", Action::New), ("Open ...", Action::Open)] {
+        action(ui, text, act, events);
+    }
+    ui.add_enabled_ui(!model.document.recent.is_empty(), |ui| {
+        ui.menu_button("Open recent", |ui| {
+            for path in &model.document.recent {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                let folder = path.parent().unwrap_or(Path::new("")).display().to_string();
+                if ui.button(name).on_hover_text(folder).clicked() {
+                    events.push(PanelEvent::File(FileAction::OpenFile(path.clone())));
+                }
+            }
+        });
+    });
+    ui.separator();
+    for (text, act) in [("Save", Action::Save), ("Save as ...", Action::SaveAs)] {
+        action(ui, text, act, events);
+    }
+    ui.separator();
+    for (text, act) in
+        [("Import ...", FileAction::Import), ("Export ...", FileAction::Export), ("Close", FileAction::Leave)]
+    {
+        if ui.button(text).clicked() {
+            events.push(PanelEvent::File(act));
+        }
+    }
+}
+
+/// A row of a menu with the key of its action.
+fn action(ui: &mut Ui, text: &str, action: Action, events: &mut Vec<PanelEvent>) {
+    let key = BINDINGS.iter().find(|row| row.action == action).and_then(|row| row.keys.first());
+    let button = Button::new(text).shortcut_text(key.copied().unwrap_or_default());
+    if ui.add(button).clicked() {
+        events.push(PanelEvent::Action(action));
+    }
+}
+
+/// Offers the session that ended without a save.
+pub(super) fn offer_recovery(ui: &mut Ui, unsaved: &str, events: &mut Vec<PanelEvent>) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label(format!("An earlier session was not saved: {unsaved}."));
+        for (text, event) in [
+            ("Recover", PanelEvent::Command(commands::recover())),
+            ("Discard", PanelEvent::Command(commands::discard_unsaved())),
+            ("Later", PanelEvent::RecoverLater),
+        ] {
+            if ui.button(text).clicked() {
+                events.push(event);
+            }
+        }
+    });
+}
