@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use superegg_geom::glam::DVec2;
 use superegg_render::RenderSettings;
-use superegg_scene::{Scene, Shading};
+use superegg_scene::Scene;
 use superegg_trace::CompiledScene;
 
-use crate::draw::{Drawing, Gpu, GpuError, Picture, Style};
+use crate::draw::{Drawing, Gpu, GpuError, Picture};
 use crate::frame_stats::{DrawStats, FrameTimes, PreviewBench, TraceBench, ViewerBench};
 use crate::input::Eye;
 use crate::live::tracer::{ALL_THREADS, Pace, TraceJob, trace_pass};
@@ -76,15 +76,7 @@ fn bench_preview(
     for frame in 0..=frames {
         let picture = Picture {
             camera: eye_at(scene, frame, frames).camera(),
-            lights: &lights,
-            background: scene.background,
-            encoding: scene.picture.encoding,
-            preview: &preview,
-            style: Style::Solid(Shading::Phong),
-            selected: None,
-            lines: &[],
-            marks: &[],
-            film: None,
+            ..Picture::of(scene, &preview, &lights)
         };
         let begin = Instant::now();
         last = drawing.draw_to_image(&picture, size)?.1;

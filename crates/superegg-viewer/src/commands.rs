@@ -62,6 +62,64 @@ pub(crate) fn select_primitive(name: &str) -> String {
     format!("primitive {name}")
 }
 
+pub(crate) fn select_object(name: &str) -> String {
+    format!("object {name}")
+}
+
+/// Adds a child to the selected object.
+pub(crate) fn add_child(target: &str, entity: &Entity, alias: &str) -> String {
+    let word = match entity {
+        Entity::Primitive(_) => "addPrimitive",
+        Entity::Object(_) | Entity::Table(_) => "addObject",
+    };
+    format!("{word} {target} {alias}")
+}
+
+/// Adds a primitive to the selected object.
+pub(crate) fn add_primitive(name: &str) -> String {
+    format!("addPrimitive {name}")
+}
+
+/// Adds an object to the selected object.
+pub(crate) fn add_object(name: &str) -> String {
+    format!("addObject {name}")
+}
+
+/// Removes a child of the selected object.
+pub(crate) fn remove_child(alias: &str) -> String {
+    format!("remove {alias}")
+}
+
+pub(crate) fn delete(name: &str) -> String {
+    format!("delete {name}")
+}
+
+pub(crate) fn rename(name: &str, new: &str) -> String {
+    format!("rename {name} {new}")
+}
+
+pub(crate) fn copy(name: &str, new: &str) -> String {
+    format!("copy {name} {new}")
+}
+
+pub(crate) fn set_exponents(e: f64, n: f64) -> String {
+    format!("setExponent {} {}", number(e), number(n))
+}
+
+/// A name that is not taken: the word itself, or with the first number that makes it free.
+pub(crate) fn free_name(word: &str, is_taken: impl Fn(&str) -> bool) -> String {
+    let stem = word.trim_end_matches(|c: char| c.is_ascii_digit());
+    let stem = if stem.is_empty() { word } else { stem };
+    let numbered = (2..).map(|i| format!("{stem}{i}"));
+    std::iter::once(word.to_owned()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
+}
+
+/// Whether a word can be the name of something new.
+pub(crate) fn is_name(word: &str) -> bool {
+    !word.is_empty()
+        && !word.contains(|c: char| c.is_whitespace() || c.is_control() || matches!(c, '#' | '"' | ';'))
+}
+
 /// Moves the cursor of the selected object to a child.
 pub(crate) fn set_cursor(alias: &str) -> String {
     format!("setCursor {alias}")
@@ -130,6 +188,9 @@ pub(crate) fn view_as_camera(camera: &Camera, before: &Camera) -> Vec<String> {
     let decimals = (6.0 - distance.log10().floor()).clamp(0.0, 17.0) as usize;
     let (position, target) = (vector_text(camera.position, decimals), vector_text(camera.target, decimals));
     let mut lines = vec![format!("camera {position} {target} {}", number_text(camera.fov_deg, 6))];
+    if let Some(height) = camera.ortho_height.filter(|_| camera.ortho_height != before.ortho_height) {
+        lines.push(format!("orthographic {}", number_text(height, decimals)));
+    }
     if (camera.up - before.up).length() > 1e-9 {
         lines.insert(0, format!("cameraUp {}", vector_text(camera.up, 7)));
     }
@@ -319,6 +380,17 @@ mod tests {
             "addPrimitive ball".to_owned(),
             set_cursor("ball"),
             select_primitive("ball"),
+            select_object("o"),
+            add_child("ball", &Entity::Primitive(Primitive::default()), "two"),
+            add_object("o"),
+            remove_child("o"),
+            copy("ball", "egg"),
+            rename("egg", "nut"),
+            delete("nut"),
+            select_primitive("cube"),
+            set_exponents(0.1, 0.1),
+            select_object("o"),
+            add_primitive("cube"),
             new_scene(),
             recover(),
             discard_unsaved(),

@@ -19,5 +19,5 @@ pub(crate) use gpu::by_family;
 pub use gpu::{Gpu, GpuError};
 pub use gpu_data::MOST_LIGHTS;
 pub(crate) use picture::Target;
-pub use picture::{FilmTexture, Line, Mark, Picture, Style};
+pub use picture::{FilmTexture, Line, Mark, Picture, Selected, Style};
 pub use pipelines::SHADERS;

@@ -2,9 +2,13 @@
 
 mod arcball;
 mod eye;
+pub(crate) mod gizmo;
 pub mod keys;
+mod projection;
 mod view_state;
 
 pub use arcball::Arcball;
 pub use eye::Eye;
-pub use view_state::{FileAction, Request, ViewState, Viewport};
+pub use gizmo::Tool;
+pub(crate) use projection::Projection;
+pub use view_state::{FileAction, Request, ViewSide, ViewState, Viewport};

@@ -57,7 +57,7 @@ pub use absent::{Viewer, ViewerHandle, bench};
 pub use {
     bench::bench,
     draw::GpuError,
-    input::{Arcball, Eye, FileAction, Request, ViewState, Viewport, keys},
+    input::{Arcball, Eye, FileAction, Request, Tool, ViewSide, ViewState, Viewport, keys},
     viewer::{Viewer, ViewerHandle},
 };
 

@@ -1,12 +1,15 @@
 //! The side panel, the help and the texts over the scene. A change in the panel leaves as lines of
 //! the modelling language.
 
+mod add;
 mod edit;
 mod fields;
 mod file_dialog;
 mod files;
+mod handles;
 mod menu;
 mod model;
+mod naming;
 mod sections;
 mod texts;
 mod tree;

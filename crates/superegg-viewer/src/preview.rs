@@ -4,8 +4,9 @@
 mod data;
 mod expand;
 mod index;
+mod superellipse;
 mod tessellate;
 
 pub use data::{Preview, PreviewBudget, PreviewInstance, PreviewShape};
 pub use index::SceneIndex;
-pub(crate) use tessellate::{Vertex, drawn_patches, tessellate};
+pub(crate) use tessellate::{Mesh, Vertex, drawn_patches, quarter_segments, tessellate, tessellate_within};

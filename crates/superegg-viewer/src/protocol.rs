@@ -49,6 +49,13 @@ pub struct Frames {
 pub enum FromViewer {
     /// A line of the modelling language to run.
     Command(String),
+    /// Lines of the modelling language to run as one change.
+    Change {
+        /// The name of the change in the history.
+        label: String,
+        /// The lines.
+        lines: Vec<String>,
+    },
     /// A key or the panel has changed the switches of the view.
     Settings(ViewSettings),
     /// Show the frame of this index.

@@ -4,6 +4,7 @@ pub(crate) mod app;
 mod background;
 mod content;
 pub(crate) mod display_loss;
+mod editing;
 mod egui_layer;
 mod file_actions;
 mod frame;

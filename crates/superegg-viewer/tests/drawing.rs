@@ -8,10 +8,10 @@ use image::{Rgba, RgbaImage};
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_lang::Session;
 use superegg_render::View;
-use superegg_scene::{Encoding, Light, Patches, Scene, Shading};
+use superegg_scene::{Light, Scene, Shading};
 use superegg_trace::CompiledScene;
 use superegg_viewer::Eye;
-use superegg_viewer::draw::{Drawing, Gpu, Line, Mark, Picture, SHADERS, Style};
+use superegg_viewer::draw::{Drawing, Gpu, Line, Mark, Picture, SHADERS, Selected, Style};
 use superegg_viewer::preview::{Preview, PreviewBudget, SceneIndex};
 
 #[test]
@@ -50,25 +50,19 @@ fn open(session: &Session) -> Preview {
     SceneIndex::new(session.scene()).open(session.selected(), &session.scene().camera, &budget)
 }
 
-fn picture<'a>(scene: &Scene, preview: &'a Preview, lights: &'a [Light], style: Style) -> Picture<'a> {
-    Picture {
-        camera: scene.camera,
-        lights,
-        background: scene.background,
-        encoding: Encoding::Srgb,
-        preview,
-        style,
-        selected: None,
-        lines: &[],
-        marks: &[],
-        film: None,
-    }
+fn picture<'a>(scene: &'a Scene, preview: &'a Preview, lights: &'a [Light], style: Style) -> Picture<'a> {
+    Picture { style, ..Picture::of(scene, preview, lights) }
 }
 
 fn draw(drawing: &mut Drawing, lines: &str, style: Style) -> RgbaImage {
+    draw_as(drawing, lines, style, false)
+}
+
+fn draw_as(drawing: &mut Drawing, lines: &str, style: Style, is_course: bool) -> RgbaImage {
     let session = session(lines);
     let (preview, lights) = (open(&session), session.scene().lights());
-    drawing.draw_to_image(&picture(session.scene(), &preview, &lights, style), SIZE).unwrap().0
+    let picture = Picture { is_course, ..picture(session.scene(), &preview, &lights, style) };
+    drawing.draw_to_image(&picture, SIZE).unwrap().0
 }
 
 /// The fraction of pixels that differ by more than 8 in some channel.
@@ -88,9 +82,6 @@ fn silhouette(
     for shape in &mut preview.shapes {
         shape.material.color = DVec3::ONE;
         shape.material.ambient = 1.0;
-        if shape.patches != (Patches { u: 8, v: 4 }) {
-            shape.patches = Patches { u: 100, v: 100 };
-        }
     }
     let picture =
         Picture { camera, background: DVec3::ZERO, ..picture(session.scene(), &preview, &[], SOLID) };
@@ -177,16 +168,20 @@ fn silhouettes_equal_those_of_the_ray_tracer() {
 fn shading_is_per_pixel_or_per_vertex() {
     let Some(mut drawing) = drawing() else { return };
     let coarse = "prm a; coeff 4 4 4; patch 6 5; gloss .15; specular .9";
-    let (phong, gouraud) =
-        (draw(&mut drawing, coarse, SOLID), draw(&mut drawing, coarse, Style::Solid(Shading::Gouraud)));
+    let (phong, gouraud) = (
+        draw_as(&mut drawing, coarse, SOLID, true),
+        draw_as(&mut drawing, coarse, Style::Solid(Shading::Gouraud), true),
+    );
     assert!(difference(&phong, &gouraud) > 0.1, "{}", difference(&phong, &gouraud));
     // Only shading per pixel shows a highlight between the vertices.
     let brightest = |image: &RgbaImage| image.pixels().map(|pixel| pixel.0[0]).max().unwrap();
     assert!(brightest(&phong) > brightest(&gouraud));
     // With patches of the size of pixels there is no difference.
     let fine = "prm a; coeff 4 4 4; patch 300 300; gloss .4; specular .5";
-    let (phong, gouraud) =
-        (draw(&mut drawing, fine, SOLID), draw(&mut drawing, fine, Style::Solid(Shading::Gouraud)));
+    let (phong, gouraud) = (
+        draw_as(&mut drawing, fine, SOLID, true),
+        draw_as(&mut drawing, fine, Style::Solid(Shading::Gouraud), true),
+    );
     assert!(difference(&phong, &gouraud) < 0.01, "{}", difference(&phong, &gouraud));
 }
 
@@ -209,7 +204,7 @@ fn light_equals_that_of_the_ray_tracer_without_shadows() {
 
 /// The picture of a scene by the ray tracer, one ray per pixel.
 fn traced(session: &Session) -> RgbaImage {
-    let compiled = CompiledScene::compile(session.scene(), session.selected(), 1);
+    let compiled = CompiledScene::compile(session.scene(), session.selected(), session.scene().depth);
     let picture =
         superegg_scene::Picture { width: SIZE.0, height: SIZE.1, samples: 1, ..session.scene().picture };
     let settings = superegg_render::RenderSettings::of(session.scene()).with_picture(picture);
@@ -221,6 +216,70 @@ fn traced(session: &Session) -> RgbaImage {
         .flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255])
         .collect();
     RgbaImage::from_raw(SIZE.0, SIZE.1, bytes).unwrap()
+}
+
+/// A picture by the preview and by the ray tracer agree but for shadows and small differences at
+/// edges.
+#[test]
+fn floor_sky_patterns_exposure_and_tone_are_those_of_the_ray_tracer() {
+    let Some(mut drawing) = drawing() else { return };
+    let sun = "sun s 0.2 1 0.3; light l 300 400 500 .3 .3 .2";
+    for (what, lines) in [
+        ("sky", "camera 0 1 9 0 2 0; sky .8 .7 .6 .1 .2 .6; prm a"),
+        ("sky of any direction", "camera 0 1 9 0 2 0; sky .8 .7 .6 .1 .2 .6 1 0 1; prm a"),
+        (
+            "floor",
+            "camera 0 3 9 0 0 0; prm t; color .7 .4 .2; pattern checker .1 .1 .3 .7; prm a; coeff .1 .1 .1; floor -1 t",
+        ),
+        (
+            "floor with a gradient",
+            "camera 4 3 9 0 0 0; prm t; pattern gradient .1 .1 .3 1 .4 0; prm a; coeff .1 .1 .1; floor -1 t; floorUp .1 1 .2",
+        ),
+        ("checker", "prm a; coeff 3 2 3; exp .5 .7; color .9 .8 .3; pattern checker .1 .2 .6 .8"),
+        ("gradient", "prm a; coeff 3 2 3; exp .5 1.4; pattern gradient .9 .1 0 1 2 0"),
+        ("exposure", "set exposure -1.5; prm a; coeff 3 3 3; background .4 .4 .1"),
+        ("reinhard", "set exposure 2; set tone reinhard; prm a; coeff 3 3 3; background .4 .4 .1"),
+        ("filmic", "set exposure 1; set tone filmic; prm a; coeff 3 3 3; sky .4 .4 .1 1 2 3"),
+        ("parallel rays", "orthographic 8; prm a; coeff 3 3 3; exp .3 .6"),
+        (
+            "parallel rays on a floor",
+            "camera 0 4 9 0 0 0; ortho 8; sky .8 .7 .6; prm t; pattern checker .1 .1 .3 .7; prm a; coeff .1 .1 .1; floor -1 t",
+        ),
+        ("a mirror of the sky", "sky .8 .7 .6 .1 .2 .6; prm a; coeff 3 3 3; reflected .8; fresnel on"),
+        (
+            "a clear pane before the sky",
+            "sky .8 .7 .6 .1 .2 .6; prm a; coeff 3 3 .01; exp .01 .01; refracted 1; index 1; specular 0",
+        ),
+    ] {
+        let lines = format!("{lines}; {sun}");
+        let drawn = draw(&mut drawing, &lines, SOLID);
+        let expected = traced(&session(&lines));
+        let apart = difference(&drawn, &expected);
+        // Every scene of this list has more in it than one colour.
+        let first = *expected.get_pixel(0, 0);
+        assert!(expected.pixels().any(|pixel| *pixel != first), "{what}");
+        assert!(apart < 0.02, "{what}: {apart}");
+    }
+}
+
+#[test]
+fn what_is_behind_glass_shows_through_in_any_order() {
+    let Some(mut drawing) = drawing() else { return };
+    let red = |image: &RgbaImage| {
+        let middle = image.get_pixel(SIZE.0 / 2, SIZE.1 / 2).0;
+        middle[0] > middle[2] + 40
+    };
+    for order in ["ap glass; ap ball; xs 0 0 -4", "ap ball; xs 0 0 -4; ap glass"] {
+        let scene = |weight: f64| {
+            format!(
+                "prm glass; coeff 3 3 1; refracted {weight}; color 0 0 1; prm ball; color 1 0 0; coeff 2 2 2; obj o; {order}"
+            )
+        };
+        assert!(red(&draw(&mut drawing, &scene(0.9), SOLID)), "{order}");
+        assert!(!red(&draw(&mut drawing, &scene(0.0), SOLID)), "{order}");
+        // The course program draws glass as any other surface.
+        assert!(!red(&draw_as(&mut drawing, &scene(0.9), SOLID, true)), "{order}");
+    }
 }
 
 #[test]
@@ -255,11 +314,39 @@ fn edges_on_a_surface_are_complete() {
     let plain = picture(session.scene(), &preview, &lights, SOLID);
     let wires = picture(session.scene(), &preview, &lights, Style::Wireframe { has_normals: false });
     let orange = |image: &RgbaImage| image.pixels().filter(|p| p.0[0] > 150 && p.0[2] < p.0[0] / 2).count();
-    let selected = drawing.draw_to_image(&Picture { selected: Some(0), ..plain.clone() }, SIZE).unwrap().0;
+    let selected = drawing
+        .draw_to_image(
+            &Picture { selected: Some(Selected::Shape(0)), is_course: true, ..plain.clone() },
+            SIZE,
+        )
+        .unwrap()
+        .0;
     let wires = drawing.draw_to_image(&wires, SIZE).unwrap().0;
     let front = wires.pixels().filter(|pixel| pixel.0[0] > 200).count();
     assert!(orange(&selected) > front * 7 / 10, "{} of {front}", orange(&selected));
     assert_eq!(orange(&drawing.draw_to_image(&plain, SIZE).unwrap().0), 0);
+}
+
+#[test]
+fn the_selected_child_has_an_outline_of_two_pixels() {
+    let Some(mut drawing) = drawing() else { return };
+    let session = session(
+        "prm a; coeff 2 2 2; exp .2 .3; prm b; color 0 0 1; obj o; ap a; xs -3 0 0; ap b; ss 2 2 2; xs 3 0 0",
+    );
+    let (preview, lights) = (open(&session), session.scene().lights());
+    let plain = picture(session.scene(), &preview, &lights, SOLID);
+    let without = drawing.draw_to_image(&plain, SIZE).unwrap().0;
+    for (child, is_there) in [(0, 0..SIZE.0 / 2), (1, SIZE.0 / 2..SIZE.0)] {
+        let picture = Picture { selected: Some(Selected::Child(child)), ..plain.clone() };
+        let with = drawing.draw_to_image(&picture, SIZE).unwrap().0;
+        let changed: Vec<(u32, u32)> = (0..SIZE.1)
+            .flat_map(|y| (0..SIZE.0).map(move |x| (x, y)))
+            .filter(|(x, y)| with.get_pixel(*x, *y) != without.get_pixel(*x, *y))
+            .collect();
+        // About two pixels around a shape of some forty pixels.
+        assert!((200..900).contains(&changed.len()), "{child}: {}", changed.len());
+        assert!(changed.iter().all(|(x, _)| is_there.contains(x)), "{child}");
+    }
 }
 
 #[test]

@@ -156,6 +156,12 @@ impl Modeller {
                 self.viewer.set_answering(false);
                 self.after_line();
             }
+            FromViewer::Change { label, lines } => {
+                self.viewer.set_answering(true);
+                self.run_viewer_change(&label, &lines);
+                self.viewer.set_answering(false);
+                self.after_line();
+            }
             FromViewer::Settings(view) => {
                 let mut settings = self.session().settings;
                 settings.view = view;
@@ -165,6 +171,23 @@ impl Modeller {
             FromViewer::Message(text) => self.print(&text),
             // The frames belong to the program that opened the window.
             FromViewer::Frame(_) | FromViewer::KeyboardBack | FromViewer::Closed { .. } => {}
+        }
+    }
+
+    /// Runs lines of the viewer as one change.
+    fn run_viewer_change(&mut self, label: &str, lines: &[String]) {
+        for line in lines {
+            self.report(Message::Text(format!("> {line}")));
+            self.viewer.push_line(line.clone());
+            self.lines.push(line.clone());
+        }
+        let text = lines.join("\n") + "\n";
+        match self.timeline.run_lines(label, &text) {
+            Ok(()) => self.record(Record::Lines { label, lines: &text }),
+            Err(fault) => {
+                self.viewer.notice(fault.message.clone());
+                self.report_fault(lines.last().map_or("", String::as_str), fault);
+            }
         }
     }
 

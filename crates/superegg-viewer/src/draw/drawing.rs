@@ -8,11 +8,10 @@ use superegg_scene::Shading;
 use wgpu::util::DeviceExt;
 
 use super::attachments::{Attachments, GrowingBuffer, IMAGE_FORMAT, read_back, texture_descriptor};
-use super::color::encoded;
 use super::eye_space::EyeSpace;
 use super::gpu::{Gpu, GpuError};
 use super::gpu_data::{FrameUniform, MOST_LIGHTS, frame_uniform};
-use super::instances::{Batch, SortedInstances};
+use super::instances::{Batch, Sides, SortedInstances};
 use super::meshes::Meshes;
 use super::picture::{FilmTexture, Mark, Picture, Style, Target};
 use super::pipelines::Pipelines;
@@ -150,7 +149,7 @@ impl Drawing {
             counts.marks = self.write_marks(picture, &space);
         }
         self.record(encoder, picture, target, &sorted, counts);
-        stats.draws = sorted.batches.len();
+        stats.draws = sorted.batches.len() + sorted.transparent.len();
         stats.seconds = begin.elapsed().as_secs_f64();
         stats
     }
@@ -181,19 +180,33 @@ impl Drawing {
                     Shading::Gouraud => &self.pipelines.gouraud,
                 };
                 self.draw_triangles(&mut pass, pipelines, &sorted.batches);
-                self.draw_edges(&mut pass, &self.pipelines.selected_edge, sorted.selected.as_slice());
+                if picture.sky.is_some() || picture.floor.is_some() {
+                    pass.set_pipeline(&self.pipelines.environment);
+                    pass.draw(0..3, 0..1);
+                }
+                let pipelines = match shading {
+                    Shading::Phong => &self.pipelines.clear_phong,
+                    Shading::Gouraud => &self.pipelines.clear_gouraud,
+                };
+                self.draw_transparent(&mut pass, pipelines, &sorted.transparent);
+                if picture.is_course {
+                    self.draw_edges(&mut pass, &self.pipelines.selected_edge, &sorted.selected);
+                } else {
+                    self.draw_triangles(&mut pass, &self.pipelines.outline, &sorted.selected);
+                }
                 self.draw_lines(&mut pass, counts);
                 self.draw_marks(&mut pass, counts);
             }
             (None, Style::Wireframe { has_normals }) => {
                 // Marks first: the wires are drawn over them, but marks hide wires behind them.
                 self.draw_marks(&mut pass, counts);
-                self.draw_edges(&mut pass, &self.pipelines.dim_edge, &sorted.batches);
-                self.draw_triangles(&mut pass, &self.pipelines.depth, &sorted.batches);
-                self.draw_edges(&mut pass, &self.pipelines.edge, &sorted.batches);
-                self.draw_edges(&mut pass, &self.pipelines.selected_edge, sorted.selected.as_slice());
+                let all = [sorted.batches.as_slice(), &sorted.transparent];
+                all.iter().for_each(|batches| self.draw_edges(&mut pass, &self.pipelines.dim_edge, batches));
+                all.iter().for_each(|batches| self.draw_triangles(&mut pass, &self.pipelines.depth, batches));
+                all.iter().for_each(|batches| self.draw_edges(&mut pass, &self.pipelines.edge, batches));
+                self.draw_edges(&mut pass, &self.pipelines.selected_edge, &sorted.selected);
                 if has_normals {
-                    self.draw_normals(&mut pass, &sorted.batches);
+                    all.iter().for_each(|batches| self.draw_normals(&mut pass, batches));
                 }
                 self.draw_lines(&mut pass, counts);
             }
@@ -284,6 +297,29 @@ impl Drawing {
         }
     }
 
+    /// Draws transparent instances from far to near, each with its far side first.
+    fn draw_transparent(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipelines: &[wgpu::RenderPipeline; 2],
+        batches: &[Batch],
+    ) {
+        let Some(instances) = &self.instances.buffer else { return };
+        pass.set_vertex_buffer(1, instances.slice(..));
+        for batch in batches {
+            let mesh = self.meshes.get(batch.mesh);
+            pass.set_vertex_buffer(0, mesh.vertices.slice(..));
+            pass.set_index_buffer(mesh.triangles.slice(..), wgpu::IndexFormat::Uint32);
+            // The first pipeline hides the sides whose triangles are clockwise on the screen.
+            let [front, back] = pipelines;
+            let order = if batch.sides == Sides::MirroredFront { [front, back] } else { [back, front] };
+            for pipeline in order {
+                pass.set_pipeline(pipeline);
+                pass.draw_indexed(0..3 * mesh.triangle_count, 0, batch.first..batch.first + batch.count);
+            }
+        }
+    }
+
     fn draw_edges(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
@@ -347,7 +383,7 @@ fn cleared_pass<'e>(
     picture: &Picture<'_>,
     target: &Target<'_>,
 ) -> wgpu::RenderPass<'e> {
-    let [r, g, b] = encoded(picture.background, picture.encoding);
+    let [r, g, b] = picture.development.value(picture.background.as_vec3().to_array()).map(f64::from);
     let (view, resolve_target) = match &attachments.multisampled {
         Some(view) => (view, Some(target.view)),
         None => (target.view, None),

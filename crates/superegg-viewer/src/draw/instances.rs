@@ -1,12 +1,10 @@
 //! Culling, level of detail and sorting of the instances of a picture.
 
-use std::collections::HashMap;
-
 use super::eye_space::{EyeSpace, NEAR};
 use super::gpu_data::{InstanceData, instance_data};
-use super::lod::LevelOfDetail;
+use super::lod::{DetailRule, LevelOfDetail};
 use super::meshes::{MeshKey, Meshes};
-use super::picture::{Picture, Style};
+use super::picture::{Picture, Selected, Style};
 use crate::frame_stats::DrawStats;
 use crate::preview::PreviewInstance;
 
@@ -51,9 +49,12 @@ pub(super) struct Batch {
 #[derive(Debug, Default)]
 pub(super) struct SortedInstances {
     pub(super) data: Vec<InstanceData>,
+    /// The opaque ones.
     pub(super) batches: Vec<Batch>,
-    /// The instances of the selected shape once more, after all others.
-    pub(super) selected: Option<Batch>,
+    /// The transparent ones, from far to near.
+    pub(super) transparent: Vec<Batch>,
+    /// The selected instances once more, after all others.
+    pub(super) selected: Vec<Batch>,
 }
 
 /// An instance with its bucket in the sort order.
@@ -62,7 +63,13 @@ struct Sortable {
     bucket: usize,
     data: InstanceData,
     shape: u32,
+    child: u32,
+    /// Distance from the eye.
+    distance: f64,
 }
+
+/// Most transparent instances that are drawn one by one from far to near.
+const MOST_SORTED: usize = 4096;
 
 impl SortedInstances {
     /// Culls the instances of a picture, chooses their level of detail within a budget of
@@ -76,64 +83,112 @@ impl SortedInstances {
     ) -> Self {
         let preview = picture.preview;
         let is_wireframe = matches!(picture.style, Style::Wireframe { .. });
+        let rule = match picture.style {
+            Style::Wireframe { .. } => DetailRule::Wireframe,
+            Style::Solid(_) if picture.is_course => DetailRule::Patches,
+            Style::Solid(_) => DetailRule::Silhouette,
+        };
         let visible: Vec<(&PreviewInstance, f64)> =
             preview.instances.iter().filter_map(|i| Some((i, space.size_px(i)?))).collect();
         let detail = LevelOfDetail::within(
             triangle_budget,
-            is_wireframe,
-            visible.iter().map(|(i, size_px)| (preview.shapes[i.shape as usize].patches, *size_px)),
+            rule,
+            &meshes.segments,
+            visible.iter().map(|(i, size_px)| (&preview.shapes[i.shape as usize], *size_px)),
         );
+        let keys: Vec<MeshKey> = visible
+            .iter()
+            .map(|(i, size_px)| MeshKey::new(detail.mesh(&preview.shapes[i.shape as usize], *size_px)))
+            .collect();
         stats.coarser = detail.coarser;
         stats.instances = visible.len();
 
-        let mut mesh_of: HashMap<(u32, u8), usize> = HashMap::new();
         let mut counts: Vec<u32> = Vec::new();
-        let sortable = |(instance, size_px): &(&PreviewInstance, f64)| {
+        let sortable = |((instance, _), key): (&(&PreviewInstance, f64), &MeshKey)| {
             let shape = &preview.shapes[instance.shape as usize];
-            let level = detail.level(shape.patches, *size_px);
-            let mesh = *mesh_of
-                .entry((instance.shape, level))
-                .or_insert_with(|| meshes.ensure(MeshKey::new(shape, level)));
-            let data = instance_data(space, instance, &shape.material);
+            let mesh = meshes.ensure(*key);
+            let data = instance_data(space, instance, shape, picture.is_course);
             let bucket = 3 * mesh + Sides::of(space, instance, &data) as usize;
-            if counts.len() <= bucket {
-                counts.resize(bucket + 1, 0);
-            }
-            counts[bucket] += 1;
-            Sortable { bucket, data, shape: instance.shape }
+            let distance = space.distance(instance);
+            Sortable { bucket, data, shape: instance.shape, child: instance.child, distance }
         };
-        let unsorted: Vec<Sortable> = visible.iter().map(sortable).collect();
+        let all: Vec<Sortable> = visible.iter().zip(&keys).map(sortable).collect();
+        let (unsorted, transparent) = partition(&all);
+        for instance in &unsorted {
+            if counts.len() <= instance.bucket {
+                counts.resize(instance.bucket + 1, 0);
+            }
+            counts[instance.bucket] += 1;
+        }
 
         let batches = batches(&counts);
-        for batch in &batches {
+        let mut sorted = Self { data: sorted_data(&unsorted, &counts), batches, ..Self::default() };
+        sorted.append_transparent(transparent);
+        for batch in sorted.batches.iter().chain(&sorted.transparent) {
             let size = meshes.get(batch.mesh);
             let cost = if is_wireframe { size.edge_count } else { size.triangle_count };
             stats.triangles += cost as usize * batch.count as usize;
         }
-        let mut sorted = Self { data: sorted_data(&unsorted, &counts), batches, selected: None };
-        if let Some(shape) = picture.selected {
-            // One mesh for all of them: the finest.
-            let mesh = || meshes.ensure(MeshKey::new(&preview.shapes[shape as usize], 0));
-            sorted.append_selected(unsorted.iter().filter(|instance| instance.shape == shape), mesh);
+        if let Some(selected) = picture.selected {
+            let is_selected = |instance: &&Sortable| match selected {
+                Selected::Shape(shape) => instance.shape == shape,
+                Selected::Child(child) => instance.child == child,
+            };
+            let has_edges = is_wireframe || picture.is_course;
+            let mesh_of = |instance: &Sortable| {
+                if has_edges {
+                    meshes.ensure(MeshKey::of_patches(&preview.shapes[instance.shape as usize]))
+                } else {
+                    instance.bucket / 3
+                }
+            };
+            sorted.append_selected(all.iter().filter(is_selected), mesh_of);
         }
         sorted
+    }
+
+    /// Appends transparent instances. More than [`MOST_SORTED`] are drawn by mesh and not by
+    /// distance.
+    fn append_transparent(&mut self, mut transparent: Vec<&Sortable>) {
+        let is_by_distance = transparent.len() <= MOST_SORTED;
+        if is_by_distance {
+            transparent.sort_by(|a, b| b.distance.total_cmp(&a.distance));
+        } else {
+            transparent.sort_by_key(|instance| instance.bucket);
+        }
+        for instance in transparent {
+            let (mesh, sides) = (instance.bucket / 3, Sides::ALL[instance.bucket % 3]);
+            let sides = if instance.data.is_mirrored() { Sides::MirroredFront } else { sides };
+            let first = self.data.len() as u32;
+            self.data.push(instance.data);
+            match self.transparent.last_mut() {
+                Some(last) if !is_by_distance && last.mesh == mesh && last.sides == sides => last.count += 1,
+                _ => self.transparent.push(Batch { mesh, sides, first, count: 1 }),
+            }
+        }
     }
 
     fn append_selected<'a>(
         &mut self,
         selected: impl Iterator<Item = &'a Sortable>,
-        mesh: impl FnOnce() -> usize,
+        mut mesh_of: impl FnMut(&Sortable) -> usize,
     ) {
-        let first = self.data.len();
-        self.data.extend(selected.map(|instance| instance.data));
-        let count = self.data.len() - first;
-        self.selected = (count > 0).then(|| Batch {
-            mesh: mesh(),
-            sides: Sides::Both,
-            first: first as u32,
-            count: count as u32,
-        });
+        for instance in selected {
+            let mesh = mesh_of(instance);
+            let sides = if instance.data.is_mirrored() { Sides::MirroredFront } else { Sides::Front };
+            let first = self.data.len() as u32;
+            self.data.push(instance.data);
+            match self.selected.last_mut() {
+                Some(last) if last.mesh == mesh && last.sides == sides => last.count += 1,
+                _ => self.selected.push(Batch { mesh, sides, first, count: 1 }),
+            }
+        }
     }
+}
+
+/// The opaque instances and the transparent ones.
+fn partition(all: &[Sortable]) -> (Vec<&Sortable>, Vec<&Sortable>) {
+    all.iter().partition(|instance| !instance.data.is_transparent())
 }
 
 fn batches(counts: &[u32]) -> Vec<Batch> {
@@ -149,7 +204,7 @@ fn batches(counts: &[u32]) -> Vec<Batch> {
 }
 
 /// A counting sort by bucket.
-fn sorted_data(unsorted: &[Sortable], counts: &[u32]) -> Vec<InstanceData> {
+fn sorted_data(unsorted: &[&Sortable], counts: &[u32]) -> Vec<InstanceData> {
     let mut next: Vec<u32> = Vec::with_capacity(counts.len());
     let mut first = 0;
     for count in counts {

@@ -6,33 +6,28 @@ use superegg_geom::Exponents;
 use superegg_scene::Patches;
 use wgpu::util::DeviceExt;
 
-use super::lod::patches_at;
-use crate::preview::{PreviewShape, Vertex, tessellate};
+use super::lod::{MeshDetail, SegmentCounts, tolerance};
+use crate::preview::{Mesh, PreviewShape, Vertex, drawn_patches, tessellate, tessellate_within};
 
-/// Key of a mesh. Shapes with equal exponents and patches share one mesh; the semi-axes belong to
-/// the instance.
+/// Key of a mesh. Shapes with equal exponents and detail share one mesh; the semi-axes belong to the
+/// instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct MeshKey {
     e_bits: u64,
     n_bits: u64,
-    u: u32,
-    v: u32,
+    detail: MeshDetail,
 }
 
 impl MeshKey {
-    /// The key of a shape at a level of detail. Above level 0 exponents are rounded, by less than a
-    /// quarter of a pixel, so that any number of small shapes needs few meshes.
-    pub(super) fn new(shape: &PreviewShape, level: u8) -> Self {
-        let Patches { u, v } = patches_at(shape.patches, level);
-        let (e, n) = (shape.exponents.e(), shape.exponents.n());
-        let (e, n) = if level == 0 { (e, n) } else { (rounded(e), rounded(n)) };
-        Self { e_bits: e.to_bits(), n_bits: n.to_bits(), u, v }
+    pub(super) fn new((detail, exponents): (MeshDetail, Exponents)) -> Self {
+        Self { e_bits: exponents.e().to_bits(), n_bits: exponents.n().to_bits(), detail }
     }
-}
 
-/// The nearest power of 1.1.
-fn rounded(exponent: f64) -> f64 {
-    1.1f64.powf(exponent.clamp(0.05, 16.0).log(1.1).round())
+    /// The key of the mesh with a shape's own patches.
+    pub(super) fn of_patches(shape: &PreviewShape) -> Self {
+        let Patches { u, v } = drawn_patches(shape.patches);
+        Self::new((MeshDetail::Patches { u, v }, shape.exponents))
+    }
 }
 
 /// A mesh on the GPU.
@@ -54,6 +49,7 @@ pub(super) struct Meshes {
     device: wgpu::Device,
     numbers: HashMap<MeshKey, usize>,
     meshes: Vec<GpuMesh>,
+    pub(super) segments: SegmentCounts,
     /// The sphere for marks.
     pub(super) ball: GpuMesh,
 }
@@ -62,8 +58,14 @@ const BALL: Patches = Patches { u: 8, v: 5 };
 
 impl Meshes {
     pub(super) fn new(device: &wgpu::Device) -> Self {
-        let ball = upload(device, Exponents::ROUND, BALL);
-        Self { device: device.clone(), numbers: HashMap::new(), meshes: Vec::new(), ball }
+        let ball = upload(device, &tessellate(Exponents::ROUND, BALL));
+        Self {
+            device: device.clone(),
+            numbers: HashMap::new(),
+            meshes: Vec::new(),
+            segments: SegmentCounts::default(),
+            ball,
+        }
     }
 
     /// The number of a mesh. A new mesh is tessellated and uploaded.
@@ -72,7 +74,11 @@ impl Meshes {
             let (e, n) = (f64::from_bits(key.e_bits), f64::from_bits(key.n_bits));
             // The bits of valid exponents, so the default is never used.
             let exponents = Exponents::new(e, n).unwrap_or_default();
-            self.meshes.push(upload(&self.device, exponents, Patches { u: key.u, v: key.v }));
+            let mesh = match key.detail {
+                MeshDetail::Patches { u, v } => tessellate(exponents, Patches { u, v }),
+                MeshDetail::Within { level } => tessellate_within(exponents, tolerance(level)),
+            };
+            self.meshes.push(upload(&self.device, &mesh));
             self.meshes.len() - 1
         })
     }
@@ -86,8 +92,7 @@ impl Meshes {
     }
 }
 
-fn upload(device: &wgpu::Device, exponents: Exponents, patches: Patches) -> GpuMesh {
-    let mesh = tessellate(exponents, patches);
+fn upload(device: &wgpu::Device, mesh: &Mesh) -> GpuMesh {
     let buffer = |label, bytes: &[u8], usage| {
         // wgpu rejects an empty buffer.
         let contents = if bytes.is_empty() { &[0; 16] } else { bytes };

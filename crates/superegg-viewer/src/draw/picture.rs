@@ -1,7 +1,8 @@
 //! The description of a picture, and its statistics.
 
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Camera, Encoding, Light, Shading};
+use superegg_render::Development;
+use superegg_scene::{Camera, Floor, Light, Material, Scene, Shading, Sky};
 
 use crate::preview::Preview;
 
@@ -39,6 +40,15 @@ pub enum Style {
     },
 }
 
+/// Instances that are highlighted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Selected {
+    /// Those of the shape with this index.
+    Shape(u32),
+    /// Those that belong to the root's child with this index.
+    Child(u32),
+}
+
 /// A picture to be drawn.
 #[derive(Clone, Debug)]
 pub struct Picture<'a> {
@@ -48,20 +58,48 @@ pub struct Picture<'a> {
     pub lights: &'a [Light],
     /// The background, a linear colour.
     pub background: DVec3,
-    /// Encoding of linear colours for the screen.
-    pub encoding: Encoding,
+    /// The sky, which replaces the background.
+    pub sky: Option<Sky>,
+    /// The floor with its material.
+    pub floor: Option<(&'a Floor, Material)>,
+    /// Exposure, tone mapping and encoding of linear colours for the screen.
+    pub development: Development,
+    /// As the course program: with the patches of the primitives, and without mirrors and glass.
+    pub is_course: bool,
     /// The solids.
     pub preview: &'a Preview,
     /// Their style.
     pub style: Style,
-    /// Index of the shape whose edges are highlighted.
-    pub selected: Option<u32>,
+    /// The instances that are highlighted: by an outline, or in wireframe and as in the course
+    /// program by their edges.
+    pub selected: Option<Selected>,
     /// Additional lines.
     pub lines: &'a [Line],
     /// Additional marks.
     pub marks: &'a [Mark],
     /// A traced picture that replaces all of these over the whole viewport.
     pub film: Option<&'a FilmTexture>,
+}
+
+impl<'a> Picture<'a> {
+    /// The picture of a scene through its camera, shaded per pixel.
+    pub fn of(scene: &'a Scene, preview: &'a Preview, lights: &'a [Light]) -> Self {
+        Self {
+            camera: scene.camera,
+            lights,
+            background: scene.background,
+            sky: scene.sky,
+            floor: scene.floor.as_ref().map(|floor| (floor, scene.floor_material())),
+            development: Development::of(&scene.picture),
+            is_course: false,
+            preview,
+            style: Style::Solid(Shading::Phong),
+            selected: None,
+            lines: &[],
+            marks: &[],
+            film: None,
+        }
+    }
 }
 
 /// A traced picture on the GPU.

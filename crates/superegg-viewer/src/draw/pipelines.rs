@@ -14,10 +14,16 @@ pub(super) struct Pipelines {
     film_sampler: wgpu::Sampler,
     pub(super) phong: [wgpu::RenderPipeline; 3],
     pub(super) gouraud: [wgpu::RenderPipeline; 3],
+    /// Transparent surfaces: counter-clockwise triangles, clockwise ones.
+    pub(super) clear_phong: [wgpu::RenderPipeline; 2],
+    pub(super) clear_gouraud: [wgpu::RenderPipeline; 2],
+    /// Floor and sky.
+    pub(super) environment: wgpu::RenderPipeline,
     pub(super) depth: [wgpu::RenderPipeline; 3],
     pub(super) edge: wgpu::RenderPipeline,
     pub(super) dim_edge: wgpu::RenderPipeline,
     pub(super) selected_edge: wgpu::RenderPipeline,
+    pub(super) outline: [wgpu::RenderPipeline; 3],
     pub(super) normal: wgpu::RenderPipeline,
     pub(super) line: wgpu::RenderPipeline,
     pub(super) opaque_mark: wgpu::RenderPipeline,
@@ -33,6 +39,8 @@ enum Depth {
     Behind,
     /// Tested and written.
     Solid,
+    /// Tested with the same bias, not written, and blended with what is behind.
+    Clear,
     /// Tested, not written.
     Tested,
     /// Neither tested nor written.
@@ -48,7 +56,7 @@ const MESH: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
     Some(wgpu::VertexBufferLayout {
         array_stride: size_of::<InstanceData>() as u64,
         step_mode: wgpu::VertexStepMode::Instance,
-        attributes: &wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4, 7 => Float32x3, 8 => Float32x3, 9 => Float32x3],
+        attributes: &wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4, 7 => Float32x3, 8 => Float32x3, 9 => Float32x3, 10 => Float32x4, 11 => Float32x4, 12 => Float32x2],
     }),
 ];
 const MARKS: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
@@ -68,6 +76,20 @@ const LINES: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(wgpu::VertexB
     step_mode: wgpu::VertexStepMode::Vertex,
     attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x4],
 })];
+
+/// The light of a surface, and its alpha times that behind it.
+const TRANSMITTED: wgpu::BlendState = wgpu::BlendState {
+    color: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::SrcAlpha,
+        operation: wgpu::BlendOperation::Add,
+    },
+    alpha: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::Zero,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    },
+};
 
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat, samples: u32) -> Self {
@@ -145,7 +167,32 @@ impl Pipelines {
                 )
             })
         };
+        // The sides that `Sides::ALL` hides.
+        let outline =
+            [Some(wgpu::Face::Front), Some(wgpu::Face::Back), Some(wgpu::Face::Front)].map(|hidden| {
+                let shaders = (&shaders, "outline_vertex", "colored_fragment");
+                let target = (format, samples);
+                pipeline(device, shaders, &scene_layout, MESH, (TriangleList, hidden), Depth::Behind, target)
+            });
+        let clear = |vertex, fragment| {
+            [Some(wgpu::Face::Back), Some(wgpu::Face::Front)].map(|hidden| {
+                let shaders = (&shaders, vertex, fragment);
+                pipeline(
+                    device,
+                    shaders,
+                    &scene_layout,
+                    MESH,
+                    (TriangleList, hidden),
+                    Depth::Clear,
+                    (format, samples),
+                )
+            })
+        };
         Self {
+            clear_phong: clear("phong_vertex", "phong_fragment"),
+            clear_gouraud: clear("gouraud_vertex", "gouraud_fragment"),
+            environment: scene("film_vertex", "environment_fragment", &[], TriangleList, Depth::Solid),
+            outline,
             phong: solid("phong_vertex", "phong_fragment"),
             gouraud: solid("gouraud_vertex", "gouraud_fragment"),
             depth: solid("depth_vertex", "depth_fragment"),
@@ -199,6 +246,7 @@ fn pipeline(
         (_, wgpu::PrimitiveTopology::LineList) | ("mark_fragment", _) => {
             (wgpu::ColorWrites::ALL, Some(wgpu::BlendState::ALPHA_BLENDING))
         }
+        _ if depth == Depth::Clear => (wgpu::ColorWrites::ALL, Some(TRANSMITTED)),
         _ => (wgpu::ColorWrites::ALL, None),
     };
     let targets = [Some(wgpu::ColorTargetState { format, blend, write_mask })];
@@ -221,7 +269,7 @@ fn pipeline(
                 wgpu::CompareFunction::GreaterEqual
             }),
             stencil: wgpu::StencilState::default(),
-            bias: if depth == Depth::Behind {
+            bias: if matches!(depth, Depth::Behind | Depth::Clear) {
                 wgpu::DepthBiasState { constant: -2, slope_scale: -1.0, clamp: 0.0 }
             } else {
                 wgpu::DepthBiasState::default()

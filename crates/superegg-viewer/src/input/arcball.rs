@@ -49,6 +49,11 @@ impl Arcball {
         self.rotation
     }
 
+    /// Takes this rotation and ends a drag.
+    pub fn set_rotation(&mut self, rotation: DQuat) {
+        *self = Self { rotation: rotation.normalize(), drag: None };
+    }
+
     /// Whether a drag is in progress.
     pub fn is_dragged(&self) -> bool {
         self.drag.is_some()

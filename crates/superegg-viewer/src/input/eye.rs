@@ -121,15 +121,40 @@ impl Eye {
         if bounds.is_empty() || !radius.is_finite() || !bounds.center().is_finite() {
             return;
         }
-        let half_height = 0.5 * self.home.fov_deg.to_radians();
-        let half_angle = half_height.min((half_height.tan() * aspect).atan());
         self.pivot = bounds.center();
         self.pan = DVec2::ZERO;
+        if let Some(height) = self.home.ortho_height {
+            let wanted = 2.0 * FRAME_MARGIN * radius / aspect.min(1.0);
+            self.go_to_distance(self.home_distance() * wanted / height);
+            return;
+        }
+        let half_height = 0.5 * self.home.fov_deg.to_radians();
+        let half_angle = half_height.min((half_height.tan() * aspect).atan());
         self.go_to_distance(FRAME_MARGIN * radius / half_angle.sin());
+    }
+
+    fn home_distance(&self) -> f64 {
+        (self.home.position - self.home.target).length()
+    }
+
+    /// The height of the picture of an orthographic camera: it follows the distance.
+    fn ortho_height(&self) -> Option<f64> {
+        self.home.ortho_height.map(|height| height * self.distance / self.home_distance())
+    }
+
+    /// Turns so that the eye is in this direction from the pivot, with `up` up on the screen. The two
+    /// are perpendicular unit vectors.
+    pub fn look_from(&mut self, direction: DVec3, up: DVec3) {
+        let wanted = DMat3::from_cols(up.cross(direction), up, direction);
+        self.arcball.set_rotation(DQuat::from_mat3(&(wanted.transpose() * self.home_axes())));
+        self.is_home = false;
     }
 
     /// World units per pixel at the distance of the pivot.
     pub fn unit_per_pixel(&self, height_px: f64) -> f64 {
+        if let Some(height) = self.ortho_height() {
+            return height / height_px.max(1.0);
+        }
         2.0 * (0.5 * self.home.fov_deg.to_radians()).tan() * self.distance / height_px.max(1.0)
     }
 
@@ -153,7 +178,13 @@ impl Eye {
         }
         let axes = self.home_axes() * DMat3::from_quat(self.arcball.rotation().inverse());
         let target = self.pivot - axes.x_axis * self.pan.x - axes.y_axis * self.pan.y;
-        Camera { position: target + axes.z_axis * self.distance, target, up: axes.y_axis, ..self.home }
+        Camera {
+            position: target + axes.z_axis * self.distance,
+            target,
+            up: axes.y_axis,
+            ortho_height: self.ortho_height(),
+            ..self.home
+        }
     }
 
     /// The lights in the resting scene: unchanged if they turn with it, or rotated back about the
@@ -204,6 +235,19 @@ mod tests {
         let (right, up, forward) = camera.frame();
         let to = point - camera.position;
         DVec3::new(to.dot(right), to.dot(up), to.dot(forward))
+    }
+
+    #[test]
+    fn a_view_from_a_direction_has_the_eye_there() {
+        let home = Camera { position: DVec3::new(3.0, -4.0, 5.0), target: DVec3::ONE, ..Camera::default() };
+        for (direction, up) in [(DVec3::Z, DVec3::Y), (DVec3::X, DVec3::Y), (DVec3::Y, DVec3::NEG_Z)] {
+            let mut eye = Eye::new(&home);
+            eye.look_from(direction, up);
+            let camera = eye.camera();
+            let (_, seen_up, forward) = camera.frame();
+            assert!((forward + direction).length() < 1e-9 && (seen_up - up).length() < 1e-9, "{direction}");
+            assert!((camera.target - home.target).length() < 1e-9);
+        }
     }
 
     proptest! {

@@ -29,8 +29,26 @@ pub enum Action {
     ToggleTrace,
     /// The coordinate axes and the positions of the lights.
     ToggleAxes,
+    /// Fit the selected child into the window, or the whole scene if none is selected.
+    FrameSelected,
     /// Fit the whole scene into the window.
     FrameAll,
+    /// Handles that move the selected child.
+    MoveTool,
+    /// Handles that rotate the selected child.
+    RotateTool,
+    /// Handles that scale the selected child.
+    ScaleTool,
+    /// See the scene from the front.
+    FrontView,
+    /// See the scene from the right.
+    RightView,
+    /// See the scene from the top.
+    TopView,
+    /// Remove the selected child.
+    Delete,
+    /// Duplicate the selected child.
+    Duplicate,
     /// Return to the scene's own camera.
     Home,
     /// Make the current view the scene's camera.
@@ -93,7 +111,16 @@ pub const BINDINGS: &[Binding] = &[
     row(&["p"], Action::ToggleTrace, "ray trace the view"),
     row(&["a"], Action::ToggleAxes, "axes and positions of the lights"),
     row(&["u"], Action::ToggleOutside, "points outside, in the inside-outside test"),
-    row(&["f"], Action::FrameAll, "frame all: fit the scene into the window"),
+    row(&["f"], Action::FrameSelected, "frame what is selected"),
+    row(&["Shift+f"], Action::FrameAll, "frame all"),
+    row(&["1"], Action::MoveTool, "handles to move what is selected"),
+    row(&["2"], Action::RotateTool, "handles to rotate it; with Ctrl in steps of 15 degrees"),
+    row(&["3"], Action::ScaleTool, "handles to scale it"),
+    row(&["7"], Action::FrontView, "view from the front"),
+    row(&["8"], Action::RightView, "view from the right"),
+    row(&["9"], Action::TopView, "view from the top"),
+    row(&["Delete"], Action::Delete, "remove the selected child"),
+    row(&["Ctrl+d"], Action::Duplicate, "duplicate the selected child"),
     row(&["Home"], Action::Home, "the scene's camera"),
     row(&["c"], Action::WriteCamera, "write this view into the scene as its camera"),
     row(&["F12", "PrintScreen"], Action::Screenshot, "screenshot to a numbered PNG"),
@@ -112,11 +139,16 @@ pub const BINDINGS: &[Binding] = &[
 /// Actions of the pointer, for the help on screen.
 pub const POINTER_HELP: &[(&str, &str)] = &[
     ("left drag", "turn the scene"),
-    ("middle drag", "move the scene"),
+    ("right, middle or Shift+left drag", "move the scene"),
     ("wheel", "zoom"),
-    ("click", "intersection test at that pixel"),
+    ("click", "select the child; with the intersection test on: test at that pixel"),
     ("double click", "select the primitive; on the background: the whole object again"),
 ];
+
+/// The action of a letter with Shift held: its own, or else that of the letter.
+pub fn action_of_shifted(key: &str) -> Option<Action> {
+    action_of(&format!("Shift+{}", key.to_lowercase())).or_else(|| action_of(key))
+}
 
 /// The action of a key. Letters count in either case unless Ctrl is held.
 pub fn action_of(key: &str) -> Option<Action> {

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use superegg_geom::glam::DVec2;
-use superegg_geom::{Aabb, Ray};
+use superegg_geom::glam::{DVec2, DVec3};
+use superegg_geom::{Aabb, Ray, unit_vector};
 use superegg_render::View;
 use superegg_scene::{Camera, Shading, ViewSettings};
 
 use super::eye::Eye;
+use super::gizmo::Tool;
 use super::keys::{Action, SCALE_STEP};
 use crate::commands;
 
@@ -24,6 +25,8 @@ pub struct ViewState {
     pub has_panel: bool,
     /// The keys are shown.
     pub has_help: bool,
+    /// The handles of the selected child.
+    pub tool: Option<Tool>,
     /// The ray of the last click. The intersection test casts it instead of the eye's own ray.
     pub cast: Option<Ray>,
     pointer: Pointer,
@@ -86,6 +89,50 @@ pub enum Request {
     StepFrame(isize),
     /// Begin an action with files.
     File(FileAction),
+    /// See the scene from a side.
+    LookFrom(ViewSide),
+    /// Fit the selected child into the window.
+    FrameSelected,
+    /// Remove the selected child.
+    DeleteChild,
+    /// Duplicate the selected child.
+    DuplicateChild,
+}
+
+/// The side that the scene is seen from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ViewSide {
+    /// The front.
+    Front,
+    /// The back.
+    Back,
+    /// The right.
+    Right,
+    /// The left.
+    Left,
+    /// The top.
+    Top,
+    /// The bottom.
+    Bottom,
+}
+
+impl ViewSide {
+    /// The direction of the eye and the one that is up on the screen, in a scene with this direction
+    /// up. The front is towards +z, or towards -y if z is up.
+    pub fn directions(self, up: DVec3) -> (DVec3, DVec3) {
+        let up = unit_vector(up).unwrap_or(DVec3::Y);
+        let towards = if up.z.abs() > 0.9 { DVec3::NEG_Y } else { DVec3::Z };
+        let front = unit_vector(towards - towards.dot(up) * up).unwrap_or(DVec3::X);
+        let right = up.cross(front);
+        match self {
+            Self::Front => (front, up),
+            Self::Back => (-front, up),
+            Self::Right => (right, up),
+            Self::Left => (-right, up),
+            Self::Top => (up, -front),
+            Self::Bottom => (-up, front),
+        }
+    }
 }
 
 /// An action with files. It may ask for a file, or about unsaved changes.
@@ -118,6 +165,7 @@ impl ViewState {
             is_traced: false,
             has_panel: true,
             has_help: false,
+            tool: None,
             cast: None,
             pointer: Pointer::Idle,
             viewport: Viewport { corner: DVec2::ZERO, size: DVec2::ONE },
@@ -160,6 +208,15 @@ impl ViewState {
             }
             Action::Larger => self.change(|state| state.eye.magnify(SCALE_STEP)),
             Action::Smaller => self.change(|state| state.eye.magnify(1.0 / SCALE_STEP)),
+            Action::MoveTool => self.change(|state| state.switch_tool(Tool::Move)),
+            Action::RotateTool => self.change(|state| state.switch_tool(Tool::Rotate)),
+            Action::ScaleTool => self.change(|state| state.switch_tool(Tool::Scale)),
+            Action::FrontView => Some(Request::LookFrom(ViewSide::Front)),
+            Action::RightView => Some(Request::LookFrom(ViewSide::Right)),
+            Action::TopView => Some(Request::LookFrom(ViewSide::Top)),
+            Action::FrameSelected => Some(Request::FrameSelected),
+            Action::Delete => Some(Request::DeleteChild),
+            Action::Duplicate => Some(Request::DuplicateChild),
             Action::FrameAll => self.change(|state| state.eye.frame(bounds, state.viewport.aspect())),
             Action::Home => self.change(|state| state.eye.go_home()),
             Action::ToggleTrace => self.change(|state| state.is_traced = !state.is_traced),
@@ -180,6 +237,10 @@ impl ViewState {
             Action::PreviousFrame => Some(Request::StepFrame(-1)),
             Action::NextFrame => Some(Request::StepFrame(1)),
         }
+    }
+
+    fn switch_tool(&mut self, tool: Tool) {
+        self.tool = (self.tool != Some(tool)).then_some(tool);
     }
 
     fn change(&mut self, change: impl FnOnce(&mut Self)) -> Option<Request> {
@@ -259,8 +320,6 @@ impl ViewState {
 
 #[cfg(test)]
 mod tests {
-    use superegg_geom::glam::DVec3;
-
     use super::*;
     use crate::input::keys::BINDINGS;
 
@@ -297,6 +356,19 @@ mod tests {
         assert!(view.move_pointer(point + 40.0 * DVec2::X) && view.is_dragged());
         assert!(view.move_pointer(point) && view.release().is_none());
         assert!((view.eye.camera().position - DVec3::Z * 10.0).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_sides_of_a_view_are_right_handed() {
+        for up in [DVec3::Y, DVec3::Z, DVec3::X, DVec3::new(0.1, 1.0, 0.2)] {
+            for side in [ViewSide::Front, ViewSide::Back, ViewSide::Left, ViewSide::Right, ViewSide::Top] {
+                let (direction, screen_up) = side.directions(up);
+                assert!(direction.is_normalized() && direction.dot(screen_up).abs() < 1e-12, "{up} {side:?}");
+            }
+        }
+        assert_eq!(ViewSide::Front.directions(DVec3::Y), (DVec3::Z, DVec3::Y));
+        assert_eq!(ViewSide::Right.directions(DVec3::Y), (DVec3::X, DVec3::Y));
+        assert_eq!(ViewSide::Right.directions(DVec3::Z), (DVec3::X, DVec3::Z));
     }
 
     #[test]

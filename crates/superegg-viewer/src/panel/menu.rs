@@ -4,6 +4,7 @@ use std::path::Path;
 
 use egui::{Button, MenuBar, Ui};
 
+use super::add::add_menu;
 use super::model::{PanelEvent, PanelModel};
 use crate::commands;
 use crate::input::FileAction;
@@ -14,15 +15,30 @@ pub(super) fn menu(ui: &mut Ui, model: &PanelModel<'_>, events: &mut Vec<PanelEv
     MenuBar::new().ui(ui, |ui| {
         ui.menu_button("File", |ui| file_menu(ui, model, events));
         ui.menu_button("Edit", |ui| {
-            for (text, act) in [("Undo", Action::Undo), ("Redo", Action::Redo)] {
+            for (text, act) in [
+                ("Undo", Action::Undo),
+                ("Redo", Action::Redo),
+                ("Duplicate the child", Action::Duplicate),
+                ("Remove the child", Action::Delete),
+                ("Move", Action::MoveTool),
+                ("Rotate", Action::RotateTool),
+                ("Scale", Action::ScaleTool),
+            ] {
                 action(ui, text, act, events);
             }
         });
+        ui.menu_button("Add", |ui| add_menu(ui, model, events));
         ui.menu_button("View", |ui| {
             for (text, act) in [
+                ("Frame what is selected", Action::FrameSelected),
                 ("Frame all", Action::FrameAll),
+                ("From the front", Action::FrontView),
+                ("From the right", Action::RightView),
+                ("From the top", Action::TopView),
                 ("The scene's camera", Action::Home),
                 ("Use this view as the camera", Action::WriteCamera),
+                ("Ray traced, on or off", Action::ToggleTrace),
+                ("Wireframe, on or off", Action::ToggleWireframe),
                 ("Refresh", Action::Refresh),
                 ("Hide menu and panel", Action::TogglePanel),
             ] {

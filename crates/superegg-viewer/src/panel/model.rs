@@ -3,8 +3,9 @@
 use superegg_scene::Scene;
 
 use super::files::FileEvent;
-use crate::input::FileAction;
+use crate::input::gizmo::Handles;
 use crate::input::keys::Action;
+use crate::input::{FileAction, ViewSide};
 use crate::overlay::cast::CastHit;
 use crate::protocol::{Document, Frames};
 
@@ -27,6 +28,12 @@ pub(crate) struct PanelModel<'a> {
     pub(crate) device: &'a str,
     /// The file of the session.
     pub(crate) document: &'a Document,
+    /// Alias of the root's child that is selected in the window.
+    pub(crate) child: Option<&'a str>,
+    /// The handles of that child.
+    pub(crate) handles: Option<Handles>,
+    /// The directions of the axes on the screen: right, up, towards the eye.
+    pub(crate) compass: [[f64; 3]; 3],
 }
 
 /// A change made in the panel.
@@ -46,6 +53,12 @@ pub(crate) enum PanelEvent {
     File(FileAction),
     /// The result of an action with files.
     FileEvent(FileEvent),
+    /// Lines that are one change, with its name in the history.
+    Change(String, Vec<String>),
+    /// Select this child of the root.
+    SelectChild(String),
+    /// See the scene from a side.
+    LookFrom(ViewSide),
     /// Do not offer the session that ended without a save again.
     RecoverLater,
 }

@@ -7,8 +7,10 @@ use superegg_scene::{Encoding, Entity, Light, MAX_DEPTH, Object, Primitive, Scen
 
 use super::edit::{edit_light, edit_primitive};
 use super::fields::{color, number, vector};
+use super::handles::{compass, handles};
 use super::menu::{menu, offer_recovery};
 use super::model::{PanelEvent, PanelModel};
+use super::naming::Naming;
 use super::texts::{help, texts};
 use super::tree::{MOST_LISTED, tree};
 use super::view::{frame_slider, intersection, io_settings, switches};
@@ -30,6 +32,7 @@ pub(crate) struct Panel {
     pending: Option<Pending>,
     /// The values of the transform fields.
     nudge: Nudge,
+    naming: Naming,
     /// The session that ended without a save is not offered again.
     pub(crate) recovers_later: bool,
 }
@@ -72,6 +75,13 @@ impl Panel {
                     self.sections(ui, view, model, &mut events);
                 });
             });
+        }
+        let scene = ui.available_rect_before_wrap();
+        if let Some(shown) = &model.handles {
+            handles(ui, scene, shown);
+        }
+        if view.has_panel {
+            compass(ui, scene, model, &mut events);
         }
         texts(ui, model);
         if view.has_help {
@@ -125,11 +135,16 @@ impl Panel {
         };
         egui::CollapsingHeader::new(title).id_salt("selected").default_open(true).show(ui, |ui| {
             let entity = model.selected.and_then(|name| Some((name, model.scene.get(name)?)));
+            if let Some((name, _)) = entity {
+                self.naming.show(ui, name, model, events);
+            }
             match entity {
                 Some((name, Entity::Primitive(primitive))) => {
                     self.primitive(ui, name, primitive, model.scene);
                 }
-                Some((name, Entity::Object(object))) => self.object(ui, name, object, model.scene, events),
+                Some((name, Entity::Object(object))) => {
+                    self.object(ui, (name, object), model, events);
+                }
                 Some((_, Entity::Table(table))) => {
                     ui.label(format!("A table of {} instances from data; it cannot be edited.", table.len()));
                 }
@@ -165,9 +180,8 @@ impl Panel {
     fn object(
         &mut self,
         ui: &mut Ui,
-        name: &str,
-        object: &Object,
-        scene: &Scene,
+        (name, object): (&str, &Object),
+        model: &PanelModel<'_>,
         events: &mut Vec<PanelEvent>,
     ) {
         let cursor = object.cursor().map(|(alias, _)| alias.to_owned());
@@ -175,6 +189,8 @@ impl Panel {
             Some(alias) => format!("Cursor: child '{alias}'"),
             None => "No children yet.".to_owned(),
         });
+        let is_root = model.root == Some(name);
+        let chosen = model.child.filter(|_| is_root).or(cursor.as_deref());
         egui::ScrollArea::vertical().id_salt("children").max_height(140.0).show(ui, |ui| {
             for (alias, child) in object.children().take(MOST_LISTED) {
                 let text = if alias == child.target() {
@@ -182,17 +198,21 @@ impl Panel {
                 } else {
                     format!("{alias}: {}", child.target())
                 };
-                if ui.selectable_label(cursor.as_deref() == Some(alias), text).clicked() {
-                    events.push(PanelEvent::Command(commands::set_cursor(alias)));
+                if ui.selectable_label(chosen == Some(alias), text).clicked() {
+                    events.push(if is_root {
+                        PanelEvent::SelectChild(alias.to_owned())
+                    } else {
+                        PanelEvent::Command(commands::set_cursor(alias))
+                    });
                 }
             }
         });
         if cursor.is_some() {
             ui.label("Transform the child");
-            ui.push_id("child", |ui| self.nudges(ui, name, scene, false));
+            ui.push_id("child", |ui| self.nudges(ui, name, model.scene, false));
         }
         ui.label("Transform the whole object");
-        ui.push_id("whole", |ui| self.nudges(ui, name, scene, true));
+        ui.push_id("whole", |ui| self.nudges(ui, name, model.scene, true));
     }
 
     /// Fields that append a transform step to the child at the cursor, or to the whole object.

@@ -1,6 +1,6 @@
 //! The preview's data.
 
-use superegg_geom::glam::DAffine3;
+use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Aabb, Exponents};
 use superegg_scene::{Material, Patches};
 
@@ -9,6 +9,8 @@ use superegg_scene::{Material, Patches};
 pub struct PreviewShape {
     /// Its exponents.
     pub exponents: Exponents,
+    /// Its semi-axes, for patterns.
+    pub radii: DVec3,
     /// Its patches around and from pole to pole.
     pub patches: Patches,
     /// Its material.
@@ -22,6 +24,8 @@ pub struct PreviewInstance {
     pub shape: u32,
     /// World from the unit shape's space.
     pub world_from_unit: DAffine3,
+    /// Index of the root's child that it belongs to; 0 for a root that is a primitive.
+    pub child: u32,
     /// Radius of a bounding sphere about the instance's origin, in world units.
     pub radius: f64,
 }

@@ -6,7 +6,7 @@ use std::collections::{BinaryHeap, HashMap};
 
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::{Aabb, Exponents, Transform};
-use superegg_scene::{Camera, Patches};
+use superegg_scene::{Camera, Material, Patches, Pattern};
 
 use super::data::{Preview, PreviewBudget, PreviewInstance, PreviewShape};
 use super::index::{IndexedEntity, SceneIndex};
@@ -32,6 +32,8 @@ struct Branch {
     /// Remaining recursion depth.
     remaining: u32,
     world_from_entity: DAffine3,
+    /// Index of the root's child that it is or belongs to; `None` for the root.
+    child: Option<u32>,
 }
 
 impl PartialEq for Branch {
@@ -63,8 +65,9 @@ struct Expansion<'a> {
     index: &'a SceneIndex,
     budget: &'a PreviewBudget,
     eye: DVec3,
-    /// Size in pixels of a unit length at unit distance.
+    /// Size in pixels of a unit length at unit distance, or for parallel rays at any.
     pixels: f64,
+    is_parallel: bool,
     /// Bounding boxes by entity and remaining depth.
     bounds: HashMap<(u32, u32), Aabb>,
     /// Shape of the first primitive by entity and remaining depth.
@@ -76,12 +79,16 @@ struct Expansion<'a> {
 
 impl<'a> Expansion<'a> {
     fn new(index: &'a SceneIndex, camera: &Camera, budget: &'a PreviewBudget) -> Self {
-        let half_height = (0.5 * camera.fov_deg.to_radians()).tan();
+        let half_height = match camera.ortho_height {
+            Some(height) => 0.5 * height,
+            None => (0.5 * camera.fov_deg.to_radians()).tan(),
+        };
         Self {
             index,
             budget,
             eye: camera.position,
             pixels: 0.5 * f64::from(budget.height_px.max(1)) / half_height,
+            is_parallel: camera.ortho_height.is_some(),
             bounds: HashMap::new(),
             firsts: HashMap::new(),
             proxies: HashMap::new(),
@@ -102,11 +109,13 @@ impl<'a> Expansion<'a> {
             entity: root,
             remaining: depth,
             world_from_entity: DAffine3::IDENTITY,
+            child: None,
         });
         while let Some(branch) = pending.pop() {
             let children = match &self.index.entities[branch.entity as usize] {
                 IndexedEntity::Primitive(shape, radii) => {
-                    self.push_instance(*shape, branch.world_from_entity * DAffine3::from_scale(*radii));
+                    let world_from_unit = branch.world_from_entity * DAffine3::from_scale(*radii);
+                    self.push_instance(*shape, world_from_unit, branch.child);
                     continue;
                 }
                 IndexedEntity::Object(children) => children,
@@ -123,8 +132,9 @@ impl<'a> Expansion<'a> {
                     continue;
                 }
             }
-            for (map, target) in children.iter().take(room) {
-                self.push_branch(&mut pending, &branch, map, *target);
+            for (i, (map, target)) in children.iter().take(room).enumerate() {
+                let child = branch.child.unwrap_or(i as u32);
+                self.push_branch(&mut pending, &branch, map, *target, child);
             }
         }
     }
@@ -135,6 +145,7 @@ impl<'a> Expansion<'a> {
         parent: &Branch,
         map: &Transform,
         target: u32,
+        child: u32,
     ) {
         let world_from_entity = parent.world_from_entity * *map.forward();
         if !world_from_entity.is_finite() {
@@ -146,9 +157,10 @@ impl<'a> Expansion<'a> {
             return;
         }
         let (center, radius) = bounding_sphere(&world_from_entity, &local);
-        let distance = ((center - self.eye).length() - radius).max(1e-3 * radius);
+        let distance =
+            if self.is_parallel { 1.0 } else { ((center - self.eye).length() - radius).max(1e-3 * radius) };
         let size_px = self.pixels * radius / distance;
-        let branch = Branch { size_px, entity: target, remaining, world_from_entity };
+        let branch = Branch { size_px, entity: target, remaining, world_from_entity, child: Some(child) };
         if size_px < 0.5 && matches!(self.index.entities[target as usize], IndexedEntity::Object(_)) {
             self.preview.small_branches += 1;
             self.push_proxy(&branch);
@@ -157,10 +169,11 @@ impl<'a> Expansion<'a> {
         }
     }
 
-    fn push_instance(&mut self, shape: u32, world_from_unit: DAffine3) {
+    fn push_instance(&mut self, shape: u32, world_from_unit: DAffine3, child: Option<u32>) {
         let half = half_extent(&world_from_unit.matrix3, DVec3::ONE);
         if world_from_unit.is_finite() && half.is_finite() {
-            self.preview.instances.push(PreviewInstance { shape, world_from_unit, radius: half.length() });
+            let (child, radius) = (child.unwrap_or(0), half.length());
+            self.preview.instances.push(PreviewInstance { shape, world_from_unit, child, radius });
         }
     }
 
@@ -173,14 +186,16 @@ impl<'a> Expansion<'a> {
         let shapes = &mut self.preview.shapes;
         let shape = *self.proxies.entry(first).or_insert_with(|| {
             let PreviewShape { material, .. } = shapes[first as usize];
+            let material = Material { pattern: Pattern::None, ..material };
             shapes.push(PreviewShape {
                 exponents: Exponents::ROUND,
+                radii: DVec3::ONE,
                 patches: Patches { u: 8, v: 4 },
                 material,
             });
             shapes.len() as u32 - 1
         });
-        self.push_instance(shape, branch.world_from_entity * local_from_unit);
+        self.push_instance(shape, branch.world_from_entity * local_from_unit, branch.child);
     }
 
     fn first_shape(&mut self, entity: u32, remaining: u32) -> Option<u32> {
@@ -262,6 +277,24 @@ mod tests {
         let bounds = preview.bounds.unwrap();
         assert!((bounds.min - DVec3::new(-2.0, -2.0, -3.0)).length() < 1e-9, "{bounds:?}");
         assert!((bounds.max - DVec3::new(2.0, 2.0, 8.0)).length() < 1e-9, "{bounds:?}");
+    }
+
+    #[test]
+    fn instances_know_the_child_of_the_root_that_they_belong_to() {
+        let preview = open(
+            "prm a; obj o; ap a; ap a b; xs 9 0 0; obj p; ap a; xs 0 5 0; ao o; ao o two; xs 0 0 5",
+            BUDGET,
+        );
+        let mut children: Vec<(u32, [i64; 3])> = preview
+            .instances
+            .iter()
+            .map(|i| (i.child, i.world_from_unit.translation.to_array().map(|x| x.round() as i64)))
+            .collect();
+        children.sort_unstable();
+        assert_eq!(
+            children,
+            [(0, [0, 5, 0]), (1, [0, 0, 0]), (1, [9, 0, 0]), (2, [0, 0, 5]), (2, [9, 0, 5])]
+        );
     }
 
     #[test]

@@ -43,6 +43,7 @@ impl SceneIndex {
                 Entity::Primitive(primitive) => {
                     shapes.push(PreviewShape {
                         exponents: primitive.shape.exponents(),
+                        radii: primitive.shape.radii(),
                         patches: primitive.patches,
                         material: primitive.material,
                     });
@@ -61,6 +62,7 @@ impl SceneIndex {
                     for shape in table.shapes() {
                         shapes.push(PreviewShape {
                             exponents: shape.exponents,
+                            radii: shape.radii,
                             patches: Primitive::default().patches,
                             material: table.materials()[shape.material as usize],
                         });

@@ -6,6 +6,8 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, Superquadric};
 use superegg_scene::Patches;
 
+use super::superellipse::quarter;
+
 /// A vertex of a unit shape.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -40,16 +42,48 @@ pub(crate) fn drawn_patches(patches: Patches) -> Patches {
 /// gives a line.
 pub(crate) fn tessellate(exponents: Exponents, patches: Patches) -> Mesh {
     let Patches { u, v } = drawn_patches(patches);
+    let around: Vec<(f64, f64)> = (0..u).map(|i| full_turn(i, u, exponents.e())).collect();
+    let rings: Vec<(f64, f64)> = (1..v).map(|j| latitude(j, v, exponents.n())).collect();
+    mesh_of(exponents, &around, &rings)
+}
+
+/// Tessellates the unit shape so that curves around it and from pole to pole are within a tolerance.
+pub(crate) fn tessellate_within(exponents: Exponents, tolerance: f64) -> Mesh {
+    let east = quarter(exponents.e(), tolerance);
+    let turned = |turn: usize| {
+        east[..east.len() - 1].iter().map(move |point| match turn {
+            0 => (-point.y, -point.x),
+            1 => (-point.x, point.y),
+            2 => (point.y, point.x),
+            _ => (point.x, -point.y),
+        })
+    };
+    let around: Vec<(f64, f64)> = (0..4).flat_map(turned).collect();
+    let north = quarter(exponents.n(), tolerance);
+    // The poles are no rings.
+    let upper = north[..north.len() - 1].iter().map(|point| (point.y, point.x));
+    let lower = north[1..north.len() - 1].iter().rev().map(|point| (-point.y, point.x));
+    let rings: Vec<(f64, f64)> = lower.chain(upper).collect();
+    mesh_of(exponents, &around, &rings)
+}
+
+/// The number of segments of a quarter turn of a tessellation within a tolerance, for an exponent.
+pub(crate) fn quarter_segments(exponent: f64, tolerance: f64) -> u32 {
+    quarter(exponent, tolerance).len() as u32 - 1
+}
+
+/// The mesh of rings of points. `around` has sine and cosine of each longitude, as powers, from -pi
+/// on; `rings` has height and radius of each latitude between the poles, from south to north.
+fn mesh_of(exponents: Exponents, around: &[(f64, f64)], rings: &[(f64, f64)]) -> Mesh {
+    let (u, v) = (around.len() as u32, rings.len() as u32 + 1);
     let shape = Superquadric::unit(exponents);
     let vertex = |point: DVec3| Vertex {
         position: point.as_vec3().to_array(),
         normal: shape.normal(point).as_vec3().to_array(),
     };
-    let around: Vec<(f64, f64)> = (0..u).map(|i| full_turn(i, u, exponents.e())).collect();
     let mut vertices = vec![vertex(DVec3::NEG_Z)];
-    for j in 1..v {
-        let (height, radius) = latitude(j, v, exponents.n());
-        vertices.extend(around.iter().map(|(s, c)| vertex(DVec3::new(radius * c, radius * s, height))));
+    for (height, radius) in rings {
+        vertices.extend(around.iter().map(|(s, c)| vertex(DVec3::new(radius * c, radius * s, *height))));
     }
     vertices.push(vertex(DVec3::Z));
 
@@ -131,6 +165,31 @@ mod tests {
                 prop_assert!((norm - 1.0).abs() < 1e-3, "{position} {norm}");
                 prop_assert!((Vec3::from(vertex.normal).length() - 1.0).abs() < 1e-5);
             }
+        }
+
+        /// Vertices of a tessellation within a tolerance are on the surface, which is closed and
+        /// whose triangles face outwards.
+        #[test]
+        fn tessellations_within_a_tolerance_close(e in 0.2..1.9f64, n in 0.2..1.9f64, level in 0..8i32) {
+            let exponents = Exponents::new(e, n).unwrap();
+            let shape = Superquadric::new(DVec3::ONE, exponents).unwrap();
+            let tolerance = 0.5f64.powi(level);
+            let mesh = tessellate_within(exponents, tolerance);
+            let (u, v) = (4 * quarter_segments(e, tolerance), 2 * quarter_segments(n, tolerance));
+            prop_assert_eq!(mesh.triangles.len() as u32, 2 * u * (v - 1));
+            let position = |i: u32| Vec3::from(mesh.vertices[i as usize].position);
+            for vertex in &mesh.vertices {
+                prop_assert!((shape.norm().value(Vec3::from(vertex.position).as_dvec3()) - 1.0).abs() < 1e-3);
+            }
+            let mut directed: HashMap<(u32, u32), i32> = HashMap::new();
+            for [a, b, c] in mesh.triangles.iter().copied() {
+                let facing = (position(b) - position(a)).cross(position(c) - position(a));
+                prop_assert!(facing.dot(position(a) + position(b) + position(c)) > 0.0);
+                for (from, to) in [(a, b), (b, c), (c, a)] {
+                    *directed.entry((from, to)).or_default() += 1;
+                }
+            }
+            prop_assert!(directed.iter().all(|((a, b), count)| *count == 1 && directed.contains_key(&(*b, *a))));
         }
 
         /// A closed surface: each directed edge of a triangle has its opposite once.

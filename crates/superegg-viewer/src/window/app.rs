@@ -24,6 +24,7 @@ use super::surface::OpenWindow;
 use super::{keyboard, screenshot, status};
 use crate::commands;
 use crate::event::Event;
+use crate::input::gizmo::GizmoDrag;
 use crate::input::keys::Action;
 use crate::input::{FileAction, Request, ViewState};
 use crate::live::tracer::Pass;
@@ -46,13 +47,15 @@ pub(crate) struct App {
     quits: bool,
     pub(super) window: Option<OpenWindow>,
     pub(super) content: Content,
-    background: Background,
-    view: ViewState,
+    pub(super) background: Background,
+    pub(super) view: ViewState,
     pub(super) panel: Panel,
     pub(super) files: Files,
     pub(super) notice: Notice,
-    modifiers: ModifiersState,
-    pointer: PointerTracker,
+    pub(super) modifiers: ModifiersState,
+    pub(super) pointer: PointerTracker,
+    /// A handle that is dragged.
+    pub(super) gizmo: Option<GizmoDrag>,
 }
 
 impl App {
@@ -73,6 +76,7 @@ impl App {
             notice: Notice::default(),
             modifiers: ModifiersState::empty(),
             pointer: PointerTracker::default(),
+            gizmo: None,
         }
     }
 
@@ -149,6 +153,10 @@ impl App {
             None => (),
             Some(Request::KeyboardBack) => self.keyboard_back(),
             Some(Request::File(action)) => self.begin_file_action(action),
+            Some(Request::LookFrom(side)) => self.look_from(side),
+            Some(Request::FrameSelected) => self.frame_selected(),
+            Some(Request::DeleteChild) => self.delete_child(),
+            Some(Request::DuplicateChild) => self.duplicate_child(),
             Some(Request::SettingsChanged) => self.send_settings(),
             Some(Request::Refresh) => {
                 self.content.refresh();
@@ -218,6 +226,8 @@ impl App {
             self.pick(&ray);
         } else if self.view.settings.intersect_test {
             self.view.cast = Some(ray);
+        } else {
+            self.select_child_at(&ray);
         }
         self.redraw();
     }
@@ -242,6 +252,7 @@ impl App {
 
     fn draw(&mut self, event_loop: &ActiveEventLoop) {
         self.notice.expire();
+        let (handles, compass) = (self.handles(), self.compass());
         let Some(open) = &mut self.window else { return };
         let status = status::lines(&self.content, &self.background, &self.view, &open.stats);
         let test = intersection_test(&self.content, &self.background, &self.view);
@@ -256,6 +267,9 @@ impl App {
             notice: self.notice.text(),
             device: &device_name,
             document: self.content.document(),
+            child: self.content.selected_child(),
+            handles,
+            compass,
         };
         let (ui, events) = run_panel(open, &mut self.panel, &mut self.files, &mut self.view, &model);
         // egui positions a text by its size in the previous frame.
@@ -284,6 +298,9 @@ impl App {
             PanelEvent::SettingsChanged => self.send_settings(),
             PanelEvent::File(action) => self.begin_file_action(action),
             PanelEvent::FileEvent(event) => self.on_file_event(event),
+            PanelEvent::Change(label, lines) => self.outbox.change(&label, lines),
+            PanelEvent::SelectChild(alias) => self.select_child(&alias),
+            PanelEvent::LookFrom(side) => self.look_from(side),
             PanelEvent::RecoverLater => self.panel.recovers_later = true,
             PanelEvent::Frame(frame) => {
                 if let Some(frame) = self.content.want_frame(frame) {
@@ -394,25 +411,35 @@ impl ApplicationHandler<Event> for App {
                     && !open.egui.wants_keyboard()
                     && !self.files.is_open() =>
             {
+                if self.cancel_gizmo(&event) {
+                    return;
+                }
                 if let Some(action) = keyboard::action(&event, self.modifiers) {
                     self.act(action);
                 }
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.pointer.position = DVec2::new(position.x, position.y);
-                if self.view.move_pointer(self.pointer.position) {
+                if self.drag_gizmo() || self.view.move_pointer(self.pointer.position) {
                     self.redraw();
                 }
             }
             WindowEvent::MouseInput { state: ElementState::Pressed, button, .. } if is_for_scene => {
                 match button {
-                    MouseButton::Left => self.view.press_left(self.pointer.position),
-                    MouseButton::Middle => self.view.press_middle(self.pointer.position),
+                    MouseButton::Left if self.press_gizmo() => (),
+                    MouseButton::Left if !self.modifiers.shift_key() => {
+                        self.view.press_left(self.pointer.position);
+                    }
+                    MouseButton::Left | MouseButton::Middle | MouseButton::Right => {
+                        self.view.press_middle(self.pointer.position);
+                    }
                     _ => (),
                 }
             }
             WindowEvent::MouseInput { state: ElementState::Released, .. } => {
-                if let Some(point) = self.view.release() {
+                if self.release_gizmo() {
+                    self.redraw();
+                } else if let Some(point) = self.view.release() {
                     self.click(point);
                 }
             }

@@ -1,8 +1,12 @@
 //! The scene that the window shows.
 
-use superegg_scene::Scene;
+use superegg_geom::glam::DVec3;
+use superegg_geom::{Aabb, Transform, TransformStep};
+use superegg_scene::{Entity, Object, Scene};
 
-use crate::commands;
+use crate::commands::{self, free_name};
+use crate::input::gizmo::GizmoFrame;
+use crate::preview::Preview;
 use crate::protocol::{Document, Frames, Shown};
 
 /// The session's snapshot, a draft of it, and the entity that is shown.
@@ -19,6 +23,10 @@ pub(super) struct Content {
     /// The frame that the user wants and the session has not shown yet.
     wanted_frame: Option<usize>,
     document: Document,
+    /// The child of the root that is selected in this window.
+    child: Option<String>,
+    /// The child to select once it is there.
+    expected_child: Option<String>,
 }
 
 /// A primitive selected by a double click. The object that contains it stays in view.
@@ -40,6 +48,8 @@ impl Content {
             frames,
             wanted_frame: None,
             document,
+            child: None,
+            expected_child: None,
         }
     }
 
@@ -51,11 +61,20 @@ impl Content {
         if self.pick.as_ref().is_none_or(|pick| shown.selected.as_ref() != Some(&pick.primitive)) {
             self.pick = None;
         }
+        let root = self.root().map(str::to_owned);
         self.snapshot = shown.scene;
         self.selected = shown.selected;
         self.draft = None;
         self.frames = shown.frames;
         self.document = shown.document;
+        if self.root() != root.as_deref() || self.selected_child().is_none() {
+            self.child = None;
+        }
+        let is_there =
+            |alias: &String| self.root_object().is_some_and(|(_, object)| object.child(alias).is_some());
+        if self.expected_child.as_ref().is_some_and(is_there) {
+            self.child = self.expected_child.take();
+        }
         self.wanted_frame = self.wanted_frame.filter(|wanted| {
             self.frames.is_some_and(|frames| frames.current != *wanted && *wanted < frames.count)
         });
@@ -114,6 +133,119 @@ impl Content {
     pub(super) fn root(&self) -> Option<&str> {
         let held = self.pick.as_ref().and_then(|pick| pick.root.as_deref());
         held.filter(|name| self.snapshot.get(name).is_some()).or(self.selected())
+    }
+
+    /// Name and object of the root, if it is an object.
+    fn root_object(&self) -> Option<(&str, &Object)> {
+        let root = self.root()?;
+        match self.scene().get(root)? {
+            Entity::Object(object) => Some((root, object)),
+            Entity::Primitive(_) | Entity::Table(_) => None,
+        }
+    }
+
+    /// Alias of the root's child that is selected in this window.
+    pub(super) fn selected_child(&self) -> Option<&str> {
+        let (_, object) = self.root_object()?;
+        self.child.as_deref().filter(|alias| object.child(alias).is_some())
+    }
+
+    /// The index of the selected child.
+    pub(super) fn child_index(&self) -> Option<u32> {
+        let alias = self.selected_child()?;
+        let index = self.root_object()?.1.children().position(|(other, _)| other == alias)?;
+        Some(index as u32)
+    }
+
+    /// Selects a child of the root in this window. Returns the lines that move the session there.
+    pub(super) fn select_child(&mut self, alias: &str) -> Vec<String> {
+        let Some((root, object)) = self.root_object() else { return Vec::new() };
+        if object.child(alias).is_none() {
+            return Vec::new();
+        }
+        let mut lines = self.lines_to_root(root);
+        if object.cursor().is_none_or(|(cursor, _)| cursor != alias) {
+            lines.push(commands::set_cursor(alias));
+        }
+        self.child = Some(alias.to_owned());
+        lines
+    }
+
+    /// Selects a child that the session is about to add.
+    pub(super) fn expect_child(&mut self, alias: String) {
+        self.expected_child = Some(alias);
+    }
+
+    pub(super) fn deselect_child(&mut self) {
+        self.child = None;
+    }
+
+    /// The lines that select the root, if it is not.
+    fn lines_to_root(&self, root: &str) -> Vec<String> {
+        if self.selected() == Some(root) { Vec::new() } else { vec![commands::select_object(root)] }
+    }
+
+    /// The alias of the root's child that a path leads to.
+    pub(super) fn child_on_path(&self, path: &str) -> Option<String> {
+        let (root, object) = self.root_object()?;
+        let rest = path.strip_prefix(root)?.strip_prefix('/')?;
+        let is_on_path =
+            |alias: &&str| rest.strip_prefix(*alias).is_some_and(|r| r.is_empty() || r.starts_with('/'));
+        let aliases = object.children().map(|(alias, _)| alias).filter(is_on_path);
+        aliases.max_by_key(|alias| alias.len()).map(str::to_owned)
+    }
+
+    /// The frame of the handles of the selected child.
+    pub(super) fn gizmo_frame(&self) -> Option<GizmoFrame> {
+        let (_, object) = self.root_object()?;
+        let child = object.child(self.selected_child()?)?;
+        let own = Transform::from_steps(child.steps()).ok()?;
+        let overall = Transform::from_steps(object.overall_steps()).ok()?;
+        Some(GizmoFrame { pivot: own.forward().translation, world_from_object: *overall.forward() })
+    }
+
+    /// The bounding sphere's box of the selected child in a preview.
+    pub(super) fn child_bounds(&self, preview: &Preview) -> Option<Aabb> {
+        let index = self.child_index()?;
+        let boxes = preview.instances.iter().filter(|instance| instance.child == index).map(|instance| {
+            Aabb::around(instance.world_from_unit.translation, DVec3::splat(instance.radius / 3f64.sqrt()))
+        });
+        let all = boxes.fold(Aabb::EMPTY, |all, next| all.union(&next));
+        (!all.is_empty()).then_some(all)
+    }
+
+    /// A step of the selected child: the line, and the scene with it.
+    pub(super) fn transformed_child(&self, step: &TransformStep) -> Option<(Vec<String>, Scene)> {
+        let (root, object) = self.root_object()?;
+        let alias = self.selected_child()?;
+        let mut lines = self.lines_to_root(root);
+        if object.cursor().is_none_or(|(cursor, _)| cursor != alias) {
+            lines.push(commands::set_cursor(alias));
+        }
+        lines.push(commands::transform_step(step, false));
+        let mut scene = self.snapshot.clone();
+        scene.move_cursor(root, alias).ok()?;
+        scene.transform_child(root, step.clone()).ok()?;
+        Some((lines, scene))
+    }
+
+    /// The lines that remove the selected child.
+    pub(super) fn lines_to_remove_child(&self) -> Option<Vec<String>> {
+        let (root, _) = self.root_object()?;
+        let mut lines = self.lines_to_root(root);
+        lines.push(commands::remove_child(self.selected_child()?));
+        Some(lines)
+    }
+
+    /// The lines that add a copy of the selected child beside it, and the alias of the copy.
+    pub(super) fn lines_to_duplicate_child(&self) -> Option<(Vec<String>, String)> {
+        let (root, object) = self.root_object()?;
+        let child = object.child(self.selected_child()?)?;
+        let alias = free_name(self.selected_child()?, |name| object.child(name).is_some());
+        let mut lines = self.lines_to_root(root);
+        lines.push(commands::add_child(child.target(), self.scene().get(child.target())?, &alias));
+        lines.extend(child.steps().map(|step| commands::transform_step(step, false)));
+        Some((lines, alias))
     }
 
     /// Makes everything that depends on the scene obsolete.

@@ -8,7 +8,7 @@ use super::background::Background;
 use super::content::Content;
 use super::egui_layer::UiPaint;
 use super::surface::OpenWindow;
-use crate::draw::{FilmTexture, Line, Mark, Picture, Style, Target};
+use crate::draw::{FilmTexture, Line, Mark, Picture, Selected, Style, Target};
 use crate::input::{ViewState, Viewport};
 use crate::overlay::annotations::{axes, light_marks};
 use crate::overlay::cast::{CastHit, cast, lines_and_marks};
@@ -22,7 +22,8 @@ pub(super) struct Composed<'a> {
     camera: Camera,
     lights: Vec<Light>,
     style: Style,
-    highlight: Option<u32>,
+    is_course: bool,
+    highlight: Option<Selected>,
     lines: Vec<Line>,
     marks: Vec<Mark>,
 }
@@ -55,8 +56,13 @@ impl<'a> Composed<'a> {
             } else {
                 Style::Solid(settings.shading)
             },
+            is_course: settings.course,
             // The selected primitive is highlighted if it is one among others.
-            highlight: background.selected_shape().filter(|_| content.root() != content.selected()),
+            highlight: background
+                .selected_shape()
+                .filter(|_| content.root() != content.selected())
+                .map(Selected::Shape)
+                .or(content.child_index().map(Selected::Child)),
             lines: Vec::new(),
             marks: Vec::new(),
         };
@@ -80,15 +86,13 @@ impl<'a> Composed<'a> {
     pub(super) fn picture<'b>(&'b self, film: Option<&'b FilmTexture>) -> Picture<'b> {
         Picture {
             camera: self.camera,
-            lights: &self.lights,
-            background: self.scene.background,
-            encoding: self.scene.picture.encoding,
-            preview: self.preview,
+            is_course: self.is_course,
             style: self.style,
             selected: self.highlight,
             lines: &self.lines,
             marks: &self.marks,
             film,
+            ..Picture::of(self.scene, self.preview, &self.lights)
         }
     }
 }

@@ -3,7 +3,7 @@
 use winit::event::KeyEvent;
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 
-use crate::input::keys::{Action, action_of};
+use crate::input::keys::{Action, action_of, action_of_shifted};
 
 /// The action of a pressed key. A held key repeats only where that is useful.
 pub(super) fn action(event: &KeyEvent, modifiers: ModifiersState) -> Option<Action> {
@@ -21,6 +21,7 @@ fn action_of_key(key: &Key, modifiers: ModifiersState) -> Option<Action> {
         Key::Named(NamedKey::Escape) => "Escape",
         Key::Named(NamedKey::Tab) => "Tab",
         Key::Named(NamedKey::Home) => "Home",
+        Key::Named(NamedKey::Delete) => "Delete",
         Key::Named(NamedKey::F12) => "F12",
         Key::Named(NamedKey::PrintScreen) => "PrintScreen",
         Key::Character(character) => character.as_str(),
@@ -32,7 +33,8 @@ fn action_of_key(key: &Key, modifiers: ModifiersState) -> Option<Action> {
     match (modifiers.control_key(), modifiers.shift_key()) {
         (true, false) => action_of(&format!("Ctrl+{name}")),
         (true, true) => action_of(&format!("Ctrl+Shift+{}", name.to_lowercase())),
-        (false, _) => action_of(name),
+        (false, true) => action_of_shifted(name),
+        (false, false) => action_of(name),
     }
 }
 
@@ -47,6 +49,11 @@ mod tests {
         assert_eq!(action_of_key(&Key::Character("z".into()), control), Some(Action::Undo));
         assert_eq!(z(control | shift), Some(Action::Redo));
         assert_eq!(z(ModifiersState::ALT), None);
+        let f = |key: &str, modifiers| action_of_key(&Key::Character(key.into()), modifiers);
+        assert_eq!(f("F", shift), Some(Action::FrameAll));
+        // With Caps Lock a letter is large without Shift.
+        assert_eq!(f("F", ModifiersState::empty()), Some(Action::FrameSelected));
+        assert_eq!(f("O", shift), Some(Action::ToggleIoTest));
         assert_eq!(action_of_key(&Key::Named(NamedKey::Home), shift), Some(Action::Home));
         assert_eq!(action_of_key(&Key::Named(NamedKey::Enter), shift), None);
     }

@@ -24,6 +24,15 @@ impl Outbox {
         self.send(FromViewer::Command(line));
     }
 
+    /// Sends lines as one change with this name in the history.
+    pub(super) fn change(&mut self, label: &str, mut lines: Vec<String>) {
+        if lines.len() == 1 {
+            self.command(lines.remove(0));
+        } else if !lines.is_empty() {
+            self.send(FromViewer::Change { label: label.to_owned(), lines });
+        }
+    }
+
     /// The session has dropped the receiver. It needs no window any more.
     pub(super) fn is_closed(&self) -> bool {
         self.is_closed
