@@ -62,6 +62,11 @@ impl ViewerHandle {
         match self.0 {}
     }
 
+    /// Shows the progress of a picture in the window.
+    pub fn rendering(&self, _progress: Option<String>) {
+        match self.0 {}
+    }
+
     /// Requests the keyboard for the window.
     pub fn interact(&self) {
         match self.0 {}

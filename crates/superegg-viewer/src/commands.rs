@@ -1,13 +1,12 @@
 //! Lines of the modelling language for changes made in the window.
 //!
-//! The viewer does not depend on the language's crate. This file is the only one that spells
-//! commands; its tests run the lines through the real parser.
+//! This file is the only one that spells commands; its tests run the lines through the real parser.
 
 use std::path::Path;
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Camera, Encoding, Entity, Light, LightKind, Material, Picture, Primitive};
+use superegg_scene::{Camera, Entity, Floor, Light, LightKind, Pattern, Sky};
 
 use crate::text::{number_text, vector_text};
 
@@ -22,6 +21,45 @@ fn vector(v: DVec3) -> String {
     vector_text(v, DECIMALS)
 }
 
+/// A command with numbers.
+pub(crate) fn with_numbers(word: &str, numbers: &[f64]) -> String {
+    let words = std::iter::once(word.to_owned()).chain(numbers.iter().map(|x| number(*x)));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// Changes a setting.
+pub(crate) fn set(setting: &str, value: &str) -> String {
+    format!("set {setting} {value}")
+}
+
+pub(crate) fn fresnel(is_on: bool) -> String {
+    format!("setFresnel {}", if is_on { "on" } else { "off" })
+}
+
+pub(crate) fn pattern(pattern: &Pattern) -> String {
+    match pattern {
+        Pattern::None => "setPattern none".to_owned(),
+        Pattern::Checker { color, size } => {
+            format!("setPattern checker {} {}", vector(*color), number(*size))
+        }
+        Pattern::Gradient { color, direction } => {
+            format!("setPattern gradient {} {}", vector(*color), vector(*direction))
+        }
+    }
+}
+
+pub(crate) fn sky(sky: &Sky) -> String {
+    format!("sky {} {} {}", vector(sky.horizon), vector(sky.zenith), vector(sky.up))
+}
+
+pub(crate) fn floor(floor: &Floor) -> Vec<String> {
+    let height = number(floor.height);
+    match &floor.surface {
+        Some(surface) => vec![format!("floor {height} {surface} {}", vector(floor.up))],
+        None => vec![format!("floor {height}"), format!("floorUp {}", vector(floor.up))],
+    }
+}
+
 /// Begins a new scene.
 pub(crate) fn new_scene() -> String {
     "new".to_owned()
@@ -29,6 +67,11 @@ pub(crate) fn new_scene() -> String {
 
 pub(crate) fn recover() -> String {
     "recover".to_owned()
+}
+
+/// Stops the picture that is rendered.
+pub(crate) fn stop_render() -> String {
+    "stop render".to_owned()
 }
 
 /// Discards the last session that ended without a save.
@@ -125,28 +168,6 @@ pub(crate) fn set_cursor(alias: &str) -> String {
     format!("setCursor {alias}")
 }
 
-pub(crate) fn radii(primitive: &Primitive) -> String {
-    format!("setCoeff {}", vector(primitive.shape.radii()))
-}
-
-pub(crate) fn exponents(primitive: &Primitive) -> String {
-    let exponents = primitive.shape.exponents();
-    format!("setExponent {} {}", number(exponents.e()), number(exponents.n()))
-}
-
-pub(crate) fn patches(primitive: &Primitive) -> String {
-    format!("setPatch {} {}", primitive.patches.u, primitive.patches.v)
-}
-
-pub(crate) fn color(material: &Material) -> String {
-    format!("setColor {}", vector(material.color))
-}
-
-/// Sets a number of the selected primitive's material by its command word.
-pub(crate) fn material_number(word: &str, value: f64) -> String {
-    format!("{word} {}", number(value))
-}
-
 /// Defines a light. A second line sets its radius if it has one.
 pub(crate) fn light(name: &str, light: &Light) -> Vec<String> {
     let (color, falloff) = (vector(light.color), number(light.falloff));
@@ -217,34 +238,6 @@ pub(crate) fn transform_step(step: &TransformStep, of_whole: bool) -> String {
             format!("matrix{all} {}", rows.join(" "))
         }
     }
-}
-
-pub(crate) fn background(color: DVec3) -> String {
-    format!("background {}", vector(color))
-}
-
-pub(crate) fn depth(depth: u32) -> String {
-    format!("setDepth {depth}")
-}
-
-pub(crate) fn picture_size(picture: &Picture) -> String {
-    format!("set size {}x{}", picture.width, picture.height)
-}
-
-pub(crate) fn samples(picture: &Picture) -> String {
-    format!("set samples {}", picture.samples)
-}
-
-/// The word of an encoding in a line and on a button.
-pub(crate) fn encoding_word(encoding: Encoding) -> &'static str {
-    match encoding {
-        Encoding::Srgb => "srgb",
-        Encoding::Linear => "linear",
-    }
-}
-
-pub(crate) fn encoding(encoding: Encoding) -> String {
-    format!("set encoding {}", encoding_word(encoding))
 }
 
 #[cfg(test)]
@@ -340,35 +333,30 @@ mod tests {
         primitive.patches = Patches { u: 20, v: 11 };
         let material = &mut primitive.material;
         material.color = DVec3::new(0.5, 0.25, 1.0);
-        (material.ambient, material.diffuse, material.specular) = (0.1, 0.2, 0.3);
-        (material.gloss, material.index) = (0.4, 1.5);
-        (material.reflected, material.refracted) = (Some(0.6), Some(0.7));
-        let primitive = primitive.clone();
+        (material.ambient, material.reflected, material.fresnel) = (0.1, Some(0.6), true);
+        material.pattern = Pattern::Gradient { color: DVec3::X, direction: DVec3::Y };
         expected.background = DVec3::new(0.0, 0.125, 0.5);
-        expected.depth = 7;
-        expected.picture.width = 300;
+        expected.sky = Some(Sky { horizon: DVec3::ONE, zenith: DVec3::X, up: DVec3::Z });
+        expected.floor = Some(Floor { height: -1.5, up: DVec3::Z, surface: Some("ball".into()) });
         expected.picture.samples = 9;
-        expected.picture.encoding = Encoding::Linear;
         expected.camera.up = DVec3::X;
-        let lines = [
-            super::radii(&primitive),
-            super::exponents(&primitive),
-            super::patches(&primitive),
-            super::color(&primitive.material),
-            material_number("setAmbient", 0.1),
-            material_number("setDiffuse", 0.2),
-            material_number("setSpecular", 0.3),
-            material_number("setGloss", 0.4),
-            material_number("setIndex", 1.5),
-            material_number("setReflected", 0.6),
-            material_number("setRefracted", 0.7),
-            super::background(expected.background),
-            super::depth(expected.depth),
-            super::picture_size(&expected.picture),
-            super::samples(&expected.picture),
-            super::encoding(expected.picture.encoding),
+        let mut lines = vec![
+            with_numbers("setCoeff", &[1.0, 2.5, 3.0]),
+            set_exponents(0.5, 1.25),
+            with_numbers("setPatch", &[20.0, 11.0]),
+            with_numbers("setColor", &[0.5, 0.25, 1.0]),
+            with_numbers("setAmbient", &[0.1]),
+            with_numbers("setReflected", &[0.6]),
+            fresnel(true),
+            pattern(&Pattern::Checker { color: DVec3::X, size: 0.25 }),
+            pattern(&Pattern::Gradient { color: DVec3::X, direction: DVec3::Y }),
+            with_numbers("background", &[0.0, 0.125, 0.5]),
+            sky(&expected.sky.unwrap()),
+            set("samples", "9"),
             super::camera_up(&expected.camera),
         ];
+        lines.extend(super::floor(&Floor { height: 0.0, up: DVec3::Y, surface: None }));
+        lines.extend(super::floor(expected.floor.as_ref().unwrap()));
         for line in &lines {
             assert!(session.run_line(line).is_ok(), "{line}");
         }
@@ -381,7 +369,7 @@ mod tests {
             set_cursor("ball"),
             select_primitive("ball"),
             select_object("o"),
-            add_child("ball", &Entity::Primitive(Primitive::default()), "two"),
+            add_child("ball", &Entity::Primitive(superegg_scene::Primitive::default()), "two"),
             add_object("o"),
             remove_child("o"),
             copy("ball", "egg"),
@@ -394,6 +382,7 @@ mod tests {
             new_scene(),
             recover(),
             discard_unsaved(),
+            stop_render(),
         ];
         for line in &others {
             assert!(session.run_line(line).is_ok(), "{line}");

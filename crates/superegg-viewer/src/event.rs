@@ -16,6 +16,8 @@ pub(crate) enum Event {
     Notice(String),
     /// Show a line of text for a while. A pending change stays.
     Inform(String),
+    /// Show the progress of a picture, or `None` at its end.
+    Rendering(Option<String>),
     /// Give the window the keyboard.
     Interact,
     /// Close the window.

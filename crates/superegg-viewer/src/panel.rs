@@ -10,6 +10,7 @@ mod handles;
 mod menu;
 mod model;
 mod naming;
+mod scene;
 mod sections;
 mod texts;
 mod tree;

@@ -102,6 +102,11 @@ impl ViewerHandle {
         self.send(Event::Inform(text));
     }
 
+    /// Shows the progress of a picture in the window until its end, which `None` reports.
+    pub fn rendering(&self, progress: Option<String>) {
+        self.send(Event::Rendering(progress));
+    }
+
     /// Requests the keyboard for the window.
     pub fn interact(&self) {
         self.send(Event::Interact);

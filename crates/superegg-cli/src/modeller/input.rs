@@ -169,8 +169,13 @@ impl Modeller {
                 self.keep_settings();
             }
             FromViewer::Message(text) => self.print(&text),
-            // The frames belong to the program that opened the window.
-            FromViewer::Frame(_) | FromViewer::KeyboardBack | FromViewer::Closed { .. } => {}
+            // Frames of data belong to the program that opened the window.
+            FromViewer::Frame(frame) => match self.viewer.set_key_frame(self.timeline.session(), frame) {
+                Ok(true) => self.update_viewer(),
+                Ok(false) => {}
+                Err(fault) => self.viewer.notice(fault.message),
+            },
+            FromViewer::KeyboardBack | FromViewer::Closed { .. } => {}
         }
     }
 

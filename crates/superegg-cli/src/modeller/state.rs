@@ -99,6 +99,7 @@ impl Modeller {
         interrupt: Arc<AtomicBool>,
     ) -> Self {
         let folders = Folders::of_user();
+        let viewer = ViewerLink::default();
         let journals = folders.journals().filter(|_| is_journaled);
         Self {
             timeline: Timeline::default(),
@@ -107,7 +108,7 @@ impl Modeller {
             scene_file: None,
             known_files: KnownFiles::default(),
             journal: Journal::new(journals),
-            renders: RenderQueue::new(Arc::clone(&reporter)),
+            renders: RenderQueue::new(viewer.shared().reporter(&reporter)),
             reporter,
             folders,
             interrupt,
@@ -116,7 +117,7 @@ impl Modeller {
             has_errors: false,
             faults: 0,
             output_error: None,
-            viewer: ViewerLink::default(),
+            viewer,
             kept: None,
             document: DocumentState::default(),
         }

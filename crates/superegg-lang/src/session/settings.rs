@@ -119,6 +119,11 @@ impl SettingSpec {
             }
         }
     }
+
+    /// The value, as `set` reads it.
+    pub fn value(&self, picture: &Picture, settings: &Settings) -> String {
+        value_text((self.get)(picture, settings), self.kind)
+    }
 }
 
 /// A setting of the viewer that is on or off.

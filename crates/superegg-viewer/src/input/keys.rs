@@ -57,6 +57,12 @@ pub enum Action {
     Screenshot,
     /// The side panel.
     TogglePanel,
+    /// Start or stop to show the frames one after another.
+    TogglePlaying,
+    /// Render the scene to a picture.
+    Render,
+    /// Give the keyboard to the panel.
+    FocusPanel,
     /// The list of keys on screen.
     ToggleHelp,
     /// Undo the last command.
@@ -125,6 +131,7 @@ pub const BINDINGS: &[Binding] = &[
     row(&["c"], Action::WriteCamera, "write this view into the scene as its camera"),
     row(&["F12", "PrintScreen"], Action::Screenshot, "screenshot to a numbered PNG"),
     row(&["Tab"], Action::TogglePanel, "side panel"),
+    row(&["F6"], Action::FocusPanel, "keyboard to the panel: Tab goes on, Escape returns"),
     row(&["h", "?"], Action::ToggleHelp, "these keys"),
     row(&["Ctrl+z"], Action::Undo, "undo the last command"),
     row(&["Ctrl+y", "Ctrl+Shift+z"], Action::Redo, "redo"),
@@ -134,6 +141,8 @@ pub const BINDINGS: &[Binding] = &[
     row(&["Ctrl+Shift+s"], Action::SaveAs, "save as"),
     row(&[","], Action::PreviousFrame, "the frame before, of a series"),
     row(&["."], Action::NextFrame, "the next frame"),
+    row(&["Space"], Action::TogglePlaying, "play the frames, or stop"),
+    row(&["Ctrl+r"], Action::Render, "render to a picture"),
 ];
 
 /// Actions of the pointer, for the help on screen.

@@ -93,6 +93,10 @@ pub enum Request {
     LookFrom(ViewSide),
     /// Fit the selected child into the window.
     FrameSelected,
+    /// Start or stop to show the frames one after another.
+    TogglePlaying,
+    /// Give the keyboard to the panel.
+    FocusPanel,
     /// Remove the selected child.
     DeleteChild,
     /// Duplicate the selected child.
@@ -152,6 +156,8 @@ pub enum FileAction {
     Import,
     /// Write the scene for another program.
     Export,
+    /// Render the scene to a picture.
+    Render,
     /// Close the window.
     Leave,
 }
@@ -221,6 +227,9 @@ impl ViewState {
             Action::Home => self.change(|state| state.eye.go_home()),
             Action::ToggleTrace => self.change(|state| state.is_traced = !state.is_traced),
             Action::TogglePanel => self.change(|state| state.has_panel = !state.has_panel),
+            Action::TogglePlaying => Some(Request::TogglePlaying),
+            Action::Render => Some(Request::File(FileAction::Render)),
+            Action::FocusPanel => Some(Request::FocusPanel),
             Action::ToggleHelp => self.change(|state| state.has_help = !state.has_help),
             Action::Refresh => Some(Request::Refresh),
             Action::Screenshot => Some(Request::Screenshot),

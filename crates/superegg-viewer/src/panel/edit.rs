@@ -1,125 +1,119 @@
-//! Fields of a primitive, its material, and a light. Each function edits in place and returns the
-//! line of the change.
+//! Fields of a primitive and its material. Each function returns the lines of a change.
 
-use std::ops::RangeInclusive;
-
-use egui::{DragValue, Slider, Ui};
+use egui::{ComboBox, Slider, Ui};
 use superegg_geom::glam::DVec3;
-use superegg_geom::{Exponents, Superquadric};
-use superegg_scene::{Light, LightKind, Material, Patches, Primitive};
+use superegg_scene::{Material, Patches, Pattern, Primitive};
 
-use super::fields::{color, vector};
-use crate::commands;
+use super::fields::{color, help, number, row, slider, vector};
+use crate::commands::{self, with_numbers};
 
 /// Edits a primitive. Returns `None` without a change.
-pub(super) fn edit_primitive(ui: &mut Ui, primitive: &mut Primitive) -> Option<String> {
-    let shape = primitive.shape;
-    let (mut radii, exponents) = (shape.radii(), shape.exponents());
-    let (mut e, mut n) = (exponents.e(), exponents.n());
-    let (mut has_radii, mut has_exponents, mut has_patches) = (false, false, false);
-    ui.horizontal(|ui| {
-        ui.label("semi-axes");
-        for axis in 0..3 {
-            let field =
-                DragValue::new(&mut radii[axis]).speed(0.01).range(1e-3..=1e6).update_while_editing(false);
-            has_radii |= ui.add(field).changed();
-        }
+pub(super) fn edit_primitive(ui: &mut Ui, primitive: &Primitive) -> Option<String> {
+    let mut line = None;
+    let (mut radii, exponents) = (primitive.shape.radii(), primitive.shape.exponents());
+    let has_radii = row(ui, "semi-axes", help("setCoeff"), |ui| {
+        [0, 1, 2].map(|axis| number(ui, &mut radii[axis], 0.01, 1e-3..=1e6)).contains(&true)
     });
-    for (value, text) in [(&mut e, "e: xy plane"), (&mut n, "n: towards z")] {
-        let slider = Slider::new(value, 0.0..=4.0)
-            .logarithmic(true)
-            .smallest_positive(0.01)
-            .text(text)
-            .update_while_editing(false);
-        has_exponents |= ui.add(slider).changed();
+    if has_radii {
+        line = Some(with_numbers("setCoeff", &radii.to_array()));
     }
-    if let Ok(shape) = Exponents::new(e, n).and_then(|exponents| Superquadric::new(radii, exponents)) {
-        primitive.shape = shape;
+    let (mut e, mut n) = (exponents.e(), exponents.n());
+    for (value, label) in [(&mut e, "e: around"), (&mut n, "n: to the poles")] {
+        row(ui, label, help("setExponent"), |ui| {
+            let slider = Slider::new(value, 0.0..=4.0).logarithmic(true).smallest_positive(0.01);
+            ui.add(slider.update_while_editing(false));
+        });
     }
-    let Patches { u, v } = &mut primitive.patches;
-    for (value, text) in [(u, "patches around"), (v, "patches pole to pole")] {
-        let slider = Slider::new(value, 1..=200).logarithmic(true).text(text).update_while_editing(false);
-        has_patches |= ui.add(slider).changed();
+    if (e, n) != (exponents.e(), exponents.n()) {
+        line = Some(commands::set_exponents(e, n));
     }
-    if let Some(line) = edit_material(ui, &mut primitive.material) {
-        Some(line)
-    } else if has_patches {
-        Some(commands::patches(primitive))
-    } else if has_exponents {
-        Some(commands::exponents(primitive))
-    } else {
-        has_radii.then(|| commands::radii(primitive))
+    let Patches { mut u, mut v } = primitive.patches;
+    let has_patches = row(ui, "patches", help("setPatch"), |ui| {
+        let mut field = |value: &mut u32| {
+            ui.add(egui::DragValue::new(value).range(1..=512).update_while_editing(false)).changed()
+        };
+        [field(&mut u), field(&mut v)].contains(&true)
+    });
+    if has_patches {
+        line = Some(with_numbers("setPatch", &[f64::from(u), f64::from(v)]));
     }
+    ui.separator();
+    edit_material(ui, &primitive.material).or(line)
 }
 
-fn edit_material(ui: &mut Ui, material: &mut Material) -> Option<String> {
+fn edit_material(ui: &mut Ui, material: &Material) -> Option<String> {
     let mut line = None;
-    ui.horizontal(|ui| {
-        ui.label("colour");
-        if color(ui, &mut material.color) {
-            line = Some(commands::color(material));
-        }
-    });
-    let mut number = |ui: &mut Ui, value: &mut f64, range: RangeInclusive<f64>, word: &str, text: &str| {
-        let has_changed = ui.add(Slider::new(value, range).text(text).update_while_editing(false)).changed();
-        if has_changed {
-            line = Some(commands::material_number(word, *value));
-        }
-        has_changed
-    };
-    number(ui, &mut material.ambient, 0.0..=1.0, "setAmbient", "ambient");
-    number(ui, &mut material.diffuse, 0.0..=1.0, "setDiffuse", "diffuse");
-    number(ui, &mut material.specular, 0.0..=1.0, "setSpecular", "highlight");
-    number(ui, &mut material.gloss, 0.0..=1.0, "setGloss", "gloss");
-    // `None` stays until it is edited.
-    let mut reflected = material.reflected.unwrap_or(0.0);
-    if number(ui, &mut reflected, 0.0..=1.0, "setReflected", "reflected") {
-        material.reflected = Some(reflected);
+    let mut base = material.color;
+    if color(ui, "setColor", "color", &mut base) {
+        line = Some(with_numbers("setColor", &base.to_array()));
     }
-    let mut refracted = material.refracted.unwrap_or(0.0);
-    if number(ui, &mut refracted, 0.0..=1.0, "setRefracted", "refracted") {
-        material.refracted = Some(refracted);
+    line = edit_pattern(ui, &material.pattern).or(line);
+    for (word, label, value) in [
+        ("setAmbient", "ambient", material.ambient),
+        ("setDiffuse", "diffuse", material.diffuse),
+        ("setSpecular", "specular", material.specular),
+        ("setGloss", "gloss", material.gloss),
+        ("setReflected", "reflected", material.reflected.unwrap_or(0.0)),
+        ("setRefracted", "refracted", material.refracted.unwrap_or(0.0)),
+    ] {
+        let mut value = value;
+        if slider(ui, word, label, &mut value, 0.0..=1.0) {
+            line = Some(with_numbers(word, &[value]));
+        }
     }
-    number(ui, &mut material.index, 1.0..=4.0, "setIndex", "index");
+    let mut index = material.index;
+    if slider(ui, "setIndex", "index", &mut index, 1.0..=4.0) {
+        line = Some(with_numbers("setIndex", &[index]));
+    }
+    let mut has_fresnel = material.fresnel;
+    if row(ui, "fresnel", help("setFresnel"), |ui| ui.checkbox(&mut has_fresnel, "").changed()) {
+        line = Some(commands::fresnel(has_fresnel));
+    }
+    let mut exponent = material.highlight_exponent();
+    if row(ui, "shininess", help("setShininess"), |ui| number(ui, &mut exponent, 0.5, 0.0..=1e6)) {
+        line = Some(with_numbers("setShininess", &[exponent]));
+    }
+    let mut absorb = material.absorb;
+    if vector(ui, "setAbsorb", "absorb / unit", &mut absorb, 0.01) {
+        line = Some(with_numbers("setAbsorb", &absorb.max(DVec3::ZERO).to_array()));
+    }
     line
 }
 
-/// Edits a light. Returns whether it has changed.
-pub(super) fn edit_light(ui: &mut Ui, light: &mut Light) -> bool {
-    let before = *light;
-    let mut has_changed = match &mut light.kind {
-        LightKind::Point { position } => vector(ui, "position", position, 0.05),
-        LightKind::Spot { position, target, cone_deg, soft } => {
-            let has_moved = vector(ui, "position", position, 0.05);
-            let has_turned = vector(ui, "towards", target, 0.05);
-            let cone = Slider::new(cone_deg, 1.0..=180.0).text("cone °").update_while_editing(false);
-            let rim = Slider::new(soft, 0.0..=1.0).text("soft rim").update_while_editing(false);
-            // All must be drawn, whichever has changed.
-            [has_moved, has_turned, ui.add(cone).changed(), ui.add(rim).changed()].contains(&true)
-        }
-        LightKind::Sun { direction } => vector(ui, "from", direction, 0.05),
+fn edit_pattern(ui: &mut Ui, before: &Pattern) -> Option<String> {
+    let mut pattern = *before;
+    let (second, kinds) = (DVec3::splat(0.1), ["none", "checker", "gradient"]);
+    let kind = match pattern {
+        Pattern::None => 0,
+        Pattern::Checker { .. } => 1,
+        Pattern::Gradient { .. } => 2,
     };
-    // The language rejects a light without a direction.
-    if matches!(light.kind, LightKind::Spot { position, target, .. } if position == target)
-        || matches!(light.kind, LightKind::Sun { direction } if direction == DVec3::ZERO)
-    {
-        light.kind = before.kind;
-        has_changed = false;
-    }
-    ui.horizontal(|ui| {
-        ui.label("colour");
-        has_changed |= color(ui, &mut light.color);
-        let falloff = (&mut light.falloff, "falloff", 0.001);
-        let radius = (&mut light.radius, "radius", 0.01);
-        for (value, text, speed) in [falloff, radius] {
-            // A directional light has no attenuation.
-            if text == "falloff" && matches!(light.kind, LightKind::Sun { .. }) {
-                continue;
+    row(ui, "pattern", help("setPattern"), |ui| {
+        let mut chosen = kind;
+        ComboBox::from_id_salt("pattern").selected_text(kinds[kind]).show_ui(ui, |ui| {
+            for (i, word) in kinds.iter().enumerate() {
+                ui.selectable_value(&mut chosen, i, *word);
             }
-            ui.label(text);
-            let field = DragValue::new(value).speed(speed).range(0.0..=1e6).update_while_editing(false);
-            has_changed |= ui.add(field).changed();
+        });
+        if chosen != kind {
+            pattern = match chosen {
+                0 => Pattern::None,
+                1 => Pattern::Checker { color: second, size: 0.5 },
+                _ => Pattern::Gradient { color: second, direction: DVec3::Z },
+            };
         }
     });
-    has_changed
+    match &mut pattern {
+        Pattern::None => (),
+        Pattern::Checker { color: other, size } => {
+            color(ui, "setPattern", "  color", other);
+            row(ui, "  size", help("setPattern"), |ui| number(ui, size, 0.01, 1e-3..=1e6));
+        }
+        Pattern::Gradient { color: other, direction } => {
+            color(ui, "setPattern", "  color", other);
+            vector(ui, "setPattern", "  direction", direction, 0.02);
+        }
+    }
+    let is_valid = !matches!(pattern, Pattern::Gradient { direction, .. } if direction == DVec3::ZERO);
+    (pattern != *before && is_valid).then(|| commands::pattern(&pattern))
 }

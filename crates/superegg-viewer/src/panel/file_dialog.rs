@@ -11,6 +11,7 @@ pub(crate) enum FileKind {
     Import,
     Save,
     Export,
+    Render,
 }
 
 /// The result of a dialog.
@@ -57,6 +58,7 @@ impl FileKind {
             Self::Import => "Import a scene into this one",
             Self::Save => "Save the scene",
             Self::Export => "Export for another program",
+            Self::Render => "Render to a picture",
         }
     }
 
@@ -66,6 +68,7 @@ impl FileKind {
             Self::Import => "Import",
             Self::Save => "Save",
             Self::Export => "Export",
+            Self::Render => "Render",
         }
     }
 
@@ -73,12 +76,13 @@ impl FileKind {
         match self {
             Self::Save => "name.scn, or name.sqb for the binary form",
             Self::Export => "name.glb, .obj, .ply, .stl, .pov, .vtp, .csv, .vti ...",
+            Self::Render => "name.png, or name.exr for linear light with depth, normals, albedo and ids",
             Self::Open | Self::Import => "name",
         }
     }
 
     fn writes(self) -> bool {
-        matches!(self, Self::Save | Self::Export)
+        matches!(self, Self::Save | Self::Export | Self::Render)
     }
 }
 
@@ -87,7 +91,12 @@ impl FileDialog {
     pub(crate) fn new(kind: FileKind, file: Option<&Path>) -> Self {
         let folder = file.and_then(Path::parent).filter(|parent| parent.is_dir());
         let folder = folder.map_or_else(std::env::current_dir, std::path::absolute).unwrap_or_default();
-        let name = file.filter(|_| kind == FileKind::Save).and_then(Path::file_name);
+        let picture = file.map(|file| file.with_extension("png"));
+        let name = match kind {
+            FileKind::Save => file.and_then(Path::file_name),
+            FileKind::Render => picture.as_deref().and_then(Path::file_name),
+            FileKind::Open | FileKind::Import | FileKind::Export => None,
+        };
         let mut dialog = Self {
             kind,
             folder: PathBuf::new(),
@@ -126,6 +135,9 @@ impl FileDialog {
         if self.kind == FileKind::Save && path.extension().is_none() {
             path.set_extension(SCENE_ENDINGS[0]);
         }
+        if self.kind == FileKind::Render && path.extension().is_none() {
+            path.set_extension("png");
+        }
         if self.kind.writes() && path.exists() && self.replaces.as_ref() != Some(&path) {
             self.replaces = Some(path);
             return None;
@@ -134,7 +146,7 @@ impl FileDialog {
     }
 
     /// Draws the dialog. `None` while there is no result.
-    pub(crate) fn show(&mut self, ui: &Ui, recent: &[PathBuf]) -> Option<Chosen> {
+    pub(crate) fn show(&mut self, ui: &Ui, recent: &[PathBuf], is_escaped: bool) -> Option<Chosen> {
         let mut chosen = None;
         let room = ui.ctx().content_rect().size();
         let modal = Modal::new(egui::Id::unique("file dialog")).show(ui.ctx(), |ui| {
@@ -164,7 +176,7 @@ impl FileDialog {
                 ui.checkbox(&mut self.lists_all, "all files");
             });
         });
-        if ui.input(|input| input.key_pressed(Key::Escape)) || modal.should_close() {
+        if is_escaped || modal.backdrop_response.clicked() {
             chosen = chosen.or(Some(Chosen::Cancelled));
         }
         chosen

@@ -25,6 +25,8 @@ pub(crate) enum FileEvent {
 #[derive(Debug, Default)]
 pub(crate) struct Files {
     stage: Stage,
+    /// The question or the dialog has not been drawn yet: the key that has opened it is not its own.
+    is_fresh: bool,
 }
 
 #[derive(Debug, Default)]
@@ -58,8 +60,13 @@ impl Files {
         let loses = match action {
             FileAction::New | FileAction::Open | FileAction::OpenFile(_) => true,
             FileAction::Leave => document.ends_with_window,
-            FileAction::Save | FileAction::SaveAs | FileAction::Import | FileAction::Export => false,
+            FileAction::Save
+            | FileAction::SaveAs
+            | FileAction::Import
+            | FileAction::Export
+            | FileAction::Render => false,
         };
+        self.is_fresh = true;
         if loses && document.is_unsaved {
             self.stage = Stage::Asking(action);
             return Vec::new();
@@ -99,6 +106,7 @@ impl Files {
             FileAction::SaveAs => self.choose(FileKind::Save, document, None),
             FileAction::Import => self.choose(FileKind::Import, document, None),
             FileAction::Export => self.choose(FileKind::Export, document, None),
+            FileAction::Render => self.choose(FileKind::Render, document, None),
         }
     }
 
@@ -127,6 +135,7 @@ impl Files {
         let command = match dialog.kind() {
             FileKind::Open => "load",
             FileKind::Import => "include",
+            FileKind::Render => "render",
             // The dialog has asked about a file that is there.
             FileKind::Export => "export!",
             // The dialog has asked about a file that is there.
@@ -137,15 +146,17 @@ impl Files {
 
     /// Draws the question or the dialog, if there is one.
     pub(crate) fn show(&mut self, ui: &Ui, document: &Document) -> Vec<FileEvent> {
+        let is_fresh = std::mem::take(&mut self.is_fresh);
+        let is_escaped = !is_fresh && ui.input(|input| input.key_pressed(Key::Escape));
         match std::mem::take(&mut self.stage) {
-            Stage::Asking(then) => match ask(ui, &then, document) {
+            Stage::Asking(then) => match ask(ui, &then, document, is_escaped) {
                 Some(answer) => self.answer(then, answer, document),
                 None => {
                     self.stage = Stage::Asking(then);
                     Vec::new()
                 }
             },
-            Stage::Choosing(mut dialog, then) => match dialog.show(ui, &document.recent) {
+            Stage::Choosing(mut dialog, then) => match dialog.show(ui, &document.recent, is_escaped) {
                 Some(Chosen::File(path)) => self.chosen(&dialog, &path, then),
                 Some(Chosen::Cancelled) => Vec::new(),
                 None => {
@@ -186,7 +197,7 @@ pub(crate) fn document_name(document: &Document) -> String {
 }
 
 /// Asks about unsaved changes. `None` while there is no answer.
-fn ask(ui: &Ui, then: &FileAction, document: &Document) -> Option<Answer> {
+fn ask(ui: &Ui, then: &FileAction, document: &Document, is_escaped: bool) -> Option<Answer> {
     let mut answer = None;
     let before = match then {
         FileAction::Leave => "before closing",
@@ -214,7 +225,7 @@ fn ask(ui: &Ui, then: &FileAction, document: &Document) -> Option<Answer> {
             }
         });
     });
-    if ui.input(|input| input.key_pressed(Key::Escape)) || modal.should_close() {
+    if is_escaped || modal.backdrop_response.clicked() {
         answer = answer.or(Some(Answer::Cancel));
     }
     answer

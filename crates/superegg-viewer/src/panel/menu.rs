@@ -45,6 +45,12 @@ pub(super) fn menu(ui: &mut Ui, model: &PanelModel<'_>, events: &mut Vec<PanelEv
                 action(ui, text, act, events);
             }
         });
+        ui.menu_button("Render", |ui| {
+            action(ui, "Render to a picture ...", Action::Render, events);
+            if ui.add_enabled(model.rendering.is_some(), Button::new("Stop")).clicked() {
+                events.push(PanelEvent::Command(commands::stop_render()));
+            }
+        });
         ui.menu_button("Help", |ui| action(ui, "Keys", Action::ToggleHelp, events));
     });
 }
@@ -85,6 +91,17 @@ fn action(ui: &mut Ui, text: &str, action: Action, events: &mut Vec<PanelEvent>)
     if ui.add(button).clicked() {
         events.push(PanelEvent::Action(action));
     }
+}
+
+/// Shows the progress of a picture with a button that stops it.
+pub(super) fn progress(ui: &mut Ui, progress: &str, events: &mut Vec<PanelEvent>) {
+    ui.horizontal(|ui| {
+        ui.spinner();
+        ui.label(format!("rendering {progress}"));
+        if ui.button("Stop").clicked() {
+            events.push(PanelEvent::Command(commands::stop_render()));
+        }
+    });
 }
 
 /// Offers the session that ended without a save.

@@ -28,6 +28,10 @@ pub(crate) struct PanelModel<'a> {
     pub(crate) device: &'a str,
     /// The file of the session.
     pub(crate) document: &'a Document,
+    /// The progress of a picture that is rendered.
+    pub(crate) rendering: Option<&'a str>,
+    /// The frames are shown one after another.
+    pub(crate) is_playing: bool,
     /// Alias of the root's child that is selected in the window.
     pub(crate) child: Option<&'a str>,
     /// The handles of that child.

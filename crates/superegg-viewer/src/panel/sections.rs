@@ -1,16 +1,18 @@
 //! The panel and its sections.
 
-use egui::{Color32, DragValue, Slider, Ui};
+use egui::{Color32, DragValue, Ui};
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Encoding, Entity, Light, MAX_DEPTH, Object, Primitive, Scene};
+use superegg_lang::Session;
+use superegg_scene::{Entity, Object, Scene};
 
-use super::edit::{edit_light, edit_primitive};
-use super::fields::{color, number, vector};
+use super::edit::edit_primitive;
+use super::fields::number;
 use super::handles::{compass, handles};
-use super::menu::{menu, offer_recovery};
+use super::menu::{menu, offer_recovery, progress};
 use super::model::{PanelEvent, PanelModel};
 use super::naming::Naming;
+use super::scene::{self, Lines};
 use super::texts::{help, texts};
 use super::tree::{MOST_LISTED, tree};
 use super::view::{frame_slider, intersection, io_settings, switches};
@@ -66,22 +68,27 @@ impl Panel {
         if let Some(unsaved) = model.document.unsaved_before.as_deref().filter(|_| !self.recovers_later) {
             egui::Panel::top("recovery").show(ui, |ui| offer_recovery(ui, unsaved, &mut events));
         }
+        if let Some(text) = model.rendering {
+            egui::Panel::top("rendering").show(ui, |ui| progress(ui, text, &mut events));
+        }
         if view.has_panel {
             egui::Panel::top("menu").show(ui, |ui| menu(ui, model, &mut events));
             // The theme's own grey is hard to read on a dark panel.
-            ui.visuals_mut().override_text_color = Some(Color32::from_gray(215));
+            if ui.visuals().dark_mode {
+                ui.visuals_mut().override_text_color = Some(Color32::from_gray(215));
+            }
             egui::Panel::right("panel").default_size(PANEL_WIDTH).show(ui, |ui| {
                 egui::ScrollArea::vertical().auto_shrink([false; 2]).show(ui, |ui| {
                     self.sections(ui, view, model, &mut events);
                 });
             });
         }
-        let scene = ui.available_rect_before_wrap();
+        let view_rect = ui.available_rect_before_wrap();
         if let Some(shown) = &model.handles {
-            handles(ui, scene, shown);
+            handles(ui, view_rect, shown);
         }
         if view.has_panel {
-            compass(ui, scene, model, &mut events);
+            compass(ui, view_rect, model, &mut events);
         }
         texts(ui, model);
         if view.has_help {
@@ -126,7 +133,7 @@ impl Panel {
             }
         });
         if let Some(frames) = model.frames {
-            section(ui, "Frames", true, |ui| frame_slider(ui, frames, events));
+            section(ui, "Frames", true, |ui| frame_slider(ui, frames, model.is_playing, events));
         }
         section(ui, "Objects", true, |ui| tree(ui, model, events));
         let title = match model.selected {
@@ -139,8 +146,9 @@ impl Panel {
                 self.naming.show(ui, name, model, events);
             }
             match entity {
-                Some((name, Entity::Primitive(primitive))) => {
-                    self.primitive(ui, name, primitive, model.scene);
+                Some((_, Entity::Primitive(primitive))) => {
+                    let line = edit_primitive(ui, primitive);
+                    self.change_lines(line.into_iter().collect(), model);
                 }
                 Some((name, Entity::Object(object))) => {
                     self.object(ui, (name, object), model, events);
@@ -156,9 +164,17 @@ impl Panel {
         section(ui, "View", true, |ui| switches(ui, view, events));
         section(ui, "Inside-outside test", false, |ui| io_settings(ui, view, events));
         section(ui, "Intersection test", true, |ui| intersection(ui, view, model.hit, events));
-        section(ui, "Lights", false, |ui| self.lights(ui, model.scene, events));
-        section(ui, "Camera", false, |ui| self.camera(ui, model.scene, events));
-        section(ui, "Picture", false, |ui| self.picture(ui, model.scene));
+        for (title, edit) in [
+            ("Lights", scene::lights as fn(&mut Ui, &Scene) -> Lines),
+            ("Camera", scene::camera),
+            ("Sky, floor, depth", scene::environment),
+            ("Picture", scene::picture),
+        ] {
+            section(ui, title, false, |ui| {
+                let lines = edit(ui, model.scene);
+                self.change_lines(lines, model);
+            });
+        }
         ui.separator();
         ui.small(model.device);
     }
@@ -167,13 +183,15 @@ impl Panel {
         self.pending = Some(Pending { lines, draft });
     }
 
-    fn primitive(&mut self, ui: &mut Ui, name: &str, primitive: &Primitive, scene: &Scene) {
-        let mut edited = primitive.clone();
-        let Some(line) = edit_primitive(ui, &mut edited) else { return };
-        let mut draft = scene.clone();
-        if let Ok(primitive) = draft.primitive_mut(name) {
-            *primitive = edited;
-            self.change(vec![line], draft);
+    /// Begins a change: the scene with its lines is shown until it is over.
+    fn change_lines(&mut self, lines: Lines, model: &PanelModel<'_>) {
+        if lines.is_empty() {
+            return;
+        }
+        let mut session = Session::with_scene(model.scene.clone(), model.selected);
+        // Lines that the language rejects are dropped here, before the session rejects them.
+        if lines.iter().all(|line| session.run_line(line).is_ok()) {
+            self.change(lines, session.scene().clone());
         }
     }
 
@@ -222,7 +240,7 @@ impl Panel {
         ui.horizontal(|ui| {
             ui.label("move");
             for axis in 0..3 {
-                if number(ui, &mut nudge.translate[axis], 0.02).changed() {
+                if number(ui, &mut nudge.translate[axis], 0.02, f64::MIN..=f64::MAX) {
                     step = Some(TransformStep::Translate(nudge.translate));
                 }
             }
@@ -232,7 +250,7 @@ impl Panel {
             for (axis, text) in ["x", "y", "z"].into_iter().enumerate() {
                 ui.selectable_value(&mut nudge.axis, axis, text);
             }
-            if number(ui, &mut nudge.angle_deg, 1.0).changed() {
+            if number(ui, &mut nudge.angle_deg, 1.0, f64::MIN..=f64::MAX) {
                 step =
                     Some(TransformStep::Rotate { axis: DVec3::AXES[nudge.axis], angle_deg: nudge.angle_deg });
             }
@@ -250,98 +268,6 @@ impl Panel {
         let changed =
             if of_whole { draft.transform_whole(name, step) } else { draft.transform_child(name, step) };
         if changed.is_ok() {
-            self.change(vec![line], draft);
-        }
-    }
-
-    fn lights(&mut self, ui: &mut Ui, scene: &Scene, events: &mut Vec<PanelEvent>) {
-        if scene.named_lights().len() == 0 {
-            ui.label("The default light: white at 3 4 5. Lights of your own replace it.");
-        }
-        for (name, light) in scene.named_lights() {
-            let mut edited = *light;
-            ui.horizontal(|ui| {
-                ui.strong(name);
-                if ui.small_button("remove").clicked() {
-                    events.push(PanelEvent::Command(commands::remove_light(name)));
-                }
-            });
-            let has_changed = ui.push_id(name, |ui| edit_light(ui, &mut edited)).inner;
-            if has_changed {
-                let mut draft = scene.clone();
-                draft.set_light(name, edited);
-                self.change(commands::light(name, &edited), draft);
-            }
-        }
-        if ui.button("Add a light").clicked() {
-            let is_free = |name: &String| scene.named_lights().all(|(other, _)| other != name);
-            let name = (1..).map(|i| format!("light{i}")).find(is_free).unwrap_or_default();
-            let lines = commands::light(&name, &Light { falloff: 0.0, ..Light::DEFAULT });
-            events.extend(lines.into_iter().map(PanelEvent::Command));
-        }
-    }
-
-    fn camera(&mut self, ui: &mut Ui, scene: &Scene, events: &mut Vec<PanelEvent>) {
-        let mut camera = scene.camera;
-        let mut has_moved = false;
-        for (label, value) in [("position", &mut camera.position), ("target", &mut camera.target)] {
-            has_moved |= vector(ui, label, value, 0.05);
-        }
-        let fov =
-            Slider::new(&mut camera.fov_deg, 1.0..=170.0).text("field of view °").update_while_editing(false);
-        has_moved |= ui.add(fov).changed();
-        let has_turned = vector(ui, "up", &mut camera.up, 0.02);
-        // The language rejects a camera without a direction.
-        let is_valid = camera.position != camera.target && camera.up != DVec3::ZERO;
-        if (has_moved || has_turned) && is_valid {
-            let line = if has_turned { commands::camera_up(&camera) } else { commands::camera(&camera) };
-            let mut draft = scene.clone();
-            draft.camera = camera;
-            draft.sets_camera = true;
-            self.change(vec![line], draft);
-        }
-        if ui.button("Use this view as the camera").on_hover_text("c").clicked() {
-            events.push(PanelEvent::Action(Action::WriteCamera));
-        }
-    }
-
-    fn picture(&mut self, ui: &mut Ui, scene: &Scene) {
-        let mut draft = scene.clone();
-        let mut line = None;
-        ui.horizontal(|ui| {
-            ui.label("background");
-            if color(ui, &mut draft.background) {
-                line = Some(commands::background(draft.background));
-            }
-        });
-        if ui.add(Slider::new(&mut draft.depth, 0..=MAX_DEPTH).text("depth")).changed() {
-            line = Some(commands::depth(draft.depth));
-        }
-        let picture = &mut draft.picture;
-        ui.horizontal(|ui| {
-            ui.label("size");
-            let side = |value| DragValue::new(value).range(1..=8192).update_while_editing(false);
-            let has_changed = ui.add(side(&mut picture.width)).changed();
-            if ui.add(side(&mut picture.height)).changed() || has_changed {
-                line = Some(commands::picture_size(picture));
-            }
-        });
-        if ui
-            .add(Slider::new(&mut picture.samples, 1..=64).logarithmic(true).text("samples per pixel"))
-            .changed()
-        {
-            line = Some(commands::samples(picture));
-        }
-        ui.horizontal(|ui| {
-            ui.label("encoding");
-            for encoding in [Encoding::Srgb, Encoding::Linear] {
-                let word = commands::encoding_word(encoding);
-                if ui.selectable_value(&mut picture.encoding, encoding, word).changed() {
-                    line = Some(commands::encoding(encoding));
-                }
-            }
-        });
-        if let Some(line) = line {
             self.change(vec![line], draft);
         }
     }

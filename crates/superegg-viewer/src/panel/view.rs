@@ -30,13 +30,14 @@ pub(super) fn switches(ui: &mut Ui, view: &mut ViewState, events: &mut Vec<Panel
 }
 
 /// The slider over the frames of a series.
-pub(super) fn frame_slider(ui: &mut Ui, frames: Frames, events: &mut Vec<PanelEvent>) {
+pub(super) fn frame_slider(ui: &mut Ui, frames: Frames, is_playing: bool, events: &mut Vec<PanelEvent>) {
     let last = frames.count.saturating_sub(1);
     let mut frame = frames.current;
     ui.horizontal(|ui| {
         for (text, action, help) in [
             ("<", Action::PreviousFrame, "the frame before (,)"),
             (">", Action::NextFrame, "the next frame (.)"),
+            (if is_playing { "Stop" } else { "Play" }, Action::TogglePlaying, "Space"),
         ] {
             if ui.button(text).on_hover_text(help).clicked() {
                 events.push(PanelEvent::Action(action));

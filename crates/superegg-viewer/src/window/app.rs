@@ -34,6 +34,8 @@ use crate::protocol::{FromViewer, Shown};
 
 /// Pixels of smooth scrolling that count as one notch of the wheel.
 const NOTCH_PX: f64 = 50.0;
+/// The time of a frame that is played.
+const FRAME_TIME: Duration = Duration::from_millis(41);
 /// egui returns a longer delay if it needs no further frame.
 const NEVER: Duration = Duration::from_secs(3600);
 
@@ -54,6 +56,10 @@ pub(crate) struct App {
     pub(super) notice: Notice,
     pub(super) modifiers: ModifiersState,
     pub(super) pointer: PointerTracker,
+    /// The progress of a picture that is rendered to a file.
+    rendering: Option<String>,
+    /// The time of the last frame that was played; `None` if nothing is played.
+    playing: Option<Instant>,
     /// A handle that is dragged.
     pub(super) gizmo: Option<GizmoDrag>,
 }
@@ -76,6 +82,8 @@ impl App {
             notice: Notice::default(),
             modifiers: ModifiersState::empty(),
             pointer: PointerTracker::default(),
+            rendering: None,
+            playing: None,
             gizmo: None,
         }
     }
@@ -153,6 +161,13 @@ impl App {
             None => (),
             Some(Request::KeyboardBack) => self.keyboard_back(),
             Some(Request::File(action)) => self.begin_file_action(action),
+            Some(Request::TogglePlaying) => self.toggle_playing(),
+            Some(Request::FocusPanel) => {
+                self.view.has_panel = true;
+                if let Some(open) = &self.window {
+                    open.egui.focus_next();
+                }
+            }
             Some(Request::LookFrom(side)) => self.look_from(side),
             Some(Request::FrameSelected) => self.frame_selected(),
             Some(Request::DeleteChild) => self.delete_child(),
@@ -250,8 +265,30 @@ impl App {
         }
     }
 
+    /// Starts or stops to show the frames one after another.
+    fn toggle_playing(&mut self) {
+        let can_play = self.content.frames().is_some_and(|frames| frames.count > 1);
+        self.playing = if self.playing.is_none() && can_play { Some(Instant::now()) } else { None };
+        if !can_play {
+            self.notice.show("the scene has no frames; 'key' at the prompt makes some".to_owned());
+        }
+    }
+
+    /// Wants the next frame if it is due, after the last the first one.
+    fn play(&mut self) {
+        let is_due = self.playing.is_some_and(|last| last.elapsed() >= FRAME_TIME);
+        if !is_due || self.content.waits_for_frame() {
+            return;
+        }
+        self.playing = Some(Instant::now());
+        if let Some(frame) = self.content.next_frame() {
+            self.outbox.send(FromViewer::Frame(frame));
+        }
+    }
+
     fn draw(&mut self, event_loop: &ActiveEventLoop) {
         self.notice.expire();
+        self.play();
         let (handles, compass) = (self.handles(), self.compass());
         let Some(open) = &mut self.window else { return };
         let status = status::lines(&self.content, &self.background, &self.view, &open.stats);
@@ -267,6 +304,8 @@ impl App {
             notice: self.notice.text(),
             device: &device_name,
             document: self.content.document(),
+            rendering: self.rendering.as_deref(),
+            is_playing: self.playing.is_some(),
             child: self.content.selected_child(),
             handles,
             compass,
@@ -316,7 +355,8 @@ impl App {
             self.redraw();
         }
         let repaint_at = Instant::now().checked_add(repaint_after).filter(|_| repaint_after < NEVER);
-        match [self.notice.ends_at(), repaint_at].into_iter().flatten().min() {
+        let frame_at = self.playing.map(|last| last + FRAME_TIME);
+        match [self.notice.ends_at(), repaint_at, frame_at].into_iter().flatten().min() {
             Some(at) => event_loop.set_control_flow(ControlFlow::WaitUntil(at)),
             None => event_loop.set_control_flow(ControlFlow::Wait),
         }
@@ -330,12 +370,12 @@ impl App {
 }
 
 /// Whether egui should see an event. A redraw would make it request another one. Tab is a key of
-/// the viewer, except in a dialog.
-fn is_for_egui(event: &WindowEvent, has_dialog: bool) -> bool {
+/// the viewer, except where the panel or a dialog has the keyboard.
+fn is_for_egui(event: &WindowEvent, has_focus: bool) -> bool {
     match event {
         WindowEvent::RedrawRequested => false,
         WindowEvent::KeyboardInput { event, .. } => {
-            has_dialog || event.logical_key != Key::Named(NamedKey::Tab)
+            has_focus || event.logical_key != Key::Named(NamedKey::Tab)
         }
         _ => true,
     }
@@ -357,6 +397,10 @@ impl ApplicationHandler<Event> for App {
             Event::Show(shown) => self.show(*shown),
             Event::Inform(text) => {
                 self.notice.show(text);
+                self.redraw();
+            }
+            Event::Rendering(progress) => {
+                self.rendering = progress;
                 self.redraw();
             }
             Event::Notice(text) => {
@@ -389,7 +433,8 @@ impl ApplicationHandler<Event> for App {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
         let Some(open) = self.window.as_mut().filter(|open| open.surface.window.id() == id) else { return };
         let mut is_consumed = false;
-        if is_for_egui(&event, self.files.is_open()) {
+        let has_focus = self.files.is_open() || open.egui.wants_keyboard();
+        if is_for_egui(&event, has_focus) {
             let response = open.egui.on_window_event(&open.surface.window, &event);
             is_consumed = response.consumed;
             if response.repaint {

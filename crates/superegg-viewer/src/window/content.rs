@@ -107,6 +107,17 @@ impl Content {
         Some(frame)
     }
 
+    /// Whether the session has not shown the wanted frame yet.
+    pub(super) fn waits_for_frame(&self) -> bool {
+        self.wanted_frame.is_some()
+    }
+
+    /// Wants the next frame, after the last the first one. Returns it if the session has to show it.
+    pub(super) fn next_frame(&mut self) -> Option<usize> {
+        let Frames { count, current } = self.frames()?;
+        self.want_frame((current + 1) % count.max(1))
+    }
+
     /// Wants no other frame than that of the snapshot.
     pub(super) fn drop_wanted_frame(&mut self) {
         self.wanted_frame = None;

@@ -33,7 +33,7 @@ impl EguiLayer {
         event_loop: &ActiveEventLoop,
     ) -> Self {
         let context = egui::Context::default();
-        context.options_mut(|options| options.theme_preference = egui::ThemePreference::Dark);
+        context.options_mut(|options| options.theme_preference = egui::ThemePreference::System);
         let state = egui_winit::State::new(
             context.clone(),
             egui::ViewportId::ROOT,
@@ -62,6 +62,11 @@ impl EguiLayer {
     /// A text field has the keyboard.
     pub(super) fn wants_keyboard(&self) -> bool {
         self.context.egui_wants_keyboard_input()
+    }
+
+    /// Moves the keyboard to the next widget of the panel.
+    pub(super) fn focus_next(&self) {
+        self.context.memory_mut(|memory| memory.move_focus(egui::FocusDirection::Next));
     }
 
     /// Runs one frame of the user interface and uploads its textures.

@@ -22,6 +22,8 @@ fn action_of_key(key: &Key, modifiers: ModifiersState) -> Option<Action> {
         Key::Named(NamedKey::Tab) => "Tab",
         Key::Named(NamedKey::Home) => "Home",
         Key::Named(NamedKey::Delete) => "Delete",
+        Key::Named(NamedKey::Space) => "Space",
+        Key::Named(NamedKey::F6) => "F6",
         Key::Named(NamedKey::F12) => "F12",
         Key::Named(NamedKey::PrintScreen) => "PrintScreen",
         Key::Character(character) => character.as_str(),

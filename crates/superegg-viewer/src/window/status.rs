@@ -1,12 +1,15 @@
 //! The lines at the bottom of the scene: its name, renderer, and the parts that the budgets leave
 //! out.
 
+use superegg_geom::glam::DVec3;
+use superegg_scene::Scene;
+
 use super::background::Background;
 use super::content::Content;
 use crate::frame_stats::DrawStats;
 use crate::input::ViewState;
 use crate::live::tracer::Pass;
-use crate::preview::PreviewBudget;
+use crate::preview::{Preview, PreviewBudget};
 
 const KEYS: &str = "h: keys  |  o: inside-outside test  |  i: intersection test";
 /// In the course program both tests are on at first.
@@ -40,6 +43,12 @@ pub(super) fn lines(
     if view.is_traced {
         return lines;
     }
+    if !view.settings.course
+        && !view.settings.wireframe
+        && let Some(line) = only_ray_traced(content.scene(), background.preview())
+    {
+        lines.push(line);
+    }
     if stats.coarser > 0 {
         lines.push(format!("the triangle budget is spent: {} instances have fewer patches", stats.coarser));
     }
@@ -50,6 +59,32 @@ pub(super) fn lines(
         lines.push("the grid has too many points; a larger step shows its whole extent".to_owned());
     }
     lines
+}
+
+/// The line that names what only ray tracing shows of a scene.
+fn only_ray_traced(scene: &Scene, preview: &Preview) -> Option<String> {
+    let mut names = Vec::new();
+    let materials = || preview.shapes.iter().map(|shape| &shape.material);
+    if preview.instances.len() > 1 || scene.floor.is_some() {
+        names.push("shadows");
+        if materials().any(|material| material.reflected.is_some_and(|weight| weight > 0.0)) {
+            names.push("mirrored objects");
+        }
+    }
+    let mut clear = materials().filter(|material| material.refracted.is_some_and(|weight| weight > 0.0));
+    if clear.clone().any(|material| material.index != 1.0) {
+        names.push("refraction");
+    }
+    if clear.any(|material| material.absorb != DVec3::ZERO) {
+        names.push("absorption");
+    }
+    if scene.camera.lens.is_some() {
+        names.push("depth of field");
+    }
+    if scene.ambient_occlusion.is_some() {
+        names.push("ambient occlusion");
+    }
+    (!names.is_empty()).then(|| format!("only ray traced (p): {}", names.join(", ")))
 }
 
 fn traced(pass: &Pass) -> String {
