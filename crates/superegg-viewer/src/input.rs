@@ -6,9 +6,11 @@ pub(crate) mod gizmo;
 pub mod keys;
 mod projection;
 mod view_state;
+mod viewport;
 
 pub use arcball::Arcball;
 pub use eye::Eye;
 pub use gizmo::Tool;
 pub(crate) use projection::Projection;
-pub use view_state::{FileAction, Request, ViewSide, ViewState, Viewport};
+pub use view_state::{FileAction, Request, ViewSide, ViewState};
+pub use viewport::Viewport;

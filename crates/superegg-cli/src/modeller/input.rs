@@ -182,7 +182,7 @@ impl Modeller {
     /// Runs lines of the viewer as one change.
     fn run_viewer_change(&mut self, label: &str, lines: &[String]) {
         for line in lines {
-            self.report(Message::Text(format!("> {line}")));
+            self.report(Message::Text(visible(&format!("> {line}"))));
             self.viewer.push_line(line.clone());
             self.lines.push(line.clone());
         }

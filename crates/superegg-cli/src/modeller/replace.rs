@@ -97,7 +97,7 @@ impl Modeller {
         self.document.detach(0);
         let text = unsaved.describe();
         // Keep the old file until this journal contains all of it. That of a script is gone at its end.
-        if self.journal.is_written() && self.is_interactive() {
+        if self.journal.is_written() && self.answers_person() {
             unsaved.remove();
         }
         self.print(&format!("recovered: {text}"));

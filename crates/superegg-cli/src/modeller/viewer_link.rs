@@ -45,7 +45,7 @@ impl SharedHandle {
                 handle.rendering(None);
                 handle.inform(text.clone());
             }
-            Message::Text(_) | Message::Diagnostic(_) => {}
+            Message::Text(_) | Message::Diagnostic(_) | Message::Page(_) => {}
         }
     }
 

@@ -235,7 +235,7 @@ pub fn example_line(spec: &CommandSpec) -> String {
         "addObject" => "object arm; object robot; ",
         "addPrimitive" => "primitive ball; object snowman; ",
         "delete" | "rename" | "copy" | "undo" | "show" | "info" | "frame" | "render" | "preview"
-        | "iotest" | "intersect" | "save" => "primitive ball; ",
+        | "iotest" | "intersect" | "save" | "export" => "primitive ball; ",
         "redo" => "primitive ball; undo; ",
         "setCursor" | "remove" => "primitive ball; object snowman; addPrimitive ball head; ",
         "lightRadius" | "unlight" => "light lamp 3 4 5; ",

@@ -301,7 +301,7 @@ impl Drawing {
     fn draw_transparent(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
-        pipelines: &[wgpu::RenderPipeline; 2],
+        pipelines: &[[wgpu::RenderPipeline; 2]; 2],
         batches: &[Batch],
     ) {
         let Some(instances) = &self.instances.buffer else { return };
@@ -313,7 +313,7 @@ impl Drawing {
             // The first pipeline hides the sides whose triangles are clockwise on the screen.
             let [front, back] = pipelines;
             let order = if batch.sides == Sides::MirroredFront { [front, back] } else { [back, front] };
-            for pipeline in order {
+            for pipeline in order.into_iter().flatten() {
                 pass.set_pipeline(pipeline);
                 pass.draw_indexed(0..3 * mesh.triangle_count, 0, batch.first..batch.first + batch.count);
             }

@@ -69,8 +69,10 @@ pub(super) struct InstanceData {
     pattern: [f32; 4],
     /// Factors from the unit shape to the coordinates of the pattern; weight of mirrored light.
     cells: [f32; 4],
-    /// Weight of transmitted light; index of refraction for Fresnel reflection, or 0.
+    /// Weight of transmitted light; index of refraction, negative without Fresnel reflection.
     lobes: [f32; 2],
+    /// The colour that light through one side has after absorption.
+    tint: [f32; 3],
 }
 
 impl InstanceData {
@@ -167,15 +169,23 @@ fn surface_data(material: &Material) -> SurfaceData {
     }
 }
 
-/// The weight of mirrored light, then that of transmitted light with the index for Fresnel
-/// reflection or 0. The course program draws neither.
+/// The weight of mirrored light, then that of transmitted light with the index of refraction, negative
+/// without Fresnel reflection. The course program draws neither.
 fn lobes_data(material: &Material, is_course: bool) -> (f32, [f32; 2]) {
     if is_course {
         return (0.0, [0.0; 2]);
     }
-    let index = if material.fresnel { material.index as f32 } else { 0.0 };
+    let index = if material.fresnel { material.index as f32 } else { -material.index as f32 };
     let (mirror, transmitted) = (material.reflected.unwrap_or(0.0), material.refracted.unwrap_or(0.0));
     (mirror as f32, [transmitted as f32, index])
+}
+
+/// The colour that light through one side of an instance has: absorbed over half of its mean chord.
+fn tint(instance: &PreviewInstance, material: &Material) -> [f32; 3] {
+    let m = instance.world_from_unit.matrix3;
+    let radius = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length).into_iter().fold(f64::MAX, f64::min);
+    // The mean chord of a ball is 4/3 of its radius, and a ray goes through two sides.
+    material.absorb.to_array().map(|absorb| (-absorb * radius / 1.5).exp() as f32)
 }
 
 /// Factors from the unit shape to the coordinates of its pattern: cubes of a checker, or from -1 to
@@ -253,5 +263,6 @@ pub(super) fn instance_data(
         pattern,
         cells: with(pattern_cells(shape), f64::from(mirror)),
         lobes,
+        tint: tint(instance, &shape.material),
     }
 }

@@ -14,9 +14,10 @@ pub(super) struct Pipelines {
     film_sampler: wgpu::Sampler,
     pub(super) phong: [wgpu::RenderPipeline; 3],
     pub(super) gouraud: [wgpu::RenderPipeline; 3],
-    /// Transparent surfaces: counter-clockwise triangles, clockwise ones.
-    pub(super) clear_phong: [wgpu::RenderPipeline; 2],
-    pub(super) clear_gouraud: [wgpu::RenderPipeline; 2],
+    /// Transparent surfaces: counter-clockwise triangles, clockwise ones. Of each what dims the things
+    /// behind it, and its own light.
+    pub(super) clear_phong: [[wgpu::RenderPipeline; 2]; 2],
+    pub(super) clear_gouraud: [[wgpu::RenderPipeline; 2]; 2],
     /// Floor and sky.
     pub(super) environment: wgpu::RenderPipeline,
     pub(super) depth: [wgpu::RenderPipeline; 3],
@@ -39,8 +40,10 @@ enum Depth {
     Behind,
     /// Tested and written.
     Solid,
-    /// Tested with the same bias, not written, and blended with what is behind.
-    Clear,
+    /// Tested with the same bias, not written: the product with what is behind.
+    Filter,
+    /// Tested with the same bias, not written: the sum with what is behind.
+    Glow,
     /// Tested, not written.
     Tested,
     /// Neither tested nor written.
@@ -56,7 +59,7 @@ const MESH: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
     Some(wgpu::VertexBufferLayout {
         array_stride: size_of::<InstanceData>() as u64,
         step_mode: wgpu::VertexStepMode::Instance,
-        attributes: &wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4, 7 => Float32x3, 8 => Float32x3, 9 => Float32x3, 10 => Float32x4, 11 => Float32x4, 12 => Float32x2],
+        attributes: &wgpu::vertex_attr_array![2 => Float32x4, 3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4, 7 => Float32x3, 8 => Float32x3, 9 => Float32x3, 10 => Float32x4, 11 => Float32x4, 12 => Float32x2, 13 => Float32x3],
     }),
 ];
 const MARKS: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
@@ -77,19 +80,18 @@ const LINES: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(wgpu::VertexB
     attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x4],
 })];
 
-/// The light of a surface, and its alpha times that behind it.
-const TRANSMITTED: wgpu::BlendState = wgpu::BlendState {
-    color: wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::One,
-        dst_factor: wgpu::BlendFactor::SrcAlpha,
-        operation: wgpu::BlendOperation::Add,
-    },
-    alpha: wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::Zero,
-        dst_factor: wgpu::BlendFactor::One,
-        operation: wgpu::BlendOperation::Add,
-    },
-};
+/// Colours blended by these factors. Alpha stays.
+const fn blended(src: wgpu::BlendFactor, dst: wgpu::BlendFactor) -> wgpu::BlendState {
+    let operation = wgpu::BlendOperation::Add;
+    wgpu::BlendState {
+        color: wgpu::BlendComponent { src_factor: src, dst_factor: dst, operation },
+        alpha: wgpu::BlendComponent {
+            src_factor: wgpu::BlendFactor::Zero,
+            dst_factor: wgpu::BlendFactor::One,
+            operation,
+        },
+    }
+}
 
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat, samples: u32) -> Self {
@@ -174,23 +176,17 @@ impl Pipelines {
                 let target = (format, samples);
                 pipeline(device, shaders, &scene_layout, MESH, (TriangleList, hidden), Depth::Behind, target)
             });
-        let clear = |vertex, fragment| {
+        let clear = |vertex, behind, fragment| {
             [Some(wgpu::Face::Back), Some(wgpu::Face::Front)].map(|hidden| {
-                let shaders = (&shaders, vertex, fragment);
-                pipeline(
-                    device,
-                    shaders,
-                    &scene_layout,
-                    MESH,
-                    (TriangleList, hidden),
-                    Depth::Clear,
-                    (format, samples),
-                )
+                [(behind, Depth::Filter), (fragment, Depth::Glow)].map(|(fragment, depth)| {
+                    let (shaders, target) = ((&shaders, vertex, fragment), (format, samples));
+                    pipeline(device, shaders, &scene_layout, MESH, (TriangleList, hidden), depth, target)
+                })
             })
         };
         Self {
-            clear_phong: clear("phong_vertex", "phong_fragment"),
-            clear_gouraud: clear("gouraud_vertex", "gouraud_fragment"),
+            clear_phong: clear("phong_vertex", "phong_behind_fragment", "phong_fragment"),
+            clear_gouraud: clear("gouraud_vertex", "gouraud_behind_fragment", "gouraud_fragment"),
             environment: scene("film_vertex", "environment_fragment", &[], TriangleList, Depth::Solid),
             outline,
             phong: solid("phong_vertex", "phong_fragment"),
@@ -246,7 +242,12 @@ fn pipeline(
         (_, wgpu::PrimitiveTopology::LineList) | ("mark_fragment", _) => {
             (wgpu::ColorWrites::ALL, Some(wgpu::BlendState::ALPHA_BLENDING))
         }
-        _ if depth == Depth::Clear => (wgpu::ColorWrites::ALL, Some(TRANSMITTED)),
+        _ if depth == Depth::Filter => {
+            (wgpu::ColorWrites::ALL, Some(blended(wgpu::BlendFactor::Zero, wgpu::BlendFactor::Src)))
+        }
+        _ if depth == Depth::Glow => {
+            (wgpu::ColorWrites::ALL, Some(blended(wgpu::BlendFactor::One, wgpu::BlendFactor::One)))
+        }
         _ => (wgpu::ColorWrites::ALL, None),
     };
     let targets = [Some(wgpu::ColorTargetState { format, blend, write_mask })];
@@ -269,7 +270,7 @@ fn pipeline(
                 wgpu::CompareFunction::GreaterEqual
             }),
             stencil: wgpu::StencilState::default(),
-            bias: if matches!(depth, Depth::Behind | Depth::Clear) {
+            bias: if matches!(depth, Depth::Behind | Depth::Filter | Depth::Glow) {
                 wgpu::DepthBiasState { constant: -2, slope_scale: -1.0, clamp: 0.0 }
             } else {
                 wgpu::DepthBiasState::default()

@@ -88,7 +88,8 @@ struct Material {
     diffuse: f32,
     specular: f32,
     exponent: f32,
-    // Weights of mirrored and transmitted light; index of refraction for Fresnel reflection, or 0.
+    // Weights of mirrored and transmitted light; index of refraction, negative without Fresnel
+    // reflection of the mirrored light, or 0 if nothing needs it.
     mirror: f32,
     transmitted: f32,
     index: f32,
@@ -115,7 +116,11 @@ fn lobes(m: Material, cos_in: f32) -> vec3<f32> {
         mirror *= reflectance(cos_in, m.index);
     }
     let total = max(mirror + m.transmitted, 1.0);
-    return vec3(max(1.0 - mirror - m.transmitted, 0.0), mirror / total, m.transmitted / total);
+    let local = max(1.0 - mirror - m.transmitted, 0.0);
+    // The interface mirrors what it does not transmit.
+    let transmitted = m.transmitted / total;
+    let turned_back = select(0.0, transmitted * reflectance(cos_in, max(abs(m.index), 1.0)), transmitted > 0.0);
+    return vec3(local, mirror / total + turned_back, transmitted - turned_back);
 }
 
 // Blinn-Phong shading at a point as in the ray tracer, without shadows. `local` is the weight of
@@ -246,8 +251,10 @@ struct Instance {
     @location(10) pattern: vec4<f32>,
     // Factors from the unit shape to the coordinates of the pattern; weight of mirrored light.
     @location(11) cells: vec4<f32>,
-    // Weight of transmitted light; index of refraction for Fresnel reflection, or 0.
+    // Weight of transmitted light; index of refraction as in a material.
     @location(12) lobes: vec2<f32>,
+    // The colour that light through one side has after absorption.
+    @location(13) tint: vec3<f32>,
 }
 
 fn to_eye_space(i: Instance, p: vec3<f32>) -> vec3<f32> {
@@ -284,6 +291,7 @@ struct PerPixel {
     @location(4) cells: vec3<f32>,
     @location(5) @interpolate(flat) pattern: vec4<f32>,
     @location(6) @interpolate(flat) lobes: vec3<f32>,
+    @location(7) @interpolate(flat) tint: vec3<f32>,
 }
 
 @vertex
@@ -291,12 +299,11 @@ fn phong_vertex(v: Vertex, i: Instance) -> PerPixel {
     let p = to_eye_space(i, v.position);
     let n = map_normal(i, v.normal);
     let weights = vec3(i.cells.w, i.lobes);
-    return PerPixel(project(p), p, n, i.color_ambient, i.surface, cells_of(i, v.position), i.pattern, weights);
+    return PerPixel(project(p), p, n, i.color_ambient, i.surface, cells_of(i, v.position), i.pattern, weights, i.tint);
 }
 
-@fragment
-fn phong_fragment(in: PerPixel, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
-    let weight = pattern_weight(in.pattern.w, in.cells, fwidth(in.cells));
+fn phong_light(in: PerPixel, is_front: bool, width: vec3<f32>) -> vec4<f32> {
+    let weight = pattern_weight(in.pattern.w, in.cells, width);
     let color = mix(in.color_ambient.rgb, in.pattern.rgb, weight);
     // Inside a shape the back face is lit. A mirroring map reverses the winding of the triangles.
     let is_outside = is_front == (in.surface.w > 0.0);
@@ -304,17 +311,26 @@ fn phong_fragment(in: PerPixel, @builtin(front_facing) is_front: bool) -> @locat
     let m = Material(
         color, in.color_ambient.w, in.surface.x, in.surface.y, in.surface.z, in.lobes.x, in.lobes.y, in.lobes.z,
     );
-    return seen(shade(m, in.position, n));
+    return shade(m, in.position, n);
 }
 
-// The encoded light, and the encoded weight of what is behind.
-fn seen(light: vec4<f32>) -> vec4<f32> {
-    return vec4(encode(light.rgb), curved(vec3(light.w)).x);
+@fragment
+fn phong_fragment(in: PerPixel, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
+    return vec4(encode(phong_light(in, is_front, fwidth(in.cells)).rgb), 1.0);
+}
+
+// The encoded weight of what is behind a transparent surface.
+@fragment
+fn phong_behind_fragment(in: PerPixel, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
+    let cos_in = abs(dot(normalize(in.normal), to_eye_from(in.position)));
+    let m = Material(vec3(0.0), 0.0, 0.0, 0.0, 1.0, in.lobes.x, in.lobes.y, in.lobes.z);
+    return vec4(curved(lobes(m, cos_in).z * in.tint), 1.0);
 }
 
 struct PerVertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) light: vec4<f32>,
+    @location(1) @interpolate(flat) tint: vec3<f32>,
 }
 
 @vertex
@@ -325,12 +341,17 @@ fn gouraud_vertex(v: Vertex, i: Instance) -> PerVertex {
     let m = Material(
         color, i.color_ambient.w, i.surface.x, i.surface.y, i.surface.z, i.cells.w, i.lobes.x, i.lobes.y,
     );
-    return PerVertex(project(p), shade(m, p, map_normal(i, v.normal)));
+    return PerVertex(project(p), shade(m, p, map_normal(i, v.normal)), i.tint);
 }
 
 @fragment
 fn gouraud_fragment(in: PerVertex) -> @location(0) vec4<f32> {
-    return seen(in.light);
+    return vec4(encode(in.light.rgb), 1.0);
+}
+
+@fragment
+fn gouraud_behind_fragment(in: PerVertex) -> @location(0) vec4<f32> {
+    return vec4(curved(in.light.w * in.tint), 1.0);
 }
 
 // Depth only.

@@ -3,7 +3,7 @@
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_scene::Camera;
 
-use super::view_state::Viewport;
+use super::viewport::Viewport;
 
 /// A camera with the part of the window that it fills.
 #[derive(Clone, Copy, Debug)]

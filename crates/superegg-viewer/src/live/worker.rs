@@ -87,7 +87,7 @@ fn serve(request: &SceneRequest, cache: &mut Cache, cancel: &AtomicBool, done: &
     }
     let preview = cache.index.open(request.root.as_deref(), &request.camera, &request.budget);
     let selected = request.selected.as_deref().and_then(|name| cache.index.shape_of(name));
-    let spec = request.grid.and_then(|choice| choice.spec(preview.bounds.as_ref()));
+    let spec = request.grid.and_then(|choice| choice.spec(preview.bounds.as_ref(), &request.scene.camera));
     done(SceneResult::Preview(Arc::new(preview), selected));
     // A newer request makes the rest obsolete.
     let is_stale = || cancel.load(Ordering::Relaxed);

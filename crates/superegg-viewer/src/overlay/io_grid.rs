@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
-use superegg_scene::ViewSettings;
+use superegg_scene::{Camera, ViewSettings};
 use superegg_trace::CompiledScene;
 
 use crate::draw::Mark;
@@ -19,7 +19,7 @@ const FIT_STEPS: f64 = 7.0;
 const FIT_MARGIN: f64 = 1.15;
 /// Jitter and radius of the marks of a fitting grid, in steps.
 const FIT_JITTER: f64 = 0.1;
-const FIT_RADIUS: f64 = 0.12;
+const FIT_RADIUS: f64 = 0.09;
 
 /// The choice of a grid. It does not depend on the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,13 +36,27 @@ impl GridChoice {
         if settings.io_fit { Self::Fit } else { Self::Fixed(GridSpec::new(settings)) }
     }
 
-    /// The grid for a scene with this bounding box. `None` if there is no box to fit.
-    pub(crate) fn spec(&self, bounds: Option<&Aabb>) -> Option<GridSpec> {
+    /// The grid for a scene with this bounding box and camera. `None` if there is no box to fit.
+    pub(crate) fn spec(&self, bounds: Option<&Aabb>, camera: &Camera) -> Option<GridSpec> {
         match self {
             Self::Fixed(spec) => Some(*spec),
-            Self::Fit => bounds.and_then(GridSpec::fitting),
+            Self::Fit => GridSpec::fitting(&in_view(bounds?, camera)),
         }
     }
+}
+
+/// The part of a box around the target of a camera that is in view, or the whole box if none is. Large
+/// walls would make the grid too coarse for everything else.
+fn in_view(bounds: &Aabb, camera: &Camera) -> Aabb {
+    let distance = (camera.position - camera.target).length();
+    let half_height = match camera.ortho_height {
+        Some(height) => 0.5 * height,
+        None => distance * (0.5 * camera.fov_deg.to_radians()).tan(),
+    };
+    let (min, max) = (camera.target - half_height, camera.target + half_height);
+    let seen = Aabb { min: bounds.min.max(min), max: bounds.max.min(max) };
+    let is_seen = (seen.max - seen.min).min_element() > 0.0;
+    if is_seen { seen } else { *bounds }
 }
 
 /// Parameters of a grid: spacing, extent, jitter. The radius of the marks is not one: it needs no
@@ -180,7 +194,7 @@ mod tests {
     #[test]
     fn the_grid_of_the_course_is_that_of_its_text() {
         let choice = GridChoice::new(&ViewSettings::COURSE);
-        let spec = choice.spec(None).unwrap();
+        let spec = choice.spec(None, &Camera::default()).unwrap();
         let points = spec.points();
         assert_eq!(points.len(), 21 * 21 * 21);
         assert!(points.iter().all(|p| {
@@ -222,10 +236,11 @@ mod tests {
     fn a_fitting_grid_has_as_many_points_at_any_scale_and_its_outside_can_be_left_out() {
         let settings = ViewSettings { io_test: true, ..ViewSettings::default() };
         let choice = GridChoice::new(&settings);
+        let far = |scale: f64| Camera { position: 100.0 * scale * DVec3::Z, ..Camera::default() };
         let spec = |scale: f64| {
             let bounds =
                 Aabb::around(scale * DVec3::new(3.0, 0.0, -1.0), scale * DVec3::new(2.0, 1.0, 0.001));
-            choice.spec(Some(&bounds)).unwrap()
+            choice.spec(Some(&bounds), &far(scale)).unwrap()
         };
         for scale in [1e-9, 1.0, 1e12] {
             let points = spec(scale).points();
@@ -235,11 +250,16 @@ mod tests {
             );
         }
         let none = [None, Some(&Aabb::EMPTY), Some(&Aabb::around(DVec3::ONE, DVec3::ZERO))];
-        assert!(none.into_iter().all(|bounds| choice.spec(bounds).is_none()));
+        assert!(none.into_iter().all(|bounds| choice.spec(bounds, &far(1.0)).is_none()));
+
+        // A long wall does not make it coarse: it is where the camera looks.
+        let wall = Aabb::around(DVec3::ZERO, DVec3::new(1000.0, 1.0, 1.0));
+        let spec_of_wall = choice.spec(Some(&wall), &Camera::default()).unwrap();
+        assert!(spec_of_wall.half.x < 10.0, "{spec_of_wall:?}");
 
         let scene = compiled(&["prm ball", "coeff 40 40 40"]);
         let bounds = Aabb::around(DVec3::ZERO, DVec3::splat(40.0));
-        let spec = choice.spec(Some(&bounds)).unwrap();
+        let spec = choice.spec(Some(&bounds), &far(40.0)).unwrap();
         let grid = IoGrid::test(&scene, &spec, &AtomicBool::new(false)).unwrap();
         let inside = grid.points.iter().filter(|(_, is_inside)| *is_inside).count();
         let count = |settings: &ViewSettings| grid.marks(settings, false).count();

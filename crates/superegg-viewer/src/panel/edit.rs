@@ -18,7 +18,7 @@ pub(super) fn edit_primitive(ui: &mut Ui, primitive: &Primitive) -> Option<Strin
         line = Some(with_numbers("setCoeff", &radii.to_array()));
     }
     let (mut e, mut n) = (exponents.e(), exponents.n());
-    for (value, label) in [(&mut e, "e: around"), (&mut n, "n: to the poles")] {
+    for (value, label) in [(&mut e, "e: around"), (&mut n, "n: poles")] {
         row(ui, label, help("setExponent"), |ui| {
             let slider = Slider::new(value, 0.0..=4.0).logarithmic(true).smallest_positive(0.01);
             ui.add(slider.update_while_editing(false));

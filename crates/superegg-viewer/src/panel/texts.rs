@@ -40,7 +40,6 @@ pub(super) fn texts(ui: &Ui, model: &PanelModel<'_>) {
 pub(super) fn help(ui: &Ui, model: &PanelModel<'_>) {
     let scene = ui.available_rect_before_wrap();
     egui::Area::new(egui::Id::unique("help"))
-        .interactable(false)
         .order(egui::Order::Foreground)
         .pivot(Align2::CENTER_CENTER)
         .fixed_pos(scene.center())
@@ -50,17 +49,20 @@ pub(super) fn help(ui: &Ui, model: &PanelModel<'_>) {
                 |ui| {
                     ui.visuals_mut().override_text_color = Some(Color32::from_gray(225));
                     ui.heading("Keys");
-                    egui::Grid::new("keys").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
-                        for row in BINDINGS {
-                            ui.label(RichText::new(row.keys.join("  ")).strong().monospace());
-                            ui.label(row.help);
-                            ui.end_row();
-                        }
-                        for (gesture, effect) in POINTER_HELP {
-                            ui.label(RichText::new(*gesture).strong());
-                            ui.label(*effect);
-                            ui.end_row();
-                        }
+                    let height = (scene.height() - 90.0).max(60.0);
+                    egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
+                        egui::Grid::new("keys").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
+                            for row in BINDINGS {
+                                ui.label(RichText::new(row.keys.join("  ")).strong().monospace());
+                                ui.label(row.help);
+                                ui.end_row();
+                            }
+                            for (gesture, effect) in POINTER_HELP {
+                                ui.label(RichText::new(*gesture).strong());
+                                ui.label(*effect);
+                                ui.end_row();
+                            }
+                        });
                     });
                     ui.small(model.device);
                 },

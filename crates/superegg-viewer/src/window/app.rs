@@ -24,6 +24,7 @@ use super::surface::OpenWindow;
 use super::{keyboard, screenshot, status};
 use crate::commands;
 use crate::event::Event;
+use crate::frame_stats::DrawStats;
 use crate::input::gizmo::GizmoDrag;
 use crate::input::keys::Action;
 use crate::input::{FileAction, Request, ViewState};
@@ -314,12 +315,15 @@ impl App {
         // egui positions a text by its size in the previous frame.
         let has_grown = status.len() != open.status_lines;
         open.status_lines = status.len();
-        let is_due = has_grown || !events.is_empty();
+        let mut is_due = has_grown || !events.is_empty();
         events.into_iter().for_each(|event| self.on_panel_event(event));
         self.background.update(&self.content, &self.view);
         if let Some(open) = &mut self.window {
             let composed = Composed::new(&self.content, &self.background, &self.view);
+            let before = open.stats;
             paint(open, &composed, &self.view, &ui);
+            // The status shows the numbers of the frame before.
+            is_due |= DrawStats { seconds: before.seconds, ..open.stats } != before;
         }
         self.schedule(event_loop, ui.repaint_after, is_due);
     }

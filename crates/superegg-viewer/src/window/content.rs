@@ -34,6 +34,8 @@ pub(super) struct Content {
 struct Pick {
     primitive: String,
     root: Option<String>,
+    /// The session has selected the primitive. Before that, snapshots of earlier lines arrive.
+    is_seen: bool,
 }
 
 impl Content {
@@ -58,10 +60,15 @@ impl Content {
         if shown.scene != self.snapshot || shown.selected != self.selected {
             self.number += 1;
         }
-        if self.pick.as_ref().is_none_or(|pick| shown.selected.as_ref() != Some(&pick.primitive)) {
-            self.pick = None;
-        }
         let root = self.root().map(str::to_owned);
+        if let Some(pick) = &mut self.pick {
+            let is_selected = shown.selected.as_ref() == Some(&pick.primitive);
+            let is_over = pick.is_seen && !is_selected;
+            pick.is_seen |= is_selected;
+            if is_over {
+                self.pick = None;
+            }
+        }
         self.snapshot = shown.scene;
         self.selected = shown.selected;
         self.draft = None;
@@ -283,7 +290,7 @@ impl Content {
     /// Holds the root while this primitive is selected.
     pub(super) fn pick(&mut self, primitive: String) {
         let root = self.root().map(str::to_owned);
-        self.pick = Some(Pick { primitive, root });
+        self.pick = Some(Pick { primitive, root, is_seen: false });
     }
 
     /// Ends a pick. Returns the line that selects the held root.
@@ -319,6 +326,34 @@ mod tests {
         assert_eq!(content.want_frame(4), Some(4));
         content.drop_wanted_frame();
         assert_eq!(current(&content), 2);
+    }
+
+    #[test]
+    fn a_picked_primitive_keeps_the_root_in_view_whatever_snapshots_are_on_their_way() {
+        let mut session = superegg_lang::Session::default();
+        for line in ["prm ball", "obj o", "ap ball", "ap ball two"] {
+            assert!(session.run_line(line).is_ok());
+        }
+        let selecting = |selected: &str| {
+            let (scene, selected) = (session.scene().clone(), Some(selected.to_owned()));
+            Shown { scene, selected, ..Shown::default() }
+        };
+        let mut content = Content::new(selecting("o"));
+        assert_eq!(content.select_child("ball"), ["setCursor ball"]);
+        content.pick("ball".to_owned());
+        // The snapshot of the cursor, then that of the primitive.
+        for selected in ["o", "ball", "ball"] {
+            content.replace(selecting(selected));
+            assert_eq!(content.root(), Some("o"));
+        }
+        assert_eq!(content.select_child("two"), ["object o"]);
+        content.replace(selecting("o"));
+        assert_eq!(
+            (content.root(), content.selected_child(), content.child_index()),
+            (Some("o"), Some("two"), Some(1))
+        );
+        content.replace(selecting("ball"));
+        assert_eq!((content.root(), content.selected_child()), (Some("ball"), None));
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! The lines at the bottom of the scene: its name, renderer, and the parts that the budgets leave
 //! out.
 
-use superegg_geom::glam::DVec3;
 use superegg_scene::Scene;
 
 use super::background::Background;
@@ -61,10 +60,14 @@ pub(super) fn lines(
     lines
 }
 
+/// Most instances whose materials are searched at each frame.
+const MOST_SEARCHED: usize = 20_000;
+
 /// The line that names what only ray tracing shows of a scene.
 fn only_ray_traced(scene: &Scene, preview: &Preview) -> Option<String> {
     let mut names = Vec::new();
-    let materials = || preview.shapes.iter().map(|shape| &shape.material);
+    let seen = || preview.instances.iter().take(MOST_SEARCHED);
+    let materials = || seen().map(|instance| &preview.shapes[instance.shape as usize].material);
     if preview.instances.len() > 1 || scene.floor.is_some() {
         names.push("shadows");
         if materials().any(|material| material.reflected.is_some_and(|weight| weight > 0.0)) {
@@ -72,11 +75,8 @@ fn only_ray_traced(scene: &Scene, preview: &Preview) -> Option<String> {
         }
     }
     let mut clear = materials().filter(|material| material.refracted.is_some_and(|weight| weight > 0.0));
-    if clear.clone().any(|material| material.index != 1.0) {
+    if clear.any(|material| material.index != 1.0) {
         names.push("refraction");
-    }
-    if clear.any(|material| material.absorb != DVec3::ZERO) {
-        names.push("absorption");
     }
     if scene.camera.lens.is_some() {
         names.push("depth of field");
@@ -91,7 +91,8 @@ fn traced(pass: &Pass) -> String {
     let (width, height) = (pass.film.width(), pass.film.height());
     let (samples, ms) = (pass.samples, 1e3 * pass.seconds);
     let more = if pass.is_last { "" } else { " …" };
-    format!("ray traced at {width} x {height}, {samples} samples per pixel, {ms:.0} ms{more}")
+    let plural = if samples == 1 { "" } else { "s" };
+    format!("ray traced at {width} x {height}, {samples} sample{plural} per pixel, {ms:.0} ms{more}")
 }
 
 fn drawn(instances: usize, stats: &DrawStats, is_wireframe: bool) -> String {
