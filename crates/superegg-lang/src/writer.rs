@@ -332,6 +332,7 @@ fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
         ("setSpecular", Some(material.specular), Some(plain.specular)),
         ("setIndex", Some(material.index), Some(plain.index)),
         ("setShininess", material.shininess, plain.shininess),
+        ("setEmission", Some(material.emission), Some(plain.emission)),
     ] {
         // Compared by bits: -0 is not the default 0.
         if let Some(value) = value.filter(|value| Some(value.to_bits()) != default.map(f64::to_bits)) {

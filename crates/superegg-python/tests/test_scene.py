@@ -380,3 +380,14 @@ def test_wrong_exports_say_what_is_right(tmp_path, pair):
         with pytest.raises(ValueError, match=text):
             wrong()
     assert not list(tmp_path.glob("a.*"))
+
+
+def test_light_by_paths_is_that_of_the_sky():
+    scene = se.Scene()
+    scene.add(se.Superquadric(1, (0.4, 0.7)), material=se.Material(diffuse=0.5, specular=0, color=(1, 1, 1)))
+    scene.set_background((1, 1, 1))
+    scene.look_at(position=(0, 0, 5), target=(0, 0, 0), fov=10)
+    scene.add_light(se.SunLight((0, 0, 1), color=(0.0, 0.0, 0.0)))
+    assert np.allclose(scene.render(8, 8, samples=1, light="path").color, 0.5, atol=1e-6)
+    scene.add(se.Superquadric(50), material=se.Material(emission=3.0, diffuse=0, specular=0, color=(1, 1, 1)))
+    assert np.allclose(scene.render(8, 8, samples=1, light="path").color, 1.5, atol=1e-5)

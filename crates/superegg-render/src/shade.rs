@@ -2,12 +2,14 @@
 
 pub(crate) mod context;
 pub(crate) mod direct;
+pub(crate) mod emitters;
 pub(crate) mod floor;
 pub(crate) mod grouped_light;
 pub(crate) mod lane_math;
 pub(crate) mod light_kernel;
 pub(crate) mod light_sample;
 pub(crate) mod medium;
+pub(crate) mod path;
 pub(crate) mod pattern;
 pub(crate) mod phong;
 pub(crate) mod point;

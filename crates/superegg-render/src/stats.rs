@@ -12,7 +12,7 @@ pub struct RayCounts {
     pub camera: u64,
     /// From surfaces to lights.
     pub shadow: u64,
-    /// From surfaces to random directions, for ambient occlusion.
+    /// From surfaces to random directions, for ambient occlusion and for light by way of matt surfaces.
     pub ambient: u64,
     /// Reflected, total internal reflection included.
     pub reflection: u64,

@@ -31,7 +31,7 @@ pub use environment::{AmbientOcclusion, Floor, Sky};
 pub use light::{Light, LightKind};
 pub use nesting::object_heights;
 pub use object::{Child, Object};
-pub use picture::{Encoding, Filter, Picture, Tone};
+pub use picture::{Encoding, Filter, LightModel, Picture, Tone};
 pub use primitive::{Material, MaterialWeight, Patches, Pattern, Primitive};
 pub use scene::{DEFAULT_DEPTH, Entity, MAX_DEPTH, Scene, SceneError};
 pub use table::{InstanceTable, TableBuilder, TableColumns, TableError, TableShape, row_name};

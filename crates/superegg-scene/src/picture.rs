@@ -37,6 +37,17 @@ pub enum Tone {
     Filmic,
 }
 
+/// How light reaches a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightModel {
+    /// Light straight from the lights, a constant ambient light, mirrors and glass: the model of the course.
+    #[default]
+    Course,
+    /// Light by any number of surfaces: path tracing (Kajiya 1986). The sky lights surfaces, and there is no ambient
+    /// light.
+    Path,
+}
+
 /// Size and quality of the image. The fields are settings of the language; `superegg_lang` has
 /// their help.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,9 +75,12 @@ pub struct Picture {
     pub bits: u32,
     /// Whether the background is transparent.
     pub transparent: bool,
-    /// The maximal number of reflections and refractions of a path; after that it sees the sky.
+    /// How light reaches a surface.
+    pub light_model: LightModel,
+    /// The maximal number of reflections and refractions of a path; after that it sees the sky. Not for
+    /// [`LightModel::Path`], whose paths end at random.
     pub bounces: u32,
-    /// Rays whose weight in their pixel is below this are not traced, [0, 1].
+    /// Rays whose weight in their pixel is below this are not traced, [0, 1]. Not for [`LightModel::Path`].
     pub least_weight: f64,
     /// Shadow rays to each area light, for each hit of a camera ray, at least 1.
     pub light_rays: u32,
@@ -104,6 +118,7 @@ impl Default for Picture {
             tone: Tone::None,
             bits: 8,
             transparent: false,
+            light_model: LightModel::Course,
             bounces: 16,
             least_weight: 1.0 / 1280.0,
             light_rays: 4,

@@ -82,6 +82,9 @@ pub struct Material {
     /// The absorption coefficient inside, for each channel, >= 0, per world unit: after a distance
     /// d the transmittance is `exp(-absorb * d)`.
     pub absorb: DVec3,
+    /// The light that the surface gives off, in multiples of its colour, >= 0. It is seen as it is; with
+    /// [`LightModel::Path`](crate::LightModel) it lights other surfaces, too.
+    pub emission: f64,
     /// The procedural second colour.
     pub pattern: Pattern,
 }
@@ -131,6 +134,7 @@ impl Default for Material {
             shininess: None,
             fresnel: false,
             absorb: DVec3::ZERO,
+            emission: 0.0,
             pattern: Pattern::None,
         }
     }

@@ -9,8 +9,8 @@ use superegg_scene::Picture;
 use crate::annotate::{Annotations, Legend};
 use crate::args::data::DataArgs;
 use crate::args::values::{
-    AovArg, EncodingArg, FilterArg, FrameRange, GridValueArg, OverwriteArgs, Size, ToneArg, bits, depth,
-    exposure, finite, frame_rate, noise_threshold, non_negative, positive,
+    AovArg, EncodingArg, FilterArg, FrameRange, GridValueArg, LightModelArg, OverwriteArgs, Size, ToneArg,
+    bits, depth, exposure, finite, frame_rate, noise_threshold, non_negative, positive,
 };
 use crate::long::shard::ShardArg;
 
@@ -41,6 +41,9 @@ pub(crate) struct RenderArgs {
     /// Choose the reconstruction filter
     #[arg(long, value_enum)]
     pub(crate) filter: Option<FilterArg>,
+    /// Choose how light reaches surfaces; default: that of the scene, or course
+    #[arg(long, value_enum)]
+    pub(crate) light: Option<LightModelArg>,
     #[command(flatten)]
     pub(crate) root: RootArgs,
     /// Set the recursion depth of objects, 0 to 64; default: that of the scene

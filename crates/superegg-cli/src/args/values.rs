@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use superegg_exchange::write::grid::GridValue;
 use superegg_lang::{ArgKind, Range, find_command, parse_number, parse_size};
 use superegg_render::Output;
-use superegg_scene::{Encoding, Filter, Tone};
+use superegg_scene::{Encoding, Filter, LightModel, Tone};
 
 use crate::files::Overwrite;
 
@@ -51,6 +51,24 @@ impl From<FilterArg> for Filter {
             FilterArg::Gaussian => Self::Gaussian,
             FilterArg::Blackman => Self::Blackman,
             FilterArg::Mitchell => Self::Mitchell,
+        }
+    }
+}
+
+/// How light reaches a surface.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum LightModelArg {
+    /// Straight from the lights, with constant ambient light
+    Course,
+    /// By any number of surfaces, and from the sky (path tracing)
+    Path,
+}
+
+impl From<LightModelArg> for LightModel {
+    fn from(arg: LightModelArg) -> Self {
+        match arg {
+            LightModelArg::Course => Self::Course,
+            LightModelArg::Path => Self::Path,
         }
     }
 }

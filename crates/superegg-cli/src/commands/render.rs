@@ -245,6 +245,7 @@ fn settings_of(args: &RenderArgs, scene: &Scene) -> RenderSettings {
         noise: args.noise.unwrap_or(of_scene.noise),
         most_samples: args.max_samples.unwrap_or(of_scene.most_samples),
         filter: args.filter.map_or(of_scene.filter, Into::into),
+        light_model: args.light.map_or(of_scene.light_model, Into::into),
         transparent: args.transparent || of_scene.transparent,
         bounces: args.bounces.unwrap_or(of_scene.bounces),
         ..of_scene

@@ -8,7 +8,7 @@ use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 use superegg_render::{Output, RenderSettings};
-use superegg_scene::{Camera, Light, LightKind};
+use superegg_scene::{Camera, Light, LightKind, LightModel};
 use superegg_trace::CompiledScene;
 
 /// The maximum time of the test whether the camera is inside a shape, which a deep fractal can make
@@ -22,8 +22,11 @@ pub(crate) fn picture_warnings(compiled: &CompiledScene, settings: &RenderSettin
     let environment = &settings.environment;
     let has_floor = environment.floor.is_some();
     let mut warnings = Vec::new();
+    let by_paths = settings.picture.light_model == LightModel::Path;
+    let is_lit_otherwise =
+        if by_paths { shines_alone(compiled, settings) } else { environment.ambient_occlusion.is_some() };
     if settings.output == Output::Light
-        && environment.ambient_occlusion.is_none()
+        && !is_lit_otherwise
         && !environment.lights.iter().any(|light| shines_on(light, &bounds, has_floor))
     {
         let cause = match environment.lights.len() {
@@ -31,7 +34,11 @@ pub(crate) fn picture_warnings(compiled: &CompiledScene, settings: &RenderSettin
             1 => "the only light does not reach anything",
             _ => "no light reaches anything",
         };
-        warnings.push(format!("{cause}: surfaces show only their ambient part"));
+        warnings.push(if by_paths {
+            format!("{cause}, the sky is black and no shape shines: surfaces are black")
+        } else {
+            format!("{cause}: surfaces show only their ambient part")
+        });
     }
     let picture = &settings.picture;
     let aspect = f64::from(picture.width) / f64::from(picture.height);
@@ -52,6 +59,15 @@ pub(crate) fn picture_warnings(compiled: &CompiledScene, settings: &RenderSettin
         }
     }
     warnings
+}
+
+/// Whether the sky or a shape shines.
+fn shines_alone(compiled: &CompiledScene, settings: &RenderSettings) -> bool {
+    let environment = &settings.environment;
+    let of_floor = environment.floor.iter().map(|(_, material)| material);
+    let sky = environment.sky.map_or(environment.background, |sky| sky.horizon.max(sky.zenith));
+    sky.max_element() > 0.0
+        || compiled.materials().iter().chain(of_floor).any(|material| material.emission > 0.0)
 }
 
 /// Whether a light reaches the box or the floor.
@@ -150,6 +166,7 @@ mod tests {
         assert_eq!(warnings("prm s\n"), [""; 0]);
         one("prm s\nlight l 0 0 9 0 0 0\n", "does not reach");
         one("prm s\nlight l 0 0 9 0 0 0\nlight m 0 9 9 0 0 0\n", "no light reaches");
+        one("set light path\nbackground 0 0 0\nprm s\nlight l 0 0 9 0 0 0\n", "no shape shines");
         one("prm s\ncamera 0 0 10 0 0 20\n", "behind the camera");
         one("prm s\ncamera 0 0 10 10 0 10\n", "looks past");
         one("prm s\ncamera 0 0 .5 0 0 0\n", "inside 's'");
@@ -159,6 +176,8 @@ mod tests {
     fn a_useful_picture_has_none() {
         for fine in [
             "prm s\nlight l 0 0 9 0 0 0\nlight m 0 9 9 0 .1 0\n",
+            "set light path\nbackground 1 1 1\nprm s\nlight l 0 0 9 0 0 0\n",
+            "set light path\nbackground 0 0 0\nprm s\nlight l 0 0 9 0 0 0\nemission 1\n",
             "prm s\ncamera 0 0 .5 0 0 0\nrefracted .8\n",
             // A corner of the picture is enough, and the floor goes everywhere.
             "prm s\ncamera 0 0 10 5.5 4 0 60\n",

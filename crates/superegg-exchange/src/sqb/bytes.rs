@@ -115,6 +115,7 @@ impl Fixed for Material {
             shininess,
             fresnel,
             absorb,
+            emission,
             pattern,
         } = *self;
         let (kind, second, detail) = match pattern {
@@ -134,7 +135,7 @@ impl Fixed for Material {
             unset(shininess),
             f64::from(u8::from(fresnel)),
             kind,
-            0.0,
+            emission,
         ];
         color.put(bytes);
         numbers.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
@@ -168,6 +169,8 @@ impl Fixed for Material {
             shininess: set(10)?,
             fresnel: at(11)? != 0.0,
             absorb: vector(bytes, 14).filter(|v| v.is_finite() && v.min_element() >= 0.0)?,
+            // Older programs knew no emission and wrote 0.
+            emission: at(13).filter(|x| *x >= 0.0)?,
             pattern,
         })
     }

@@ -59,5 +59,8 @@ pub(super) fn of_materials(instances: &Instances, kept: MaterialKept) -> Vec<Str
     if kept != MaterialKept::None && any(|material| material.pattern != Pattern::None) {
         losses.push("checkers and gradients are not in the file: surfaces have their base colour".to_owned());
     }
+    if kept != MaterialKept::None && any(|material| material.emission > 0.0) {
+        losses.push("emission is not in the file: surfaces give off no light".to_owned());
+    }
     losses
 }

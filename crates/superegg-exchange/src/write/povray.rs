@@ -23,8 +23,8 @@ use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::unit_vector;
 use superegg_geom::{Superquadric, Transform};
 use superegg_scene::{
-    Camera, Entity, Floor, InstanceTable, Light, LightKind, MAX_DEPTH, Material, Object, Pattern, Primitive,
-    Scene,
+    Camera, Entity, Floor, InstanceTable, Light, LightKind, LightModel, MAX_DEPTH, Material, Object, Pattern,
+    Primitive, Scene,
 };
 use thiserror::Error;
 
@@ -118,6 +118,14 @@ pub fn losses(scene: &Scene) -> Vec<String> {
             "reflection that depends on the angle is approximate",
         ),
         (scene.camera.lens.is_some(), "depth of field is approximate"),
+        (
+            picture.light_model == LightModel::Path,
+            "light by way of surfaces and from the sky is not in the file: POV-Ray's radiosity is its own",
+        ),
+        (
+            materials().any(|material| material.emission > 0.0),
+            "shapes that shine are seen, but light nothing in POV-Ray without its radiosity",
+        ),
         (picture.gloss_rays > 1, "blurred reflection is not in the file: mirrors are sharp"),
         (
             picture.exposure != 0.0 || picture.tone != superegg_scene::Tone::None,
@@ -476,6 +484,9 @@ fn texture(material: &Material, pigment: &str) -> String {
         material.diffuse * own,
         material.specular
     );
+    if material.emission > 0.0 {
+        let _ = write!(text, " emission {}", material.emission);
+    }
     if through > 0.0 {
         let _ = write!(text, " reflection {{ {mirror}, 1 fresnel on }} conserve_energy }}");
         let _ = write!(text, " interior {{ ior {}{} }}", material.index, absorption(material.absorb));

@@ -142,6 +142,13 @@ impl ImageSampler {
         })
     }
 
+    /// The sequence of the same image and another seed. It shares the tables of this one.
+    #[must_use]
+    pub fn with_seed(&self, seed: u64) -> Self {
+        let mut random = SplitMix::new(seed);
+        Self { sampler: self.sampler.with_seed(random.bits()), random, ..self.clone() }
+    }
+
     /// The next point.
     pub fn sample(&mut self) -> SurfacePoint {
         loop {

@@ -214,6 +214,8 @@ pub enum PrimitiveCommand {
     SetWeight(MaterialWeight, f64),
     /// Set the index of refraction.
     SetIndex(f64),
+    /// Sets the light that the surface gives off, in multiples of its colour.
+    SetEmission(f64),
     /// Set the exponent of the highlight.
     SetShininess(f64),
     /// Turn Fresnel reflectance on or off.

@@ -475,6 +475,17 @@ pub const COMMANDS: &[CommandSpec] = &[
         build: Build::Primitive(|args| PrimitiveCommand::SetShininess(args.number(0))),
     },
     CommandSpec {
+        name: "setEmission",
+        spellings: &["emission"],
+        group: Group::Primitives,
+        options: &[],
+        args: &[&[number("emission", Range::NonNegative)]],
+        summary: "sets the light that the surface gives off, in multiples of its colour; with 'set light path' it lights other surfaces",
+        default: "0",
+        example: "setEmission 4",
+        build: Build::Primitive(|args| PrimitiveCommand::SetEmission(args.number(0))),
+    },
+    CommandSpec {
         name: "setFresnel",
         spellings: &["fresnel"],
         group: Group::Primitives,

@@ -40,6 +40,7 @@ pub(crate) const TOPICS: &[Topic] = &[
             "setIndex",
             "setFresnel",
             "setAbsorb",
+            "setEmission",
             "setPattern",
         ],
         settings: &["glossRays", "bounces"],
@@ -57,7 +58,7 @@ pub(crate) const TOPICS: &[Topic] = &[
     Topic {
         words: &["lights", "lighting", "shadow", "shadows"],
         title: "Lights; without any there is a default one",
-        lines: &[],
+        lines: &[("light by way of surfaces, and from the sky", "set light path")],
         commands: &[
             "light",
             "spot",
@@ -67,8 +68,9 @@ pub(crate) const TOPICS: &[Topic] = &[
             "sky",
             "background",
             "ambientOcclusion",
+            "setEmission",
         ],
-        settings: &["lightRays", "exposure"],
+        settings: &["light", "lightRays", "exposure"],
     },
     Topic {
         words: &["transform", "transforms", "move"],

@@ -235,6 +235,7 @@ fn primitive_details(name: &str, primitive: &Primitive) -> String {
         ("shininess", shininess),
         ("fresnel", if material.fresnel { "on" } else { "off" }.to_owned()),
         ("absorb", vector(material.absorb)),
+        ("emission", format_number(material.emission)),
         ("pattern", pattern_words(material.pattern)),
     ];
     let mut text = format!("primitive {name}");

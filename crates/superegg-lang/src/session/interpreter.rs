@@ -320,6 +320,7 @@ impl Session {
             PrimitiveCommand::SetColor(color) => material.color = *color,
             PrimitiveCommand::SetWeight(weight, value) => material.set_weight(*weight, *value),
             PrimitiveCommand::SetIndex(index) => material.index = *index,
+            PrimitiveCommand::SetEmission(emission) => material.emission = *emission,
             PrimitiveCommand::SetShininess(exponent) => material.shininess = Some(*exponent),
             PrimitiveCommand::SetFresnel(on) => material.fresnel = *on,
             PrimitiveCommand::SetAbsorption(absorb) => material.absorb = *absorb,

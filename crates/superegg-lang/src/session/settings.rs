@@ -1,7 +1,7 @@
 //! Settings, for the commands `set` and `get`. Image settings belong to the scene, the others to
 //! the session.
 
-use superegg_scene::{Encoding, Filter, Picture, Shading, Tone, ViewSettings};
+use superegg_scene::{Encoding, Filter, LightModel, Picture, Shading, Tone, ViewSettings};
 
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::spec::{Range, parse_size};
@@ -257,11 +257,14 @@ pub const SETTINGS: &[SettingSpec] = &[
             }
         },
     },
+    choice!("light", true, |picture, _settings| picture.light_model,
+        "light straight from the lights, or path: by any number of surfaces and from the sky; saved with the scene",
+        "course" => LightModel::Course, "path" => LightModel::Path),
     picture_number!(
         "bounces",
         bounces as u32,
         Range::Whole(0, 256),
-        "the maximal number of reflections and refractions of a path; after that it sees the sky"
+        "the maximal number of reflections and refractions of a path, after which it sees the sky; with light path, paths end at random"
     ),
     picture_number!(
         "leastWeight",

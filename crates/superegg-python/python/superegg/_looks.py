@@ -53,6 +53,8 @@ class Material:
         The index of refraction (1.5), from 1 to 4.
     fresnel : bool
         Whether the index scales the reflected weight by the angle.
+    emission : float
+        The light that the surface gives off (0), in multiples of its colour.
     absorb : sequence of 3 numbers
         Absorption inside, per world unit.
     checker : tuple of a colour and a size
@@ -70,6 +72,7 @@ class Material:
     reflected: float | None = None
     refracted: float | None = None
     index: float | None = None
+    emission: float | None = None
     fresnel: bool | None = None
     absorb: Vector | None = None
     checker: tuple[Vector, float] | None = None
@@ -80,7 +83,7 @@ class Material:
         lines: list[str] = []
         if self.color is not None:
             lines.append(f"setColor {color_text(self.color)}")
-        for name in ("ambient", "diffuse", "specular", "gloss", "shininess", "reflected", "refracted", "index"):
+        for name in ("ambient", "diffuse", "specular", "gloss", "shininess", "reflected", "refracted", "index", "emission"):
             value = getattr(self, name)
             if value is not None:
                 lines.append(f"set{name.capitalize()} {number(value, name)!r}")

@@ -43,6 +43,7 @@ _SETTINGS = {
     "encoding": "encoding",
     "bits": "bits",
     "transparent": "transparent",
+    "light": "light",
     "bounces": "bounces",
     "least_weight": "leastWeight",
     "light_rays": "lightRays",

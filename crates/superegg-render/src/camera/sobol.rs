@@ -29,6 +29,11 @@ impl SampleKey {
         sobol(index, seed)
     }
 
+    /// A seed for another generator of random numbers.
+    pub(crate) fn bits(self) -> u64 {
+        u64::from(self.seed) << 32 | u64::from(self.index)
+    }
+
     /// The arguments of [`sobol`] for point `index` of `count`.
     #[inline]
     pub(crate) fn index_and_seed(self, index: u32, count: u32) -> (u32, u32) {

@@ -56,7 +56,7 @@ pub(crate) struct PlainMaterial {
     specular: f32,
     /// The exponent of the highlight.
     exponent: f32,
-    /// The reflected ambient light.
+    /// The reflected ambient light, and what the surface gives off.
     ambient: [f32; 3],
 }
 
@@ -66,7 +66,8 @@ impl PlainMaterial {
     pub(crate) fn of(material: &Material) -> Option<Self> {
         let weights = LobeWeights::of(material, 1.0);
         let diffuse = weights.local * material.diffuse * material.color;
-        let ambient = phong::ambient(material, &weights, material.color);
+        let ambient =
+            phong::ambient(material, &weights, material.color) + phong::emitted(material, material.color);
         let exponent = material.highlight_exponent();
         let is_plain = material.reflected.is_none_or(|share| share == 0.0)
             && weights.is_local()

@@ -25,14 +25,16 @@
 use std::io::{self, Read};
 use std::ops::RangeInclusive;
 
-use superegg_scene::{Encoding, Filter, Picture, Tone};
+use superegg_scene::{Encoding, Filter, LightModel, Picture, Tone};
 use thiserror::Error;
 use twox_hash::XxHash3_128;
 
 use crate::film::buffer::Film;
 use crate::film::pixel::Pixel;
 use crate::film::tile::{Tile, tiles};
-use crate::render::part_words::{self, ENCODINGS, FILTERS, FLAGS, OUTPUTS, TONES, value_of_word, word_of};
+use crate::render::part_words::{
+    self, ENCODINGS, FILTERS, FLAGS, LIGHT_MODELS, OUTPUTS, TONES, value_of_word, word_of,
+};
 use crate::render::shard::Shard;
 use crate::settings::{Output, RenderSettings};
 
@@ -364,13 +366,14 @@ fn picture_fields(picture: &Picture) -> Vec<(&'static str, String)> {
         tone,
         bits,
         transparent,
+        light_model,
         bounces,
         least_weight,
         light_rays,
         gloss_rays,
     } = picture;
     let number = |number| Version::CURRENT.number_text(number);
-    vec![
+    let mut fields = vec![
         ("width", width.to_string()),
         ("height", height.to_string()),
         ("samples", samples.to_string()),
@@ -386,7 +389,12 @@ fn picture_fields(picture: &Picture) -> Vec<(&'static str, String)> {
         ("least_weight", number(least_weight)),
         ("light_rays", light_rays.to_string()),
         ("gloss_rays", gloss_rays.to_string()),
-    ]
+    ];
+    // Older programs made pictures of the course's model only, and their files have no such field.
+    if light_model != LightModel::default() {
+        fields.push(("light", word_of(light_model, &LIGHT_MODELS).to_owned()));
+    }
+    fields
 }
 
 fn read_picture<'a>(version: Version, field: &dyn Fn(&str) -> Option<&'a str>) -> Result<Picture, PartError> {
@@ -403,7 +411,12 @@ fn read_picture<'a>(version: Version, field: &dyn Fn(&str) -> Option<&'a str>) -
     let encoding: Option<Encoding> = value_of_word(field("encoding"), &ENCODINGS);
     let tone: Option<Tone> = value_of_word(field("tone"), &TONES);
     let transparent = value_of_word(field("transparent"), &FLAGS);
+    let light_model = match field("light") {
+        None => LightModel::default(),
+        word => value_of_word(word, &LIGHT_MODELS).ok_or_else(|| wrong("light"))?,
+    };
     let picture = Picture {
+        light_model,
         width: whole("width", 1..=Picture::LONGEST_SIDE)?,
         height: whole("height", 1..=Picture::LONGEST_SIDE)?,
         samples: whole("samples", 1..=Picture::MOST_SAMPLES)?,
@@ -725,7 +738,8 @@ mod tests {
         let mut other = own.clone();
         other.environment.background.x = -0.0;
         assert_eq!(with("1.2.3", egg, Some("egg"), 25, &other), Some(("surroundings".to_owned(), None)));
-        let changes: [fn(&mut Picture); 13] = [
+        let changes: [fn(&mut Picture); 14] = [
+            |picture| picture.light_model = LightModel::Path,
             |picture| picture.samples = 9,
             |picture| picture.noise = 0.1,
             |picture| picture.most_samples = 9,

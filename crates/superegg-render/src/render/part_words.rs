@@ -3,7 +3,8 @@
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::{
-    AmbientOcclusion, Camera, Encoding, Filter, Floor, Lens, Light, LightKind, Material, Pattern, Sky, Tone,
+    AmbientOcclusion, Camera, Encoding, Filter, Floor, Lens, Light, LightKind, LightModel, Material, Pattern,
+    Sky, Tone,
 };
 
 use crate::settings::{Environment, Output};
@@ -36,6 +37,10 @@ pub(crate) const ENCODINGS: Words<Encoding, 2> = [(Encoding::Srgb, "Srgb"), (Enc
 /// The words of tone curves.
 pub(crate) const TONES: Words<Tone, 3> =
     [(Tone::None, "None"), (Tone::Reinhard, "Reinhard"), (Tone::Filmic, "Filmic")];
+
+/// The words of light models.
+pub(crate) const LIGHT_MODELS: Words<LightModel, 2> =
+    [(LightModel::Course, "Course"), (LightModel::Path, "Path")];
 
 /// The words of booleans.
 pub(crate) const FLAGS: Words<bool, 2> = [(false, "false"), (true, "true")];
@@ -165,6 +170,7 @@ fn write_material(bytes: &mut Bytes, material: &Material) {
         shininess,
         fresnel,
         absorb,
+        emission,
         pattern,
     } = material;
     bytes.vector(color);
@@ -175,6 +181,11 @@ fn write_material(bytes: &mut Bytes, material: &Material) {
     bytes.optional(shininess, Bytes::number);
     bytes.flag(fresnel);
     bytes.vector(absorb);
+    // Older programs knew no emission, and their partial files stay valid.
+    if emission > 0.0 {
+        bytes.word("emission");
+        bytes.number(emission);
+    }
     match pattern {
         Pattern::None => bytes.word("none"),
         Pattern::Checker { color, size } => {
@@ -287,6 +298,7 @@ mod tests {
             with_material(|material| material.shininess = Some(7.0)),
             with_material(|material| material.fresnel = true),
             with_material(|material| material.absorb = DVec3::X),
+            with_material(|material| material.emission = 0.5),
             with_material(|material| material.pattern = Pattern::Checker { color: DVec3::X, size: 1.0 }),
             with_material(|material| {
                 material.pattern = Pattern::Gradient { color: DVec3::X, direction: DVec3::Y };

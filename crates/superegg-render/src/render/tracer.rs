@@ -1,7 +1,7 @@
 //! Tiles: first hits, direct light and scattered rays of a batch of samples.
 
 use superegg_geom::glam::DVec3;
-use superegg_scene::{AmbientOcclusion, Light};
+use superegg_scene::{AmbientOcclusion, Light, LightModel};
 use superegg_trace::Footprint;
 use superegg_trace::packet::ShadowRays;
 
@@ -14,6 +14,8 @@ use crate::render::primary_hits::{CameraPaths, PrimaryHits};
 use crate::render::shadow_queue::ShadowQueue;
 use crate::shade::context::RenderContext;
 use crate::shade::direct;
+use crate::shade::emitters::Emitters;
+use crate::shade::path::add_indirect_light;
 use crate::shade::shadow_batch::add_transmitted;
 use crate::shade::state::ShadingState;
 use crate::shade::surfaces::Surfaces;
@@ -30,6 +32,8 @@ pub(crate) struct TileTracer<'a> {
     lanes: LaneLighting,
     point_shadows: PointShadows,
     shadow_queue: ShadowQueue,
+    /// What paths can sample; empty in other models of light.
+    emitters: Emitters,
     results: SampleResults,
     needs_first_hits: bool,
 }
@@ -51,6 +55,10 @@ impl<'a> TileTracer<'a> {
             lanes: LaneLighting::new(&context, view),
             point_shadows: PointShadows::default(),
             shadow_queue: ShadowQueue::default(),
+            emitters: match context.picture.light_model {
+                LightModel::Course => Emitters::default(),
+                LightModel::Path => Emitters::of(context.scene),
+            },
             results: SampleResults::default(),
             needs_first_hits,
         }
@@ -59,16 +67,30 @@ impl<'a> TileTracer<'a> {
     /// The light that each sample receives. There are at most [`superegg_trace::packet::MOST_RAYS`]
     /// samples. Every sixteen neighbours form a packet.
     pub(crate) fn trace(&mut self, samples: &[FilmSample]) -> &mut SampleResults {
+        if self.camera.context.picture.light_model == LightModel::Path {
+            return self.trace_paths(samples);
+        }
         self.find_primary_hits(samples, true);
         self.add_light();
         let Self { camera, stats, hits, lanes, results, instances, .. } = self;
         let mut wave = Wavefront::new(camera.context, 1);
         let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
+        direct::add_ambient(camera.context, &hits.shaded.points, true, &mut shading);
         for point in &hits.shaded.points {
             wave.scatter(point, &mut shading);
         }
         wave.follow_all(&mut shading);
         lanes.write_colors(&hits.visible, &mut results.colors);
+        self.finish(samples.len())
+    }
+
+    /// [`TileTracer::trace`] by paths.
+    fn trace_paths(&mut self, samples: &[FilmSample]) -> &mut SampleResults {
+        self.find_primary_hits(samples, false);
+        self.add_light();
+        let Self { camera, stats, hits, results, instances, emitters, .. } = self;
+        let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
+        add_indirect_light(camera.context, emitters, &hits.shaded.points, &mut shading);
         self.finish(samples.len())
     }
 

@@ -13,7 +13,7 @@ use crate::shade::shadow_batch::{add_transmitted, add_unoccluded};
 use crate::shade::state::ShadingState;
 use crate::stats::TraceStats;
 
-/// Adds direct and ambient light at the points to the colours. `is_first` marks first hits, which
+/// Adds direct light at the points to the colours. `is_first` marks first hits, which
 /// get more samples than hits after a reflection or refraction.
 pub(crate) fn add_light<'l>(
     context: RenderContext<'_>,
@@ -30,20 +30,28 @@ pub(crate) fn add_light<'l>(
         add_unoccluded(context, rays.single, end, shading);
         add_transmitted(context, rays.dimmed, end, shading);
     }
-    add_ambient(context, points, is_first, shading);
+}
+
+/// Adds the light that the surfaces of the points give off.
+pub(crate) fn add_emission(points: &[SurfacePoint<'_>], shading: &mut ShadingState<'_, '_>) {
+    for point in points.iter().filter(|point| point.material.emission > 0.0) {
+        shading.colors[point.state.pixel] +=
+            point.state.weight * phong::emitted(&point.material, point.albedo);
+    }
 }
 
 /// A branch of a [`crate::camera::sobol::SampleKey`].
 const AMBIENT: u32 = 1;
 
-/// Adds the reflected ambient light: white from all directions, or with ambient occlusion the sky
-/// in the unoccluded directions.
-fn add_ambient(
+/// Adds emission and the reflected ambient light: white from all directions, or with ambient occlusion the sky in the
+/// unoccluded directions.
+pub(crate) fn add_ambient(
     context: RenderContext<'_>,
     points: &[SurfacePoint<'_>],
     is_first: bool,
     shading: &mut ShadingState<'_, '_>,
 ) {
+    add_emission(points, shading);
     let parts = points
         .iter()
         .map(|point| point.state.weight * phong::ambient(&point.material, &point.weights, point.albedo));

@@ -3,7 +3,7 @@
 //! The local part is the Blinn-Phong model on linear colours:
 //!
 //! ```text
-//! ambient * color * A
+//! emission * color + ambient * color * A
 //!   + sum over lights of C * (diffuse * color * max(0, N.L) + specular * max(0, N.H)^exponent)
 //! ```
 //!
@@ -56,6 +56,11 @@ impl LobeWeights {
     pub(crate) fn is_local(&self) -> bool {
         self.mirror == 0.0 && self.transmitted == 0.0
     }
+}
+
+/// The light that the surface gives off, whatever shines onto it.
+pub(crate) fn emitted(material: &Material, albedo: DVec3) -> DVec3 {
+    material.emission * albedo
 }
 
 /// The reflected ambient light, for white ambient light.

@@ -154,6 +154,7 @@ impl<'a> Wavefront<'a> {
             let points = self.trace(shading);
             let lights = self.context.lights();
             direct::add_light(self.context, &points, &lights, false, shading);
+            direct::add_ambient(self.context, &points, false, shading);
             let mut next = Self::new(self.context, self.bounces + 1);
             points.iter().for_each(|point| next.scatter(point, shading));
             self = next;

@@ -40,6 +40,7 @@ fn material_bits(material: &Material) -> [u64; 23] {
         shininess,
         fresnel,
         absorb,
+        emission,
         pattern,
     } = material;
     // The numbers are not negative, so -1 can mark an unset one.
@@ -72,7 +73,7 @@ fn material_bits(material: &Material) -> [u64; 23] {
         detail.x,
         detail.y,
         detail.z,
-        0.0,
+        *emission,
     ];
     numbers.map(f64::to_bits)
 }

@@ -48,6 +48,7 @@ impl Proxy {
             mean.gloss += weight * seen.gloss;
             mean.diffuse += weight * seen.diffuse;
             mean.specular += weight * seen.specular;
+            mean.emission += weight * seen.emission;
             mean
         })
     }

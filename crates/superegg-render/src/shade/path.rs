@@ -1,0 +1,303 @@
+//! Path tracing (Kajiya 1986): light that reaches a surface by way of other surfaces, and from the sky.
+//!
+//! At each point of a path the lights are sampled, as in the course's model, and a point of a shape that shines. The path
+//! goes on in one direction until chance ends it. A first hit goes on in one direction for each of its lobes. Light of
+//! shapes that shine is found in both ways, by samples of their area and by paths that meet them, each weighted by its
+//! share of the probability (the balance heuristic of Veach 1997).
+//!
+//! A matt surface reflects `local * diffuse * color` of the light that arrives, whatever its direction: the light of a lamp
+//! of colour C that shines straight onto it counts as C, and so does that of a sky of colour C. `ambient` and ambient
+//! occlusion have no part: what they stand for is traced. `specular` is the image of the lights alone. Lights have no
+//! shape that a path could hit, and their light passes glass straight and tinted, as in the course's model.
+
+use std::f64::consts::FRAC_1_PI;
+
+use superegg_geom::glam::DVec3;
+use superegg_trace::{InstancePath, TraceRay};
+
+use crate::camera::sobol::{cosine_direction, power_cosine_direction};
+use crate::shade::context::RenderContext;
+use crate::shade::direct;
+use crate::shade::emitters::{EmitterSample, Emitters};
+use crate::shade::light_sample::toward;
+use crate::shade::phong;
+use crate::shade::point::{PathState, SurfaceOwner, SurfacePoint};
+use crate::shade::state::ShadingState;
+
+/// A way in which a surface scatters light.
+#[derive(Clone, Copy, Debug)]
+enum Lobe {
+    /// In all directions, by Lambert's law.
+    Matt,
+    /// By the mirror of `reflected`.
+    Mirror,
+    /// By the interface of a transparent shape.
+    Reflected,
+    /// Through that interface, in this direction.
+    Refracted(DVec3),
+}
+
+/// Branches of a [`crate::camera::sobol::SampleKey`].
+const LOBES: u32 = 1 << 21;
+const CHOICE: u32 = LOBES + 8;
+const ROULETTE: u32 = LOBES + 9;
+const EMITTER: u32 = LOBES + 10;
+
+/// Paths of fewer bounces are not ended by chance.
+const LEAST_BOUNCES: u32 = 3;
+/// The greatest probability that a path goes on. Between white walls no weight falls.
+const MOST_LIKELY: f64 = 0.95;
+/// Longer paths are so rare that no picture has one.
+const MOST_BOUNCES: u32 = 512;
+
+impl Lobe {
+    /// The branch of the random numbers of a direction.
+    fn branch(self) -> u32 {
+        LOBES
+            + match self {
+                Self::Matt => 0,
+                Self::Mirror => 1,
+                Self::Reflected => 2,
+                Self::Refracted(_) => 3,
+            }
+    }
+
+    /// The lobes of a point, each with the part of the light that it scatters.
+    fn of(point: &SurfacePoint<'_>) -> [(Self, DVec3); 4] {
+        let SurfacePoint { weights, albedo, .. } = point;
+        let (mut refracted, mut reflectance) = (DVec3::ZERO, 1.0);
+        if weights.transmitted > 0.0 {
+            let (ratio, _) = point.beyond();
+            if let Some(found) = phong::refract(-point.to_eye, point.facing_normal(), ratio) {
+                (refracted, reflectance) = found;
+            }
+        }
+        [
+            (Self::Matt, matt_share(point)),
+            (Self::Mirror, DVec3::splat(weights.mirror)),
+            (Self::Reflected, DVec3::splat(weights.transmitted * reflectance)),
+            (Self::Refracted(refracted), weights.transmitted * (1.0 - reflectance) * albedo.map(f64::sqrt)),
+        ]
+    }
+
+    /// A direction of the lobe, with the density of the light that it scatters.
+    fn direction(self, point: &SurfacePoint<'_>, is_blurred: bool) -> DVec3 {
+        let normal = point.facing_normal();
+        let key = point.state.key.branch(self.branch());
+        match self {
+            Self::Matt => cosine_direction(key.point(0, 1), normal),
+            Self::Mirror if is_blurred && point.material.gloss > 0.0 => {
+                let exponent = point.material.highlight_exponent();
+                let facet = power_cosine_direction(key.point(0, 1), normal, exponent);
+                let glossy = phong::mirror(-point.to_eye, facet);
+                // A direction into the surface is replaced by the mirror direction.
+                if glossy.dot(normal) > 0.0 { glossy } else { phong::mirror(-point.to_eye, normal) }
+            }
+            Self::Mirror | Self::Reflected => phong::mirror(-point.to_eye, normal),
+            Self::Refracted(direction) => direction,
+        }
+    }
+}
+
+/// The light that a matt surface scatters, of all that arrives.
+fn matt_share(point: &SurfacePoint<'_>) -> DVec3 {
+    point.weights.local * point.material.diffuse * point.albedo
+}
+
+/// The rays of one bounce.
+struct PathRays<'a, 'e> {
+    context: RenderContext<'a>,
+    emitters: &'e Emitters,
+    rays: Vec<TraceRay>,
+    states: Vec<PathState>,
+    /// The probability density of the direction of each ray from a matt surface; `None` for mirrored and refracted rays.
+    densities: Vec<Option<f64>>,
+}
+
+/// Adds the emission of first hits, and the light that reaches them by way of other surfaces, from shapes that shine, and
+/// from the sky. The light of the lights at the first hits themselves is not included.
+pub(crate) fn add_indirect_light<'a>(
+    context: RenderContext<'a>,
+    emitters: &Emitters,
+    first: &[SurfacePoint<'a>],
+    shading: &mut ShadingState<'_, 'a>,
+) {
+    let mut paths = PathRays::new(context, emitters);
+    direct::add_emission(first, shading);
+    paths.add_samples_of_emitters(first, shading);
+    first.iter().for_each(|point| paths.push_all(point, shading));
+    for bounce in 1..MOST_BOUNCES {
+        if paths.rays.is_empty() {
+            return;
+        }
+        let points = paths.trace(shading);
+        direct::add_light(context, &points, &context.lights(), false, shading);
+        let mut next = PathRays::new(context, emitters);
+        next.add_samples_of_emitters(&points, shading);
+        points.iter().for_each(|point| next.push_one(point, bounce, shading));
+        paths = next;
+    }
+}
+
+impl<'a, 'e> PathRays<'a, 'e> {
+    fn new(context: RenderContext<'a>, emitters: &'e Emitters) -> Self {
+        Self { context, emitters, rays: Vec::new(), states: Vec::new(), densities: Vec::new() }
+    }
+
+    /// Adds the light of one sample of the shapes that shine to each matt point.
+    fn add_samples_of_emitters(&self, points: &[SurfacePoint<'a>], shading: &mut ShadingState<'_, 'a>) {
+        /// How far the hit may be from the sample, as a part of the distance.
+        const TOLERANCE: f64 = 1e-6;
+        let (mut rays, mut wanted) = (Vec::new(), Vec::new());
+        for point in points {
+            let share = matt_share(point);
+            if share.max_element() <= 0.0 {
+                continue;
+            }
+            let Some(sample) = self.emitters.sample(point.state.key.branch(EMITTER)) else { return };
+            let Some((direction, weight)) = weighted_sample(point, &sample) else { continue };
+            let PathState { pixel, weight: before, key, ref media, .. } = point.state;
+            let state = PathState {
+                pixel,
+                weight: before * share * weight,
+                key,
+                media: media.clone(),
+                is_from_floor: point.is_on_floor(),
+            };
+            rays.push(toward(point, direction));
+            wanted.push((state, sample.path, sample.point));
+        }
+        shading.stats.rays.shadow += rays.len() as u64;
+        let hits = self.context.scene.intersect_many_counted(&rays, &mut shading.stats.coarsened);
+        for ((ray, (state, path, sample)), hit) in rays.iter().zip(wanted).zip(hits) {
+            let reach = (sample - ray.ray.origin).length();
+            let found = self.context.surface_point(ray, hit.as_ref(), state, shading);
+            let is_sample = |found: &SurfacePoint<'_>| {
+                is_of(found, path) && (found.position - sample).length() <= TOLERANCE * reach
+            };
+            if let Some(found) = found.filter(is_sample) {
+                direct::add_emission(std::slice::from_ref(&found), shading);
+            }
+        }
+    }
+
+    /// The weight of the emission of a point that a ray meets, beside samples of the emitters.
+    fn weight_of_meeting(&self, point: &SurfacePoint<'_>, ray: &TraceRay, density: Option<f64>) -> f64 {
+        let (Some(density), SurfaceOwner::Instance(path), false) = (density, &point.owner, point.leaving)
+        else {
+            return 1.0;
+        };
+        let cos = point.to_eye.dot(point.normal).max(0.0);
+        let distance_squared = (point.position - ray.ray.origin).length_squared();
+        // The density of samples by solid angle, times the cosine.
+        let of_sample = self.emitters.density(path) * distance_squared;
+        if of_sample == 0.0 { 1.0 } else { density * cos / (density * cos + of_sample) }
+    }
+
+    /// Adds a ray for each lobe of a first hit.
+    fn push_all(&mut self, point: &SurfacePoint<'_>, shading: &mut ShadingState<'_, 'a>) {
+        for (lobe, share) in Lobe::of(point) {
+            if share.max_element() > 0.0 {
+                self.push(point, lobe, share, shading);
+            }
+        }
+    }
+
+    /// Adds a ray for one lobe, which is chosen by chance, unless chance ends the path.
+    fn push_one(&mut self, point: &SurfacePoint<'_>, bounce: u32, shading: &mut ShadingState<'_, 'a>) {
+        let lobes = Lobe::of(point);
+        let total: f64 = lobes.iter().map(|(_, share)| share.max_element()).sum();
+        if total <= 0.0 {
+            return;
+        }
+        let key = point.state.key;
+        let mut chosen = key.branch(CHOICE).point(0, 1).x * total;
+        for (lobe, share) in lobes {
+            let likelihood = share.max_element();
+            if chosen >= likelihood || likelihood == 0.0 {
+                chosen -= likelihood;
+                continue;
+            }
+            let share = share * (total / likelihood);
+            let weight = (point.state.weight * share).max_element();
+            let survival = if bounce < LEAST_BOUNCES { 1.0 } else { weight.min(MOST_LIKELY) };
+            if key.branch(ROULETTE).point(0, 1).x < survival {
+                self.push(point, lobe, share / survival, shading);
+            }
+            return;
+        }
+    }
+
+    fn push(
+        &mut self,
+        point: &SurfacePoint<'_>,
+        lobe: Lobe,
+        share: DVec3,
+        shading: &mut ShadingState<'_, 'a>,
+    ) {
+        let direction = lobe.direction(point, self.context.picture.gloss_rays > 0);
+        let counts = &mut shading.stats.rays;
+        let (media, density, count) = match lobe {
+            Lobe::Refracted(_) => (point.beyond().1, None, &mut counts.refraction),
+            Lobe::Mirror | Lobe::Reflected => (point.state.media.clone(), None, &mut counts.reflection),
+            Lobe::Matt => {
+                let density = FRAC_1_PI * point.facing_normal().dot(direction).max(0.0);
+                (point.state.media.clone(), Some(density), &mut counts.ambient)
+            }
+        };
+        *count += 1;
+        let PathState { pixel, weight, key, .. } = point.state;
+        self.rays.push(point.spawn(direction, point.footprint));
+        self.densities.push(density);
+        self.states.push(PathState {
+            pixel,
+            weight: weight * share,
+            key: key.branch(lobe.branch()),
+            media,
+            is_from_floor: point.is_on_floor(),
+        });
+    }
+
+    /// Traces the rays, and adds the emission of what they meet and the sky of rays that meet nothing. Returns the points
+    /// that they hit.
+    fn trace(mut self, shading: &mut ShadingState<'_, 'a>) -> Vec<SurfacePoint<'a>> {
+        let (rays, states) = (std::mem::take(&mut self.rays), std::mem::take(&mut self.states));
+        let hits = self.context.scene.intersect_many_counted(&rays, &mut shading.stats.coarsened);
+        let mut points = Vec::with_capacity(hits.len());
+        for (((ray, state), hit), &density) in rays.iter().zip(states).zip(hits).zip(&self.densities) {
+            let (pixel, weight) = (state.pixel, state.weight);
+            let Some(point) = self.context.surface_point(ray, hit.as_ref(), state, shading) else {
+                shading.colors[pixel] += weight * self.context.sky(ray.ray.direction);
+                continue;
+            };
+            if point.material.emission > 0.0 {
+                let emitted = phong::emitted(&point.material, point.albedo);
+                shading.colors[pixel] +=
+                    point.state.weight * emitted * self.weight_of_meeting(&point, ray, density);
+            }
+            points.push(point);
+        }
+        points
+    }
+}
+
+/// The unit direction from a matt point to a sample of an emitter, and the factor of its light; `None` if one faces away
+/// from the other.
+fn weighted_sample(point: &SurfacePoint<'_>, sample: &EmitterSample<'_>) -> Option<(DVec3, f64)> {
+    let to_sample = sample.point - point.position;
+    let distance_squared = to_sample.length_squared();
+    let direction = to_sample.try_normalize()?;
+    let cos = point.facing_normal().dot(direction);
+    let cos_there = -sample.normal.dot(direction);
+    if cos <= 0.0 || cos_there <= 0.0 {
+        return None;
+    }
+    // Both densities by solid angle, times the cosine at the emitter.
+    let (of_sample, of_direction) = (sample.density * distance_squared, FRAC_1_PI * cos * cos_there);
+    Some((direction, FRAC_1_PI * cos * cos_there / (of_sample + of_direction)))
+}
+
+/// Whether a point is on the outside of an instance.
+fn is_of(point: &SurfacePoint<'_>, path: &InstancePath) -> bool {
+    !point.leaving && matches!(&point.owner, SurfaceOwner::Instance(owner) if **owner == *path)
+}
