@@ -96,7 +96,7 @@ pub struct Track {
 impl Track {
     /// A track of one key.
     pub(crate) fn new(subject: TrackSubject, frame: f64, numbers: &[f64]) -> Self {
-        Self { subject, keys: Vector::unit(Key { frame, numbers: numbers.into() }) }
+        Self { subject, keys: Vector::unit(Key { frame: one_zero(frame), numbers: numbers.into() }) }
     }
 
     /// Adds a key, or replaces the one at its frame. The count of numbers may change if that is the
@@ -105,6 +105,7 @@ impl Track {
     /// # Errors
     /// The count of numbers in the other keys, if it differs.
     pub(crate) fn set(&mut self, subject: TrackSubject, frame: f64, numbers: &[f64]) -> Result<(), usize> {
+        let frame = one_zero(frame);
         let is_only = self.keys.len() == 1 && self.keys[0].frame == frame;
         if self.subject != subject && !is_only {
             return Err(self.subject.number_count());
@@ -146,7 +147,7 @@ impl Track {
     /// Fritsch and Butland 1984): it stays in the range of the two keys, and the curve is smooth
     /// where three keys rise or fall. The slope is 0 at the first and the last key.
     pub fn numbers_at(&self, frame: f64) -> Vec<f64> {
-        let frame = frame + 0.0;
+        let frame = one_zero(frame);
         let after = self.first_after(frame);
         let [Some(before), next] =
             [after.checked_sub(1).and_then(|at| self.keys.get(at)), self.keys.get(after)]
@@ -171,6 +172,11 @@ impl Track {
             Err(at) => at,
         }
     }
+}
+
+/// The frame with one zero: keys are in the total order of numbers, where -0 is before 0.
+fn one_zero(frame: f64) -> f64 {
+    if frame == 0.0 { 0.0 } else { frame }
 }
 
 /// A point of a curve: (frame, value).
@@ -241,6 +247,16 @@ mod tests {
         assert!(eased.numbers_at(1.0)[0] < 0.2 && eased.numbers_at(47.0)[0] > 89.8);
         let even = track(&[(0.0, 0.0), (10.0, 1.0), (20.0, 2.0), (30.0, 3.0)]);
         assert!((even.numbers_at(13.0)[0] - 1.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn both_zeros_are_one_frame() {
+        for frames in [[0.0, -0.0], [-0.0, 0.0]] {
+            let mut track = track(&[(frames[0], 1.0)]);
+            track.set(track.subject().clone(), frames[1], &[2.0]).unwrap();
+            assert_eq!(track.keys().len(), 1);
+            assert!([0.0, -0.0].iter().all(|frame| track.numbers_at(*frame) == [2.0]));
+        }
     }
 
     #[test]

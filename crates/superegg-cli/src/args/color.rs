@@ -5,6 +5,8 @@ use std::ffi::{OsStr, OsString};
 
 use clap::ValueEnum;
 
+use crate::system::terminal::has_cursor;
+
 /// When messages have colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ColorArg {
@@ -43,16 +45,20 @@ impl ColorArg {
     /// Makes this the choice for all output of the process.
     pub(crate) fn choose(self) {
         match self {
-            // What the environment says: NO_COLOR, CLICOLOR, CLICOLOR_FORCE and TERM.
-            Self::Auto if std::env::var_os("TERM").is_some_and(|term| term.is_empty()) => {
-                anstream::ColorChoice::Never
-            }
+            // What the environment says: NO_COLOR, CLICOLOR, CLICOLOR_FORCE and TERM. A plain terminal stays plain where
+            // CI is set, too, which stands for colours in the library.
+            Self::Auto if !has_cursor() && !is_forced() => anstream::ColorChoice::Never,
             Self::Auto => anstream::ColorChoice::Auto,
             Self::Always => anstream::ColorChoice::Always,
             Self::Never => anstream::ColorChoice::Never,
         }
         .write_global();
     }
+}
+
+/// Whether the environment wants colours, whatever the output is.
+fn is_forced() -> bool {
+    std::env::var_os("CLICOLOR_FORCE").is_some_and(|value| value != "0")
 }
 
 impl From<ColorArg> for clap::ColorChoice {

@@ -276,7 +276,8 @@ fn a_terminal_has_coloured_errors_unless_they_are_unwanted() {
         ("check s.scn --color never", ("A", "B"), false),
         ("check s.scn", ("TERM", "dumb"), false),
     ] {
-        let mut terminal = Terminal::open_with(&sandbox, words, &[environment]);
+        // The library takes any value of CI for a terminal with colours.
+        let mut terminal = Terminal::open_with(&sandbox, words, &[environment, ("CI", "true")]);
         terminal.wait_for("1 error");
         assert_eq!(
             terminal.raw.contains("\x1b[1;31merror[out-of-range]"),

@@ -163,7 +163,7 @@ fn surface_data(material: &Material) -> SurfaceData {
     };
     let (diffuse, specular) = (material.diffuse as f32, material.specular as f32);
     SurfaceData {
-        color_ambient: with(material.color, material.ambient),
+        color_ambient: with(material.color, material.ambient + material.emission),
         weights: [diffuse, specular, material.highlight_exponent().min(1e6) as f32, 0.0],
         pattern,
     }

@@ -173,6 +173,8 @@ impl ViewState {
             Some(Request::SettingsChanged)
         };
         match action {
+            // The list of keys covers the scene, and is what should go first.
+            Action::KeyboardBack if self.has_help => self.change(|state| state.has_help = false),
             Action::KeyboardBack => Some(Request::KeyboardBack),
             Action::ToggleLightsTurn => switch(&mut settings.lights_turn),
             Action::ToggleShading => {
@@ -331,6 +333,15 @@ mod tests {
             after.apply(row.action, &bounds());
             assert_eq!(after == state(), is_switch, "{:?}", row.action);
         }
+    }
+
+    #[test]
+    fn the_list_of_keys_closes_before_the_window() {
+        let mut view = state();
+        view.apply(Action::ToggleHelp, &bounds());
+        assert_eq!(view.apply(Action::KeyboardBack, &bounds()), None);
+        assert!(!view.has_help);
+        assert_eq!(view.apply(Action::KeyboardBack, &bounds()), Some(Request::KeyboardBack));
     }
 
     #[test]

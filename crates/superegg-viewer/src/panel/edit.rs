@@ -73,6 +73,10 @@ fn edit_material(ui: &mut Ui, material: &Material) -> Option<String> {
     if row(ui, "shininess", help("setShininess"), |ui| number(ui, &mut exponent, 0.5, 0.0..=1e6)) {
         line = Some(with_numbers("setShininess", &[exponent]));
     }
+    let mut emission = material.emission;
+    if row(ui, "emission", help("setEmission"), |ui| number(ui, &mut emission, 0.05, 0.0..=1e6)) {
+        line = Some(with_numbers("setEmission", &[emission]));
+    }
     let mut absorb = material.absorb;
     if vector(ui, "setAbsorb", "absorb / unit", &mut absorb, 0.01) {
         line = Some(with_numbers("setAbsorb", &absorb.max(DVec3::ZERO).to_array()));

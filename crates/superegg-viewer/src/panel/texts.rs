@@ -9,21 +9,22 @@ use crate::input::keys::{BINDINGS, POINTER_HELP};
 pub(super) fn texts(ui: &Ui, model: &PanelModel<'_>) {
     let scene = ui.available_rect_before_wrap();
     let text_box = |id: &str, pivot: Align2, at: egui::Pos2, lines: &[&str], color: Color32| {
-        egui::Area::new(egui::Id::unique(id)).interactable(false).pivot(pivot).fixed_pos(at).show(
-            ui.ctx(),
-            |ui| {
-                egui::Frame::new()
-                    .fill(Color32::from_black_alpha(150))
-                    .inner_margin(5)
-                    .corner_radius(4)
-                    .show(ui, |ui| {
-                        ui.set_max_width((scene.width() - 24.0).max(80.0));
-                        for line in lines {
-                            ui.label(RichText::new(*line).color(color));
-                        }
-                    });
-            },
-        );
+        let area = egui::Area::new(egui::Id::unique(id)).interactable(false).pivot(pivot).fixed_pos(at);
+        let shown = area.show(ui.ctx(), |ui| {
+            let frame =
+                egui::Frame::new().fill(Color32::from_black_alpha(150)).inner_margin(5).corner_radius(4);
+            let lines = frame.show(ui, |ui| {
+                ui.set_max_width((scene.width() - 24.0).max(80.0));
+                for line in lines {
+                    ui.label(RichText::new(*line).color(color));
+                }
+            });
+            lines.response.rect
+        });
+        // The library puts a box in its place by the size that it had in the frame before.
+        if (pivot.pos_in_rect(&shown.inner) - at).length() > 1.0 {
+            ui.ctx().request_discard("the size of a text has changed");
+        }
     };
     let status: Vec<&str> = model.status.iter().map(String::as_str).collect();
     if !status.is_empty() {

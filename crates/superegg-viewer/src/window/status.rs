@@ -1,7 +1,7 @@
 //! The lines at the bottom of the scene: its name, renderer, and the parts that the budgets leave
 //! out.
 
-use superegg_scene::Scene;
+use superegg_scene::{LightModel, Scene};
 
 use super::background::Background;
 use super::content::Content;
@@ -81,7 +81,9 @@ fn only_ray_traced(scene: &Scene, preview: &Preview) -> Option<String> {
     if scene.camera.lens.is_some() {
         names.push("depth of field");
     }
-    if scene.ambient_occlusion.is_some() {
+    if scene.picture.light_model == LightModel::Path {
+        names.push("light by paths");
+    } else if scene.ambient_occlusion.is_some() {
         names.push("ambient occlusion");
     }
     (!names.is_empty()).then(|| format!("only ray traced (p): {}", names.join(", ")))
