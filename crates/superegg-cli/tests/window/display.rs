@@ -34,8 +34,9 @@ impl Display {
             }
         }
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        // Without -noreset a server begins anew when its last client leaves, and refuses connections meanwhile.
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x900x24", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-noreset", "-screen", "0", "1280x900x24", "-nolisten", "tcp"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
