@@ -96,7 +96,7 @@ pub struct Track {
 impl Track {
     /// A track of one key.
     pub(crate) fn new(subject: TrackSubject, frame: f64, numbers: &[f64]) -> Self {
-        Self { subject, keys: Vector::unit(Key { frame: one_zero(frame), numbers: numbers.into() }) }
+        Self { subject, keys: Vector::unit(Key { frame: frame + 0.0, numbers: numbers.into() }) }
     }
 
     /// Adds a key, or replaces the one at its frame. The count of numbers may change if that is the
@@ -105,7 +105,8 @@ impl Track {
     /// # Errors
     /// The count of numbers in the other keys, if it differs.
     pub(crate) fn set(&mut self, subject: TrackSubject, frame: f64, numbers: &[f64]) -> Result<(), usize> {
-        let frame = one_zero(frame);
+        // -0 becomes 0: keys are in the total order of numbers, where they differ.
+        let frame = frame + 0.0;
         let is_only = self.keys.len() == 1 && self.keys[0].frame == frame;
         if self.subject != subject && !is_only {
             return Err(self.subject.number_count());
@@ -147,7 +148,7 @@ impl Track {
     /// Fritsch and Butland 1984): it stays in the range of the two keys, and the curve is smooth
     /// where three keys rise or fall. The slope is 0 at the first and the last key.
     pub fn numbers_at(&self, frame: f64) -> Vec<f64> {
-        let frame = one_zero(frame);
+        let frame = frame + 0.0;
         let after = self.first_after(frame);
         let [Some(before), next] =
             [after.checked_sub(1).and_then(|at| self.keys.get(at)), self.keys.get(after)]
@@ -172,11 +173,6 @@ impl Track {
             Err(at) => at,
         }
     }
-}
-
-/// The frame with one zero: keys are in the total order of numbers, where -0 is before 0.
-fn one_zero(frame: f64) -> f64 {
-    if frame == 0.0 { 0.0 } else { frame }
 }
 
 /// A point of a curve: (frame, value).

@@ -55,8 +55,6 @@ impl Tracks {
     /// # Errors
     /// The count of numbers in the other keys of the track, if it differs.
     pub(crate) fn set(&mut self, subject: TrackSubject, frame: f64, numbers: &[f64]) -> Result<(), usize> {
-        // -0 becomes 0.
-        let frame = frame + 0.0;
         let fixed = subject.without_numbers();
         // The names of a subject are not among its numbers, so those of the track stay the same.
         if let Some(track) = self.number_of.get(&fixed).and_then(|number| self.list.get_mut(number)) {

@@ -64,7 +64,11 @@ impl<'a> SceneSurfaces<'a> {
     ///
     /// An area takes about a millisecond, and is computed once for instances that are similar.
     pub fn of(scene: &'a CompiledScene, most: usize) -> Option<Self> {
-        let instances = scene.placed_primitives(most)?;
+        scene.placed_primitives(most).map(|instances| Self::of_instances(scene, instances))
+    }
+
+    /// The surfaces of some instances of a scene.
+    pub fn of_instances(scene: &'a CompiledScene, instances: Vec<PlacedPrimitive>) -> Self {
         let mut classes: HashMap<ClassKey, usize, RandomState> = HashMap::default();
         let mut examples = Vec::new();
         let mut class_of = Vec::with_capacity(instances.len());
@@ -88,7 +92,7 @@ impl<'a> SceneSurfaces<'a> {
         };
         // An image whose area is out of range has none.
         let areas = instances.iter().zip(&class_of).map(|pair| area_of(pair).unwrap_or_default()).collect();
-        Some(Self { scene, instances, areas, class_of, examples })
+        Self { scene, instances, areas, class_of, examples }
     }
 
     /// The instances, in the order of children.
@@ -118,13 +122,7 @@ impl<'a> SceneSurfaces<'a> {
         let seeds: Vec<u64> = shares.iter().map(|_| random.bits()).collect();
         let mut is_used = vec![false; self.examples.len()];
         shares.iter().for_each(|&(instance, _)| is_used[self.class_of[instance]] = true);
-        let sampler = |(&example, &is_used): (&usize, &bool)| {
-            let placed = &self.instances[example];
-            let shape = self.scene.primitive(placed.primitive).unit_shape();
-            is_used.then(|| ImageSampler::class(&shape, &placed.world_from_unit.matrix3)).flatten()
-        };
-        let samplers: Vec<Option<SurfaceSampler>> =
-            self.examples.par_iter().zip(&is_used).map(sampler).collect();
+        let samplers = self.class_samplers(&is_used);
         let points_of = |(&(instance, count), &seed): (&(usize, usize), &u64)| -> Vec<ScenePoint> {
             let map: &DAffine3 = &self.instances[instance].world_from_unit;
             let class = samplers[self.class_of[instance]].as_ref();
@@ -133,6 +131,26 @@ impl<'a> SceneSurfaces<'a> {
             points.map(|sample| ScenePoint { point: sample.point, normal: sample.normal, instance }).collect()
         };
         shares.par_iter().zip(&seeds).flat_map_iter(points_of).collect()
+    }
+
+    /// An endless sequence of points of each instance, spread evenly over its area; `None` for an image that is out of
+    /// range.
+    pub fn samplers(&self) -> Vec<Option<ImageSampler>> {
+        let classes = self.class_samplers(&vec![true; self.examples.len()]);
+        let sampler = |(placed, &class): (&PlacedPrimitive, &usize)| {
+            ImageSampler::of_class(classes[class].as_ref()?, &placed.world_from_unit, 0)
+        };
+        self.instances.iter().zip(&self.class_of).map(sampler).collect()
+    }
+
+    /// What the instances of each used class share.
+    fn class_samplers(&self, is_used: &[bool]) -> Vec<Option<SurfaceSampler>> {
+        let sampler = |(&example, &is_used): (&usize, &bool)| {
+            let placed = &self.instances[example];
+            let shape = self.scene.primitive(placed.primitive).unit_shape();
+            is_used.then(|| ImageSampler::class(&shape, &placed.world_from_unit.matrix3)).flatten()
+        };
+        self.examples.par_iter().zip(is_used).map(sampler).collect()
     }
 
     /// Whether a point of a surface is inside another primitive.

@@ -65,7 +65,7 @@ impl PlainMaterial {
     /// of f32.
     pub(crate) fn of(material: &Material) -> Option<Self> {
         let weights = LobeWeights::of(material, 1.0);
-        let diffuse = weights.local * material.diffuse * material.color;
+        let diffuse = phong::diffuse(material, &weights, material.color);
         let ambient =
             phong::ambient(material, &weights, material.color) + phong::emitted(material, material.color);
         let exponent = material.highlight_exponent();

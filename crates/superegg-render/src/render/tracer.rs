@@ -33,7 +33,7 @@ pub(crate) struct TileTracer<'a> {
     point_shadows: PointShadows,
     shadow_queue: ShadowQueue,
     /// What paths can sample; empty in other models of light.
-    emitters: Emitters,
+    emitters: &'a Emitters,
     results: SampleResults,
     needs_first_hits: bool,
 }
@@ -44,6 +44,7 @@ impl<'a> TileTracer<'a> {
     pub(crate) fn new(
         context: RenderContext<'a>,
         view: &'a View,
+        emitters: &'a Emitters,
         samples: u32,
         needs_first_hits: bool,
     ) -> Self {
@@ -55,10 +56,7 @@ impl<'a> TileTracer<'a> {
             lanes: LaneLighting::new(&context, view),
             point_shadows: PointShadows::default(),
             shadow_queue: ShadowQueue::default(),
-            emitters: match context.picture.light_model {
-                LightModel::Course => Emitters::default(),
-                LightModel::Path => Emitters::of(context.scene),
-            },
+            emitters,
             results: SampleResults::default(),
             needs_first_hits,
         }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use superegg_geom::glam::DVec3;
-use superegg_scene::AmbientOcclusion;
+use superegg_scene::{AmbientOcclusion, LightModel};
 use superegg_trace::{CompiledScene, TraceRay};
 
 use crate::camera::placement::{SamplePlacement, SamplePosition};
@@ -18,6 +18,7 @@ use crate::render::output::color_of_id;
 use crate::render::tracer::TileTracer;
 use crate::settings::{Output, RenderSettings};
 use crate::shade::context::RenderContext;
+use crate::shade::emitters::Emitters;
 use crate::stats::TraceStats;
 
 /// The data of a render that all threads read.
@@ -25,6 +26,8 @@ pub(crate) struct RenderJob<'a> {
     context: RenderContext<'a>,
     settings: &'a RenderSettings,
     view: View,
+    /// What paths can sample; empty in other models of light.
+    emitters: Emitters,
     placement: SamplePlacement,
     stopping: StoppingRule,
     /// The rays of [`Output::Occlusion`].
@@ -50,6 +53,10 @@ impl<'a> RenderJob<'a> {
             context: RenderContext::new(scene, settings),
             settings,
             view: View::new(&settings.camera, picture.width, picture.height),
+            emitters: match picture.light_model {
+                LightModel::Course => Emitters::default(),
+                LightModel::Path => Emitters::of(scene),
+            },
             placement: SamplePlacement::of(picture),
             stopping,
             occlusion: Output::occlusion(settings, scene),
@@ -107,7 +114,7 @@ impl<'j, 'a> Worker<'j, 'a> {
         let samples = job.settings.picture.samples;
         Self {
             job,
-            tracer: TileTracer::new(job.context, &job.view, samples, job.needs_first_hits),
+            tracer: TileTracer::new(job.context, &job.view, &job.emitters, samples, job.needs_first_hits),
             batch: Batch::default(),
             accumulator: TileAccumulator::new(job.placement.mass()),
             block_order: Vec::new(),

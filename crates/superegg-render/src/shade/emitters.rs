@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 
 use foldhash::fast::RandomState;
-use superegg_geom::glam::{DMat3, DVec3};
-use superegg_geom::{ImageSampler, SurfacePoint as AreaSample, SurfaceSampler};
-use superegg_trace::{CompiledScene, InstancePath};
+use superegg_geom::glam::DVec3;
+use superegg_geom::{ImageSampler, SurfacePoint as AreaSample};
+use superegg_trace::{CompiledScene, InstancePath, SceneSurfaces};
 
 use crate::camera::sobol::SampleKey;
 
@@ -41,29 +41,6 @@ pub(crate) struct EmitterSample<'e> {
     pub(crate) density: f64,
 }
 
-/// A sampler and the area that it samples, for images of one shape that differ by a rotation and a translation.
-struct Class {
-    primitive: u32,
-    gram: DMat3,
-    sampler: SurfaceSampler,
-    area: f64,
-}
-
-impl Class {
-    fn new(scene: &CompiledScene, primitive: u32, linear: &DMat3) -> Option<Self> {
-        let shape = scene.primitive(primitive).unit_shape();
-        let area = shape.surface_area_under(linear)?.value;
-        let sampler = ImageSampler::class(&shape, linear)?;
-        Some(Self { primitive, gram: linear.transpose() * *linear, sampler, area })
-    }
-
-    fn has(&self, primitive: u32, linear: &DMat3) -> bool {
-        let gram = linear.transpose() * *linear;
-        let size = gram.x_axis.x + gram.y_axis.y + gram.z_axis.z;
-        primitive == self.primitive && self.gram.abs_diff_eq(gram, 1e-12 * size)
-    }
-}
-
 impl Emitters {
     /// The emitters of a scene. Each is chosen in proportion to the light that it gives off.
     pub(crate) fn of(scene: &CompiledScene) -> Self {
@@ -76,23 +53,12 @@ impl Emitters {
         if placed.len() > MOST_EMITTERS {
             return Self::default();
         }
-        let mut classes: Vec<Class> = Vec::new();
-        let mut emitters = Self::default();
-        let mut total = 0.0;
-        for placed in placed {
-            let linear = placed.world_from_unit.matrix3;
-            let known = classes.iter().position(|class| class.has(placed.primitive, &linear));
-            let class = match known {
-                Some(class) => class,
-                None => {
-                    // A shape whose area is out of range is met by chance.
-                    let Some(class) = Class::new(scene, placed.primitive, &linear) else { continue };
-                    classes.push(class);
-                    classes.len() - 1
-                }
-            };
-            let Class { sampler, area, .. } = &classes[class];
-            let Some(sampler) = ImageSampler::of_class(sampler, &placed.world_from_unit, 0) else { continue };
+        let surfaces = SceneSurfaces::of_instances(scene, placed);
+        let (mut emitters, mut total) = (Self::default(), 0.0);
+        let areas = surfaces.areas().iter().map(|area| area.value);
+        for ((placed, area), sampler) in surfaces.instances().iter().zip(areas).zip(surfaces.samplers()) {
+            // A shape whose area is out of range is met by chance.
+            let Some(sampler) = sampler else { continue };
             let material = scene.material_of(scene.primitive(placed.primitive));
             // A little for black shapes, whose pattern may shine.
             let power = area * material.emission * material.color.max_element().max(1e-3);
@@ -102,7 +68,7 @@ impl Emitters {
             total += power;
             emitters.cumulative.push(total);
             emitters.by_path.insert(placed.path.clone(), emitters.all.len());
-            emitters.all.push(Emitter { path: placed.path, sampler, density: power / area });
+            emitters.all.push(Emitter { path: placed.path.clone(), sampler, density: power / area });
         }
         emitters.cumulative.iter_mut().for_each(|sum| *sum /= total);
         emitters.all.iter_mut().for_each(|emitter| emitter.density /= total);

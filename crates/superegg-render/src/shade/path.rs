@@ -15,7 +15,7 @@ use std::f64::consts::FRAC_1_PI;
 use superegg_geom::glam::DVec3;
 use superegg_trace::{InstancePath, TraceRay};
 
-use crate::camera::sobol::{cosine_direction, power_cosine_direction};
+use crate::camera::sobol::cosine_direction;
 use crate::shade::context::RenderContext;
 use crate::shade::direct;
 use crate::shade::emitters::{EmitterSample, Emitters};
@@ -88,10 +88,7 @@ impl Lobe {
             Self::Matt => cosine_direction(key.point(0, 1), normal),
             Self::Mirror if is_blurred && point.material.gloss > 0.0 => {
                 let exponent = point.material.highlight_exponent();
-                let facet = power_cosine_direction(key.point(0, 1), normal, exponent);
-                let glossy = phong::mirror(-point.to_eye, facet);
-                // A direction into the surface is replaced by the mirror direction.
-                if glossy.dot(normal) > 0.0 { glossy } else { phong::mirror(-point.to_eye, normal) }
+                phong::rough_mirror(-point.to_eye, normal, exponent, key.point(0, 1))
             }
             Self::Mirror | Self::Reflected => phong::mirror(-point.to_eye, normal),
             Self::Refracted(direction) => direction,
@@ -101,7 +98,7 @@ impl Lobe {
 
 /// The light that a matt surface scatters, of all that arrives.
 fn matt_share(point: &SurfacePoint<'_>) -> DVec3 {
-    point.weights.local * point.material.diffuse * point.albedo
+    phong::diffuse(&point.material, &point.weights, point.albedo)
 }
 
 /// The rays of one bounce.

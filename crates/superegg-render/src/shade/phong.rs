@@ -22,8 +22,10 @@
 //! If kr + kt exceeds 1, both are scaled to the sum 1. The default of both is 0. With `fresnel`, kr
 //! is multiplied by F for the index of the material.
 
-use superegg_geom::glam::DVec3;
+use superegg_geom::glam::{DVec2, DVec3};
 use superegg_scene::Material;
+
+use crate::camera::sobol::power_cosine_direction;
 
 /// The weights of the local, reflected and transmitted light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +65,11 @@ pub(crate) fn emitted(material: &Material, albedo: DVec3) -> DVec3 {
     material.emission * albedo
 }
 
+/// The diffuse reflectance.
+pub(crate) fn diffuse(material: &Material, weights: &LobeWeights, albedo: DVec3) -> DVec3 {
+    weights.local * material.diffuse * albedo
+}
+
 /// The reflected ambient light, for white ambient light.
 pub(crate) fn ambient(material: &Material, weights: &LobeWeights, albedo: DVec3) -> DVec3 {
     weights.local * material.ambient * albedo
@@ -98,6 +105,13 @@ pub(crate) fn reflectance(cos: f64, index: f64) -> f64 {
 /// Reflects a direction at a unit normal.
 pub(crate) fn mirror(direction: DVec3, normal: DVec3) -> DVec3 {
     direction - 2.0 * direction.dot(normal) * normal
+}
+
+/// Reflects a direction at a rough mirror, by a random point of the unit square: the highlight of a light is the image of
+/// the light in that mirror. A direction into the surface is replaced by that of the sharp mirror.
+pub(crate) fn rough_mirror(direction: DVec3, normal: DVec3, exponent: f64, square: DVec2) -> DVec3 {
+    let rough = mirror(direction, power_cosine_direction(square, normal, exponent));
+    if rough.dot(normal) > 0.0 { rough } else { mirror(direction, normal) }
 }
 
 /// The refracted direction by Snell's law, and the Fresnel reflectance for unpolarised light.

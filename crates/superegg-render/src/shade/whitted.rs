@@ -4,7 +4,6 @@
 use superegg_geom::glam::DVec3;
 use superegg_trace::TraceRay;
 
-use crate::camera::sobol::power_cosine_direction;
 use crate::shade::context::RenderContext;
 use crate::shade::direct;
 use crate::shade::medium::Media;
@@ -78,10 +77,7 @@ impl<'a> Wavefront<'a> {
         }
         let (key, exponent) = (state.key.branch(BLURRED), material.highlight_exponent());
         for sample in 0..blurred {
-            let facet = power_cosine_direction(key.point(sample, blurred), normal, exponent);
-            let glossy = phong::mirror(-point.to_eye, facet);
-            // A direction into the surface is replaced by the mirror direction.
-            let direction = if glossy.dot(normal) > 0.0 { glossy } else { mirrored };
+            let direction = phong::rough_mirror(-point.to_eye, normal, exponent, key.point(sample, blurred));
             let share = DVec3::splat(weights.mirror / f64::from(blurred));
             let choice = BLURRED + 1 + sample;
             shading.stats.rays.reflection +=
