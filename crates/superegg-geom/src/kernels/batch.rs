@@ -23,7 +23,8 @@ use crate::superquadric::Convex;
 pub fn intersect(shape: &Convex, rays: &[Ray], hits: &mut Vec<Option<ShapeHit>>) {
     hits.clear();
     hits.resize(rays.len(), None);
-    Arch::new().dispatch(BatchKernel { shape, rays, hits });
+    let arch = Arch::new();
+    arch.dispatch(BatchKernel { arch, shape, rays, hits });
 }
 
 /// A ray in the space of the unit shape.
@@ -56,13 +57,16 @@ struct Found {
 }
 
 /// Rays that are searched together, all from outside of their box or all from inside.
-#[derive(Default)]
 struct Queue {
     lanes: StreamLanes,
     rays: Vec<Queued>,
 }
 
 impl Queue {
+    fn new(arch: Arch) -> Self {
+        Self { lanes: StreamLanes::new(arch), rays: Vec::with_capacity(STREAM_LANES) }
+    }
+
     #[inline(always)]
     fn push(&mut self, powers: LanePowers, entry: &ShapeEntry, ray: UnitRay) {
         self.lanes.set(self.rays.len(), powers, entry, false);
@@ -71,6 +75,7 @@ impl Queue {
 }
 
 struct BatchKernel<'a> {
+    arch: Arch,
     shape: &'a Convex,
     rays: &'a [Ray],
     hits: &'a mut [Option<ShapeHit>],
@@ -80,12 +85,12 @@ impl WithSimd for BatchKernel<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, _: S) {
         let powers = LanePowers::of(self.shape);
         let mut search = Search {
+            outside: Queue::new(self.arch),
+            inside: Queue::new(self.arch),
             kernel: self,
-            outside: Queue::default(),
-            inside: Queue::default(),
             answers: StreamHits::default(),
             refine: RefineBatch::default(),
             found: Vec::new(),
@@ -101,12 +106,12 @@ impl WithSimd for BatchKernel<'_> {
                 None => search.intersect_scalar(index),
             }
             if group.len() == ENTRY_LANES {
-                search.enter(simd, powers, &mut entries, &mut group);
+                search.enter(powers, &mut entries, &mut group);
             }
         }
-        search.enter(simd, powers, &mut entries, &mut group);
-        search.search_outside(simd);
-        search.search_inside(simd);
+        search.enter(powers, &mut entries, &mut group);
+        search.search_outside();
+        search.search_inside();
         search.refine();
     }
 }
@@ -143,19 +148,13 @@ impl Search<'_> {
 
     #[inline(never)]
     fn intersect_scalar(&mut self, index: usize) {
-        let BatchKernel { shape, rays, hits } = &mut self.kernel;
+        let BatchKernel { shape, rays, hits, .. } = &mut self.kernel;
         hits[index] = shape.intersect(&rays[index], RayStart::Free);
     }
 
     /// Maps the rays of a group to the box, and queues those that hit it.
     #[inline(always)]
-    fn enter<S: Simd>(
-        &mut self,
-        simd: S,
-        powers: LanePowers,
-        entries: &mut ShapeEntries,
-        group: &mut Vec<UnitRay>,
-    ) {
+    fn enter(&mut self, powers: LanePowers, entries: &mut ShapeEntries, group: &mut Vec<UnitRay>) {
         entries.run();
         for (lane, &ray) in group.iter().enumerate() {
             match entries.kind(lane) {
@@ -163,13 +162,13 @@ impl Search<'_> {
                 EntryKind::Enters => {
                     self.outside.push(powers, &entries.get(lane), ray);
                     if self.outside.rays.len() == STREAM_LANES {
-                        self.search_outside(simd);
+                        self.search_outside();
                     }
                 }
                 EntryKind::Inside => {
                     self.inside.push(powers, &entries.get(lane), ray);
                     if self.inside.rays.len() == STREAM_LANES {
-                        self.search_inside(simd);
+                        self.search_inside();
                     }
                 }
                 EntryKind::Unresolved => self.intersect_scalar(ray.index),
@@ -182,19 +181,19 @@ impl Search<'_> {
     }
 
     #[inline(always)]
-    fn search_outside<S: Simd>(&mut self, simd: S) {
+    fn search_outside(&mut self) {
         let count = self.outside.rays.len();
         self.outside.lanes.clear_from(count);
-        self.outside.lanes.intersect(simd, count, &mut self.answers);
+        self.outside.lanes.intersect(count, &mut self.answers);
         let rays = std::mem::take(&mut self.outside.rays);
         self.outside.rays = self.take_answers(rays);
     }
 
     #[inline(always)]
-    fn search_inside<S: Simd>(&mut self, simd: S) {
+    fn search_inside(&mut self) {
         let count = self.inside.rays.len();
         self.inside.lanes.clear_from(count);
-        self.inside.lanes.intersect_from_inside(simd, count, &mut self.answers);
+        self.inside.lanes.intersect_from_inside(count, &mut self.answers);
         let rays = std::mem::take(&mut self.inside.rays);
         self.inside.rays = self.take_answers(rays);
     }
@@ -248,8 +247,6 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use superegg_simd::Scalar;
-
     use super::*;
     use crate::shape::Exponents;
     use crate::superquadric::Superquadric;
@@ -271,7 +268,8 @@ mod tests {
                 .collect();
             let (mut many, mut one) = (Vec::new(), vec![None; rays.len()]);
             intersect(&convex, &rays, &mut many);
-            BatchKernel { shape: &convex, rays: &rays, hits: &mut one }.with_simd(Scalar);
+            let arch = Arch::Scalar;
+            arch.dispatch(BatchKernel { arch, shape: &convex, rays: &rays, hits: &mut one });
             let mut hit_count = 0;
             for (i, ray) in rays.iter().enumerate() {
                 let exact = shape.intersect(ray, RayStart::Free);

@@ -27,7 +27,8 @@ pub(super) trait WithNorm<S: Simd> {
     fn run(self, one: impl EvaluateNorm<S>, many: impl EvaluateNorm<S, SIDE_BY_SIDE>) -> Self::Output;
 }
 
-/// Runs work with the fastest evaluator for two powers.
+/// Runs work with the fastest evaluator for two powers. On x86-64 one lane stands for processors without AVX2, from before
+/// 2013, which have the evaluator of any powers only: the others would be a fifth of the code of the packet kernels.
 #[inline(always)]
 pub(super) fn with_norm<S: Simd, W: WithNorm<S>>(
     simd: S,
@@ -36,6 +37,9 @@ pub(super) fn with_norm<S: Simd, W: WithNorm<S>>(
     work: W,
 ) -> W::Output {
     let (p, q) = (xy.power(), rz.power());
+    if cfg!(target_arch = "x86_64") && S::F32_LANES == 1 {
+        return work.run(general(simd, p, q), general(simd, p, q));
+    }
     match (xy, rz) {
         (PowerKind::Two, PowerKind::Two) => work.run(Nested(Square, Square), Nested(Square, Square)),
         (PowerKind::One, PowerKind::One) => work.run(Nested(Sum, Sum), Nested(Sum, Sum)),

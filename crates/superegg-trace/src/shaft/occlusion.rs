@@ -130,7 +130,7 @@ impl WithSimd for Occlude<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, _: S) {
         let Self { scene, occluders, t_max, rays } = self;
         let mut convex = Queue::new(true);
         let mut others = Queue::new(false);
@@ -163,13 +163,13 @@ impl WithSimd for Occlude<'_> {
                 }
                 for queue in [&mut convex, &mut others] {
                     if queue.is_full() {
-                        queue.run(simd, scene, occluders, t_max, rays);
+                        queue.run(scene, occluders, t_max, rays);
                     }
                 }
             }
         }
-        convex.run(simd, scene, occluders, t_max, rays);
-        others.run(simd, scene, occluders, t_max, rays);
+        convex.run(scene, occluders, t_max, rays);
+        others.run(scene, occluders, t_max, rays);
     }
 }
 
@@ -202,21 +202,14 @@ impl Queue {
 
     /// Closes the rays that the kernel finds occluded, and tests those that it leaves open in f64.
     #[inline(always)]
-    fn run<S: Simd>(
-        &mut self,
-        simd: S,
-        scene: &CompiledScene,
-        occluders: &[Occluder],
-        t_max: f64,
-        rays: &mut ShaftRays,
-    ) {
+    fn run(&mut self, scene: &CompiledScene, occluders: &[Occluder], t_max: f64, rays: &mut ShaftRays) {
         let Self { is_convex, lanes, rays: queued, answers } = self;
         let count = queued.len();
         lanes.clear_from(count);
         if *is_convex {
-            lanes.occluded(simd, count, answers);
+            lanes.occluded(count, answers);
         } else {
-            lanes.enters(simd, count, answers);
+            lanes.enters(count, answers);
         }
         for lane in bits(answers.found | answers.unresolved) {
             let Queued { ray, occluder, t_entry, t_per_s, exit } = queued[lane];

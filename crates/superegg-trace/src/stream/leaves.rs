@@ -8,7 +8,6 @@ use superegg_geom::kernels::LanePowers;
 use superegg_geom::kernels::stream::{
     END, ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
 };
-use superegg_simd::Simd;
 
 use super::table::{DONE, Nearest, Outcome, Precision, Query, RayLeafPair, RayTable};
 use superegg_simd::bits;
@@ -113,19 +112,19 @@ impl<'s> LeafQueues<'s> {
 
     /// Runs the kernels that have full batches, or all of them to flush. Returns whether the boxes were tested.
     #[inline(always)]
-    pub(super) fn run<S: Simd>(&mut self, simd: S, query: &Query<'s>, table: &mut RayTable) -> bool {
+    pub(super) fn run(&mut self, query: &Query<'s>, table: &mut RayTable) -> bool {
         if !(self.must_flush || self.approaching.len() == ENTRY_LANES) {
             return false;
         }
         self.test_boxes(query, table);
         if self.must_flush || self.outside.is_full() {
-            self.solve_outside(simd, query, table);
+            self.solve_outside(query, table);
         }
         if self.must_flush || self.inside.is_full() {
-            self.solve_inside(simd, query, table);
+            self.solve_inside(query, table);
         }
         if self.must_flush || self.not_convex.is_full() {
-            self.solve_not_convex(simd, query, table);
+            self.solve_not_convex(query, table);
         }
         self.must_flush = false;
         true
@@ -178,13 +177,13 @@ impl<'s> LeafQueues<'s> {
     }
 
     #[inline(always)]
-    fn solve_outside<S: Simd>(&mut self, simd: S, query: &Query<'s>, table: &mut RayTable) {
+    fn solve_outside(&mut self, query: &Query<'s>, table: &mut RayTable) {
         let count = self.outside.rays.len();
         self.outside.lanes.clear_from(count);
         if query.any_before.is_some() {
-            self.outside.lanes.occluded(simd, count, &mut self.answers);
+            self.outside.lanes.occluded(count, &mut self.answers);
         } else {
-            self.outside.lanes.intersect(simd, count, &mut self.answers);
+            self.outside.lanes.intersect(count, &mut self.answers);
         }
         for lane in bits(end_waits(table, &self.outside.rays, &self.answers)) {
             let ray = &self.outside.rays[lane];
@@ -197,13 +196,13 @@ impl<'s> LeafQueues<'s> {
     }
 
     #[inline(always)]
-    fn solve_inside<S: Simd>(&mut self, simd: S, query: &Query<'s>, table: &mut RayTable) {
+    fn solve_inside(&mut self, query: &Query<'s>, table: &mut RayTable) {
         let count = self.inside.rays.len();
         if count == 0 {
             return;
         }
         self.inside.lanes.clear_from(count);
-        self.inside.lanes.intersect_from_inside(simd, count, &mut self.answers);
+        self.inside.lanes.intersect_from_inside(count, &mut self.answers);
         for lane in bits(end_waits(table, &self.inside.rays, &self.answers)) {
             let leaving = self.answers.leaving >> lane & 1 == 1;
             take_hit(query, table, &self.answers, lane, &self.inside.rays[lane], leaving);
@@ -213,13 +212,13 @@ impl<'s> LeafQueues<'s> {
 
     /// Rays that certainly miss are done; hits are computed in f64.
     #[inline(always)]
-    fn solve_not_convex<S: Simd>(&mut self, simd: S, query: &Query<'s>, table: &mut RayTable) {
+    fn solve_not_convex(&mut self, query: &Query<'s>, table: &mut RayTable) {
         let count = self.not_convex.rays.len();
         if count == 0 {
             return;
         }
         self.not_convex.lanes.clear_from(count);
-        self.not_convex.lanes.enters(simd, count, &mut self.answers);
+        self.not_convex.lanes.enters(count, &mut self.answers);
         for lane in bits(end_waits(table, &self.not_convex.rays, &self.answers)) {
             let ray = &self.not_convex.rays[lane];
             match query.any_before {

@@ -193,7 +193,7 @@ impl<'s> Stream<'s> {
                 self.visit(simd, node, octant, list);
             }
             let Self { queues, query, scratch, .. } = self;
-            if queues.run(simd, query, &mut scratch.table) && scratch.table.trails.len() > self.most_trails {
+            if queues.run(query, &mut scratch.table) && scratch.table.trails.len() > self.most_trails {
                 self.compact_trails();
             }
         }

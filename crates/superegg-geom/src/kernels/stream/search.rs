@@ -25,24 +25,20 @@ const LEAST_POWER: f32 = 1.0 / 32.0;
 const LOG_ZERO: f32 = -1e4;
 
 impl StreamLanes {
-    /// Whether each ray in the first `count` lanes enters its shape, whatever the exponents. Where it certainly does, `found`
-    /// is set and `s` is the distance of a point inside from the start of the segment; where it may, `unresolved` is set.
+    /// [`StreamLanes::enters`] for the registers from `i` on.
     #[inline(always)]
-    pub fn enters<S: Simd>(&self, simd: S, count: usize, hits: &mut StreamHits) {
-        (hits.found, hits.unresolved, hits.leaving) = (0, 0, 0);
-        for i in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
-            let length: Lanes<S, SIDE_BY_SIDE> = self.length.load(simd, i);
-            let search = Search {
-                start: Triple::load(simd, &self.start, i),
-                direction: Triple::load(simd, &self.direction, i),
-                length,
-                norm: NormOfBounds::new(self.p.load(simd, i), self.q.load(simd, i)),
-            };
-            let (inside, unresolved, s) = search.run();
-            hits.s.store(i, inside.select(s, length.all(f32::INFINITY)));
-            hits.found |= inside.bits_from(i);
-            hits.unresolved |= unresolved.bits_from(i);
-        }
+    pub(super) fn enters_at<S: Simd>(&self, simd: S, i: usize, hits: &mut StreamHits) {
+        let length: Lanes<S, SIDE_BY_SIDE> = self.length.load(simd, i);
+        let search = Search {
+            start: Triple::load(simd, &self.start, i),
+            direction: Triple::load(simd, &self.direction, i),
+            length,
+            norm: NormOfBounds::new(self.p.load(simd, i), self.q.load(simd, i)),
+        };
+        let (inside, unresolved, s) = search.run();
+        hits.s.store(i, inside.select(s, length.all(f32::INFINITY)));
+        hits.found |= inside.bits_from(i);
+        hits.unresolved |= unresolved.bits_from(i);
     }
 }
 
@@ -144,7 +140,7 @@ fn enlarged<S: Simd, const K: usize>(point: Triple<S, K>) -> Triple<S, K> {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use superegg_simd::{Arch, Scalar, WithSimd};
+    use superegg_simd::Arch;
 
     use super::super::entry::ShapeEntry;
     use super::super::solve::STREAM_LANES;
@@ -152,17 +148,6 @@ mod tests {
     use crate::kernels::LanePowers;
     use crate::math::random::SplitMix;
     use crate::{Exponents, Ray, RayStart, Superquadric};
-
-    struct Enter<'a>(&'a StreamLanes, &'a mut StreamHits);
-
-    impl WithSimd for Enter<'_> {
-        type Output = ();
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) {
-            self.0.enters(simd, STREAM_LANES, self.1);
-        }
-    }
 
     #[test]
     fn answers_are_those_of_the_certified_search() {
@@ -173,7 +158,8 @@ mod tests {
             let (e, n) =
                 (exponents[case % exponents.len()], exponents[case / exponents.len() % exponents.len()]);
             let shape = Superquadric::unit(Exponents::new(e, n).unwrap());
-            let (mut lanes, mut rays) = (StreamLanes::default(), Vec::new());
+            let mut lanes = [StreamLanes::default(), StreamLanes::new(Arch::Scalar)];
+            let mut rays = Vec::new();
             for lane in 0..STREAM_LANES {
                 let mut start: [f64; 3] = std::array::from_fn(|_| 2.0 * random.unit() - 1.0);
                 start[lane % 3] = if lane % 2 == 0 { 1.0 } else { -1.0 };
@@ -194,13 +180,14 @@ mod tests {
                     t_entry: 0.0,
                     t_per_s: 1.0,
                 };
-                lanes.set(lane, LanePowers::of_any(&shape), &entry, false);
+                for lanes in &mut lanes {
+                    lanes.set(lane, LanePowers::of_any(&shape), &entry, false);
+                }
                 rays.push((Ray::new(start.as_dvec3(), direction.as_dvec3()), length));
             }
-            let (mut wide, mut scalar) = (StreamHits::default(), StreamHits::default());
-            Arch::new().dispatch(Enter(&lanes, &mut wide));
-            Enter(&lanes, &mut scalar).with_simd(Scalar);
-            for answers in [&wide, &scalar] {
+            for lanes in &lanes {
+                let mut answers = StreamHits::default();
+                lanes.enters(STREAM_LANES, &mut answers);
                 for (lane, (ray, length)) in rays.iter().enumerate() {
                     let (found, unknown) =
                         (answers.found >> lane & 1 == 1, answers.unresolved >> lane & 1 == 1);

@@ -1,6 +1,6 @@
 //! 32 rays against shapes of their own, in f32.
 
-use superegg_simd::{Column, Lanes, Mask, Simd, Triple};
+use superegg_simd::{Arch, Column, Lanes, Mask, Simd, Triple, WithSimd};
 
 use super::super::LanePowers;
 use super::super::norm::{AnyPower, EvaluateNorm, LogNorm, SIDE_BY_SIDE, Slope};
@@ -33,6 +33,7 @@ pub struct StreamLanes {
     pub(super) q: StreamColumn,
     /// The rays that are known to start on the surface and to go in, one bit each.
     inward: u32,
+    arch: Arch,
 }
 
 /// The answers, by lanes.
@@ -64,12 +65,60 @@ impl Default for StreamHits {
 
 impl Default for StreamLanes {
     fn default() -> Self {
-        let one = Column::splat(1.0);
-        Self { start: [one; 3], direction: [one; 3], length: Column::splat(-1.0), p: one, q: one, inward: 0 }
+        Self::new(Arch::new())
+    }
+}
+
+/// What is asked about the rays.
+#[derive(Clone, Copy)]
+enum LaneSearch {
+    Closest,
+    FromInside,
+    Occluded,
+    Enters,
+}
+
+/// A search, compiled for each instruction set once: callers of all kinds share the code.
+struct StreamKernel<'a> {
+    lanes: &'a StreamLanes,
+    search: LaneSearch,
+    count: usize,
+    hits: &'a mut StreamHits,
+}
+
+impl WithSimd for StreamKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { lanes, search, count, hits } = self;
+        (hits.found, hits.unresolved, hits.leaving) = (0, 0, 0);
+        for i in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
+            match search {
+                LaneSearch::Closest => lanes.intersect_at(simd, i, hits),
+                LaneSearch::FromInside => lanes.intersect_from_inside_at(simd, i, hits),
+                LaneSearch::Occluded => lanes.occluded_at(simd, i, hits),
+                LaneSearch::Enters => lanes.enters_at(simd, i, hits),
+            }
+        }
     }
 }
 
 impl StreamLanes {
+    /// Empty lanes, for the instruction set that is given.
+    pub(in super::super) fn new(arch: Arch) -> Self {
+        let one = Column::splat(1.0);
+        Self {
+            start: [one; 3],
+            direction: [one; 3],
+            length: Column::splat(-1.0),
+            p: one,
+            q: one,
+            inward: 0,
+            arch,
+        }
+    }
+
     /// Sets the ray of a lane and the powers of its shape. `is_inward` states that it starts on the surface and goes in.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, powers: LanePowers, entry: &ShapeEntry, is_inward: bool) {
@@ -93,83 +142,97 @@ impl StreamLanes {
 
     /// The first crossing of each ray in the first `count` lanes, from outside. A ray that starts inside gets the crossing at
     /// its start.
-    #[inline(always)]
-    pub fn intersect<S: Simd>(&self, simd: S, count: usize, hits: &mut StreamHits) {
-        let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
-        let infinity = tolerance.all(f32::INFINITY);
-        (hits.found, hits.unresolved, hits.leaving) = (0, 0, 0);
-        for i in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
-            let (norm, segment) = self.load(simd, i);
-            let Crossing { s, found, error, unresolved } =
-                first_crossings(norm, &segment, tolerance, tolerance.all(NEAR));
-            hits.s.store(i, found.select(s, infinity));
-            hits.error.store(i, error + error.all(ROUNDING));
-            hits.found |= found.bits_from(i);
-            hits.unresolved |= unresolved.bits_from(i);
-        }
+    pub fn intersect(&self, count: usize, hits: &mut StreamHits) {
+        self.run(LaneSearch::Closest, count, hits);
     }
 
     /// As [`StreamLanes::intersect`], for rays that start inside the boxes of their shapes and whose segments reach to the
     /// boxes' ends. A ray that starts inside the shape, or on it and inwards, gets its exit, which is the first crossing from
     /// the other end. Any other start close to the surface is unresolved.
-    #[inline(always)]
-    pub fn intersect_from_inside<S: Simd>(&self, simd: S, count: usize, hits: &mut StreamHits) {
-        let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
-        (hits.found, hits.unresolved, hits.leaving) = (0, 0, 0);
-        for i in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
-            let (norm, segment) = self.load(simd, i);
-            let one = tolerance.all(1.0);
-            let zero = tolerance.all(0.0);
-            let Slope { excess, .. } = norm.slope(segment.start, segment.direction, one);
-            let inward = Mask::of_bits_from(simd, self.inward, i);
-            let inside = excess.lt(one.all(-SURFACE)) | inward;
-            let outside = one.all(SURFACE).lt(excess).and_not(inward);
-            let Segment { start, direction, length, active } = segment;
-            let sign = inside.select(-one, one);
-            let from = inside.select(length, zero);
-            let turned = Segment {
-                start: start.along(from, direction),
-                direction: direction.scaled(sign),
-                length,
-                active: active & (inside | outside),
-            };
-            let crossing =
-                first_crossings(norm, &turned, tolerance, inside.select(one.all(NEAR_EXIT), one.all(NEAR)));
-            let s = sign.mul_add(crossing.s, from);
-            let s = crossing.found.select(s, one.all(f32::INFINITY));
-            // A ray from inside cannot miss.
-            let mut unresolved = crossing.unresolved
-                | active.and_not(inside | outside)
-                | (inside & active).and_not(crossing.found);
-            if inward.any() {
-                // A chord that is nowhere deep runs along the surface, and its end is not reliable.
-                let halfway = start.along(s * one.all(0.5), direction);
-                let Slope { excess, .. } = norm.slope(halfway, direction, one);
-                unresolved = unresolved | (inward & active).and_not(excess.lt(one.all(-SURFACE)));
-            }
-            hits.s.store(i, s);
-            hits.error.store(i, crossing.error + one.all(ROUNDING));
-            hits.found |= crossing.found.bits_from(i);
-            hits.unresolved |= unresolved.bits_from(i);
-            hits.leaving |= inside.bits_from(i);
-        }
+    pub fn intersect_from_inside(&self, count: usize, hits: &mut StreamHits) {
+        self.run(LaneSearch::FromInside, count, hits);
     }
 
     /// Whether each ray in the first `count` lanes enters its shape. Where it certainly does, `found` is set and `s` is a
     /// point inside.
+    pub fn occluded(&self, count: usize, hits: &mut StreamHits) {
+        self.run(LaneSearch::Occluded, count, hits);
+    }
+
+    /// As [`StreamLanes::occluded`], whatever the exponents. Where a ray may enter its shape, `unresolved` is set.
+    pub fn enters(&self, count: usize, hits: &mut StreamHits) {
+        self.run(LaneSearch::Enters, count, hits);
+    }
+
+    /// Not inlined: the code is large.
+    #[inline(never)]
+    fn run(&self, search: LaneSearch, count: usize, hits: &mut StreamHits) {
+        self.arch.dispatch(StreamKernel { lanes: self, search, count, hits });
+    }
+
     #[inline(always)]
-    pub fn occluded<S: Simd>(&self, simd: S, count: usize, hits: &mut StreamHits) {
+    fn intersect_at<S: Simd>(&self, simd: S, i: usize, hits: &mut StreamHits) {
         let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
         let infinity = tolerance.all(f32::INFINITY);
-        (hits.found, hits.unresolved, hits.leaving) = (0, 0, 0);
-        for i in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
-            let (norm, segment) = self.load(simd, i);
-            let entry = entries(norm, &segment, tolerance);
-            let s = entry.s.all(0.5).mul_add(segment.length, entry.s);
-            hits.s.store(i, entry.inside.select(s, infinity));
-            hits.found |= entry.inside.bits_from(i);
-            hits.unresolved |= entry.touched.and_not(entry.inside).bits_from(i);
+        let (norm, segment) = self.load(simd, i);
+        let Crossing { s, found, error, unresolved } =
+            first_crossings(norm, &segment, tolerance, tolerance.all(NEAR));
+        hits.s.store(i, found.select(s, infinity));
+        hits.error.store(i, error + error.all(ROUNDING));
+        hits.found |= found.bits_from(i);
+        hits.unresolved |= unresolved.bits_from(i);
+    }
+
+    #[inline(always)]
+    fn intersect_from_inside_at<S: Simd>(&self, simd: S, i: usize, hits: &mut StreamHits) {
+        let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
+        let (norm, segment) = self.load(simd, i);
+        let one = tolerance.all(1.0);
+        let zero = tolerance.all(0.0);
+        let Slope { excess, .. } = norm.slope(segment.start, segment.direction, one);
+        let inward = Mask::of_bits_from(simd, self.inward, i);
+        let inside = excess.lt(one.all(-SURFACE)) | inward;
+        let outside = one.all(SURFACE).lt(excess).and_not(inward);
+        let Segment { start, direction, length, active } = segment;
+        let sign = inside.select(-one, one);
+        let from = inside.select(length, zero);
+        let turned = Segment {
+            start: start.along(from, direction),
+            direction: direction.scaled(sign),
+            length,
+            active: active & (inside | outside),
+        };
+        let crossing =
+            first_crossings(norm, &turned, tolerance, inside.select(one.all(NEAR_EXIT), one.all(NEAR)));
+        let s = sign.mul_add(crossing.s, from);
+        let s = crossing.found.select(s, one.all(f32::INFINITY));
+        // A ray from inside cannot miss.
+        let mut unresolved = crossing.unresolved
+            | active.and_not(inside | outside)
+            | (inside & active).and_not(crossing.found);
+        if inward.any() {
+            // A chord that is nowhere deep runs along the surface, and its end is not reliable.
+            let halfway = start.along(s * one.all(0.5), direction);
+            let Slope { excess, .. } = norm.slope(halfway, direction, one);
+            unresolved = unresolved | (inward & active).and_not(excess.lt(one.all(-SURFACE)));
         }
+        hits.s.store(i, s);
+        hits.error.store(i, crossing.error + one.all(ROUNDING));
+        hits.found |= crossing.found.bits_from(i);
+        hits.unresolved |= unresolved.bits_from(i);
+        hits.leaving |= inside.bits_from(i);
+    }
+
+    #[inline(always)]
+    fn occluded_at<S: Simd>(&self, simd: S, i: usize, hits: &mut StreamHits) {
+        let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
+        let infinity = tolerance.all(f32::INFINITY);
+        let (norm, segment) = self.load(simd, i);
+        let entry = entries(norm, &segment, tolerance);
+        let s = entry.s.all(0.5).mul_add(segment.length, entry.s);
+        hits.s.store(i, entry.inside.select(s, infinity));
+        hits.found |= entry.inside.bits_from(i);
+        hits.unresolved |= entry.touched.and_not(entry.inside).bits_from(i);
     }
 
     #[inline(always)]
