@@ -8,6 +8,7 @@ pub(crate) mod grouped_light;
 pub(crate) mod lane_math;
 pub(crate) mod light_kernel;
 pub(crate) mod light_sample;
+pub(crate) mod lit_points;
 pub(crate) mod medium;
 pub(crate) mod path;
 pub(crate) mod pattern;

@@ -9,39 +9,57 @@ use crate::render::primary_hits::PrimaryPoints;
 use crate::render::shadow_queue::ShadowQueue;
 use crate::shade::context::RenderContext;
 use crate::shade::light_sample::{LightSample, toward, unoccluded_light};
+use crate::shade::lit_points::{LitPoints, Reach, SampledLight};
 use crate::shade::point::SurfacePoint;
 use crate::shade::shadow_batch::ShadowBatch;
 
 /// The queued shadow rays of points. They follow the rays of lanes in the [`ShadowQueue`].
-#[derive(Default)]
 pub(crate) struct PointShadows {
     /// The index of the point of each ray, and the colour that the light adds if unoccluded.
     queued: Vec<(u32, DVec3)>,
+    lit: LitPoints,
 }
 
 impl PointShadows {
+    pub(crate) fn new() -> Self {
+        Self { queued: Vec::new(), lit: LitPoints::new() }
+    }
+
     /// Queues the shadow rays of all points that face a light. Returns the least width of a ray.
     pub(crate) fn queue(
         &mut self,
         context: &RenderContext<'_>,
         hits: &PrimaryPoints<'_>,
-        light: &Light,
+        (light_index, light): (u32, &Light),
         light_position: DVec3,
         queue: &mut ShadowQueue,
     ) -> f64 {
-        self.queued.clear();
+        let Self { queued, lit } = self;
+        queued.clear();
+        lit.clear();
         let mut least_width = f64::INFINITY;
-        for (index, (point, &own)) in (0..).zip(hits.points.iter().zip(&hits.candidates)) {
-            let Some(sample) = LightSample::to_centre(light, point.position) else { continue };
-            let Some(color) = unoccluded_light(point, &sample) else { continue };
+        let mut push = |index: usize, color: DVec3| {
+            let (point, own) = (&hits.points[index], hits.candidates[index]);
             let ShadowRay { ray, width } = shadow_ray(point, light_position);
             let past_floor = context.transmittance_past_floor(&ray, own.is_none(), 1.0);
-            if past_floor == 0.0 {
-                continue;
+            if past_floor > 0.0 {
+                least_width = least_width.min(width);
+                queue.push(ray.direction, ShadowStart { own, start: point.start(ray.direction) });
+                queued.push((index as u32, past_floor * color));
             }
-            least_width = least_width.min(width);
-            queue.push(ray.direction, ShadowStart { own, start: point.start(ray.direction) });
-            self.queued.push((index, past_floor * point.state.weight * color));
+        };
+        for (index, point) in hits.points.iter().enumerate() {
+            if lit.add(index, point, light, 1) == Reach::BeyondF32 {
+                let sample = LightSample::to_centre(light, point.position);
+                let color = sample.and_then(|sample| unoccluded_light(point, &sample));
+                color.into_iter().for_each(|color| push(index, point.state.weight * color));
+            }
+        }
+        lit.sample(&hits.points, (light_index, light), 1);
+        for SampledLight { point, color, .. } in lit.samples() {
+            if color != DVec3::ZERO {
+                push(point, color);
+            }
         }
         least_width
     }

@@ -114,7 +114,7 @@ impl<'a> PrimaryHits<'a> {
         samples: &[FilmSample],
         shading: &mut ShadingState<'_, 'a>,
     ) {
-        let mut wave = Wavefront::new(camera.context, 0);
+        let mut wave = Wavefront::with_capacity(camera.context, 0, samples.len());
         for (pixel, sample) in samples.iter().enumerate() {
             let ray = camera.view.sample_ray(sample);
             let state = camera.state(pixel, sample, &ray);

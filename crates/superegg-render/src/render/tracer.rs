@@ -54,7 +54,7 @@ impl<'a> TileTracer<'a> {
             hits: PrimaryHits::new(&context),
             instances: Surfaces::new(context.scene),
             lanes: LaneLighting::new(&context, view),
-            point_shadows: PointShadows::default(),
+            point_shadows: PointShadows::new(),
             shadow_queue: ShadowQueue::default(),
             emitters,
             results: SampleResults::default(),
@@ -71,13 +71,9 @@ impl<'a> TileTracer<'a> {
         self.find_primary_hits(samples, true);
         self.add_light();
         let Self { camera, stats, hits, lanes, results, instances, .. } = self;
-        let mut wave = Wavefront::new(camera.context, 1);
         let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
         direct::add_ambient(camera.context, &hits.shaded.points, true, &mut shading);
-        for point in &hits.shaded.points {
-            wave.scatter(point, &mut shading);
-        }
-        wave.follow_all(&mut shading);
+        Wavefront::of_points(camera.context, 1, &hits.shaded.points, &mut shading).follow_all(&mut shading);
         lanes.write_colors(&hits.visible, &mut results.colors);
         self.finish(samples.len())
     }
@@ -145,7 +141,7 @@ impl<'a> TileTracer<'a> {
         if in_packets {
             for (index, light) in context.lights() {
                 if let Some(position) = point_position(light) {
-                    self.add_point_light(index as usize, light, position);
+                    self.add_point_light((index, light), position);
                 }
             }
         }
@@ -156,13 +152,14 @@ impl<'a> TileTracer<'a> {
     }
 
     /// Adds the light of a point light to all first hits that it reaches.
-    fn add_point_light(&mut self, index: usize, light: &Light, position: DVec3) {
+    fn add_point_light(&mut self, (index, light): (u32, &Light), position: DVec3) {
         let Self { camera, stats, hits, lanes, point_shadows, shadow_queue, results, instances, .. } = self;
         let CameraPaths { context, footprint, .. } = camera;
         shadow_queue.start(position);
-        let lane_width = lanes.queue_shadows(context, hits, (index, position), *footprint, shadow_queue);
+        let lane_width =
+            lanes.queue_shadows(context, hits, (index as usize, position), *footprint, shadow_queue);
         let first_of_points = shadow_queue.len();
-        let point_width = point_shadows.queue(context, &hits.shaded, light, position, shadow_queue);
+        let point_width = point_shadows.queue(context, &hits.shaded, (index, light), position, shadow_queue);
         if shadow_queue.len() == 0 {
             return;
         }

@@ -7,13 +7,11 @@
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Ray};
 use superegg_scene::{Light, Picture};
-use superegg_simd::Arch;
 use superegg_trace::shaft::{Occluder, Shaft, ShaftRays, ShaftStart};
 
 use crate::shade::context::{RenderContext, transmits};
-use crate::shade::lane_math::MOST_EXPONENT;
-use crate::shade::light_kernel::{BLOCK, LightBlock, SampleLight};
 use crate::shade::light_sample::{LIGHTS, LightSample, toward, unoccluded_light};
+use crate::shade::lit_points::{LitPoints, MARGIN, Reach, SampledLight};
 use crate::shade::point::{SurfaceOwner, SurfacePoint};
 use crate::shade::point_groups::PointGroups;
 use crate::shade::shadow_batch::ShadowBatch;
@@ -33,40 +31,15 @@ pub(crate) struct GroupedLight<'a> {
     context: RenderContext<'a>,
     /// Whether the points are first hits, which get several samples of each area light.
     is_first: bool,
-    arch: Arch,
     groups: PointGroups,
-    blocks: Vec<LightBlock>,
-    lit: Vec<LitPoint>,
+    lit: LitPoints,
     occluders: Vec<Occluder>,
     rays: ShaftRays,
-    samples: Vec<Sample>,
+    samples: Vec<SampledLight>,
     /// A shadow ray that can add no more light than this is not traced.
     least_light: f64,
     /// The rays to lights at a position, and to suns.
     remaining: [RemainingRays; 2],
-}
-
-/// A point that a light may reach.
-#[derive(Clone, Copy, Debug)]
-struct LitPoint {
-    /// The index of the point.
-    point: usize,
-    /// From the point to the centre of the light, which is a unit vector for a sun.
-    to_centre: DVec3,
-    /// The light of each sample is `diffuse` times a cosine, plus `specular` times a highlight.
-    diffuse: DVec3,
-    specular: DVec3,
-}
-
-/// A sample of a light.
-#[derive(Clone, Copy, Debug)]
-struct Sample {
-    /// The index of the point.
-    point: usize,
-    /// From the point to the sample.
-    to_light: DVec3,
-    /// Its light if it is unoccluded.
-    color: DVec3,
 }
 
 /// The light below which a sample does not matter: a small part of the least weight of a ray, as the exposure shows it.
@@ -74,22 +47,14 @@ fn least_light(picture: &Picture) -> f64 {
     1e-3 * picture.least_weight * (-picture.exposure.max(0.0)).exp2()
 }
 
-/// Coordinates and lengths outside of this range are left to f64.
-const F32_RANGE: std::ops::Range<f64> = 1e-12..1e12;
-
-/// Samples are placed in f32: they lie in a disc that is larger by this factor.
-const MARGIN: f64 = 1.001;
-
 impl<'a> GroupedLight<'a> {
     /// For all points that are given to [`GroupedLight::add_light`].
     pub(crate) fn new(context: RenderContext<'a>, points: &[SurfacePoint<'_>], is_first: bool) -> Self {
         Self {
             context,
             is_first,
-            arch: Arch::new(),
             groups: PointGroups::of(points, |point| is_groupable(&context, point)),
-            blocks: Vec::new(),
-            lit: Vec::new(),
+            lit: LitPoints::new(),
             occluders: Vec::new(),
             rays: ShaftRays::default(),
             samples: Vec::new(),
@@ -161,14 +126,8 @@ impl<'a> GroupedLight<'a> {
             return;
         }
         self.find_lit(group, points, (index, light), count);
-        if self.lit.is_empty() {
-            return;
-        }
-        let has_highlights = self.lit.iter().any(|lit| lit.specular != DVec3::ZERO);
-        self.fill_blocks(points, index, count);
-        let (blocks, radius) = (&mut self.blocks[..], light.radius as f32);
-        self.arch.dispatch(SampleLight { blocks, radius, has_highlights });
-        self.list_samples(count);
+        self.lit.sample(points, (index, light), count);
+        self.list_samples();
         let Some(first) = self.samples.first().map(|sample| &points[sample.point]) else { return };
         shading.stats.rays.shadow += self.samples.len() as u64;
         if first.leaving {
@@ -194,7 +153,7 @@ impl<'a> GroupedLight<'a> {
 
     /// Whether f32 holds the light.
     fn fits_lanes(&self, light: &Light) -> bool {
-        light.radius == 0.0 || F32_RANGE.contains(&light.radius)
+        LitPoints::fit(light)
     }
 
     /// Whether no shadow ray of the group crosses the floor.
@@ -226,54 +185,9 @@ impl<'a> GroupedLight<'a> {
         self.lit.clear();
         for i in 0..self.groups.get(group).len() {
             let index = self.groups.get(group)[i];
-            let point = &points[index];
-            let Some(LightSample { direction, color, .. }) = LightSample::to_centre(light, point.position)
-            else {
-                continue;
-            };
-            let SurfacePoint { material, weights, .. } = point;
-            let share = point.state.weight * color / f64::from(count);
-            let diffuse = share * weights.local * material.diffuse * point.albedo;
-            let specular = share * material.specular;
-            let reach = point.facing_normal().dot(direction) + MARGIN * light.radius;
-            if reach <= 0.0 || (diffuse == DVec3::ZERO && specular == DVec3::ZERO) {
-                continue;
+            if self.lit.add(index, &points[index], light, count) == Reach::BeyondF32 {
+                self.sample_single(&points[index], (light_index, light));
             }
-            let has_power =
-                specular == DVec3::ZERO || (0.0..MOST_EXPONENT).contains(&material.highlight_exponent());
-            if has_power && F32_RANGE.contains(&direction.abs().max_element()) {
-                self.lit.push(LitPoint { point: index, to_centre: direction, diffuse, specular });
-            } else {
-                self.sample_single(point, (light_index, light));
-            }
-        }
-    }
-
-    /// Fills the blocks with `count` samples for each lit point.
-    fn fill_blocks(&mut self, points: &[SurfacePoint<'_>], light_index: u32, count: u32) {
-        let samples = self.lit.len() * count as usize;
-        self.blocks.resize(samples.div_ceil(BLOCK), LightBlock::EMPTY);
-        let mut at = 0;
-        for lit in &self.lit {
-            let point = &points[lit.point];
-            let key = point.state.key.branch(LIGHTS + light_index);
-            let (to_centre, normal) = (lit.to_centre.as_vec3(), point.facing_normal().as_vec3());
-            let to_eye = point.to_eye.as_vec3();
-            let exponent = point.material.highlight_exponent() as f32;
-            for sample in 0..count {
-                let (block, lane) = (&mut self.blocks[at / BLOCK], at % BLOCK);
-                (block.index[lane], block.seed[lane]) = key.index_and_seed(sample, count);
-                for axis in 0..3 {
-                    block.to_centre[axis].0[lane] = to_centre[axis];
-                    block.normal[axis].0[lane] = normal[axis];
-                    block.to_eye[axis].0[lane] = to_eye[axis];
-                }
-                block.exponent.0[lane] = exponent;
-                at += 1;
-            }
-        }
-        for unused in at..self.blocks.len() * BLOCK {
-            self.blocks[unused / BLOCK].reset(unused % BLOCK);
         }
     }
 
@@ -281,7 +195,7 @@ impl<'a> GroupedLight<'a> {
     fn shaft(&self, points: &[SurfacePoint<'_>], light: &Light) -> (Shaft, f64) {
         let none = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
         let (mut origins, mut width) = (none, 0.0f64);
-        for lit in &self.lit {
+        for lit in self.lit.points() {
             let point = &points[lit.point];
             origins = origins.union(&Aabb::around(point.position, DVec3::splat(point.position_error)));
             width = width.max(point.footprint.width);
@@ -290,26 +204,16 @@ impl<'a> GroupedLight<'a> {
         let around = |centre: DVec3| Aabb::around(centre, DVec3::splat(MARGIN * light.radius));
         let shaft = match light.position() {
             Some(position) => Shaft::between(&origins, &around(position)),
-            None => Shaft::along(&origins, &around(self.lit[0].to_centre)),
+            None => Shaft::along(&origins, &around(self.lit.points()[0].to_centre)),
         };
         (shaft, width)
     }
 
     /// Lists the samples that face the light and matter.
-    fn list_samples(&mut self, count: u32) {
-        let Self { samples, lit, blocks, least_light, .. } = self;
+    fn list_samples(&mut self) {
+        let Self { samples, lit, least_light, .. } = self;
         samples.clear();
-        for (number, lit) in lit.iter().enumerate() {
-            for at in number * count as usize..(number + 1) * count as usize {
-                let (block, lane) = (&blocks[at / BLOCK], at % BLOCK);
-                let (cos, highlight) = (f64::from(block.cos.0[lane]), f64::from(block.highlight.0[lane]));
-                let color = lit.diffuse * cos + lit.specular * highlight;
-                if color.max_element() > *least_light {
-                    let offset = DVec3::from_array(block.offset.map(|column| f64::from(column.0[lane])));
-                    samples.push(Sample { point: lit.point, to_light: lit.to_centre + offset, color });
-                }
-            }
-        }
+        samples.extend(lit.samples().filter(|sample| sample.color.max_element() > *least_light));
     }
 
     /// Tests the shadow rays against the shapes in their shaft.

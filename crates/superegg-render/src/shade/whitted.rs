@@ -26,9 +26,22 @@ const TRANSMITTED: u32 = 3;
 const BLURRED: u32 = 1 << 20;
 
 impl<'a> Wavefront<'a> {
-    /// An empty wavefront. `bounces` is 0 for camera rays.
-    pub(crate) fn new(context: RenderContext<'a>, bounces: u32) -> Self {
-        Self { context, rays: Vec::new(), states: Vec::new(), bounces }
+    /// An empty wavefront with room for some rays. `bounces` is 0 for camera rays.
+    pub(crate) fn with_capacity(context: RenderContext<'a>, bounces: u32, rays: usize) -> Self {
+        Self { context, rays: Vec::with_capacity(rays), states: Vec::with_capacity(rays), bounces }
+    }
+
+    /// The reflected and refracted rays of points, after a number of bounces.
+    pub(crate) fn of_points(
+        context: RenderContext<'a>,
+        bounces: u32,
+        points: &[SurfacePoint<'a>],
+        shading: &mut ShadingState<'_, 'a>,
+    ) -> Self {
+        let scattering = points.iter().filter(|point| !point.weights.is_local()).count();
+        let mut wave = Self::with_capacity(context, bounces, scattering);
+        points.iter().for_each(|point| wave.scatter(point, shading));
+        wave
     }
 
     /// Adds a ray.
@@ -38,7 +51,7 @@ impl<'a> Wavefront<'a> {
     }
 
     /// Adds the reflected and refracted rays of a point.
-    pub(crate) fn scatter(&mut self, point: &SurfacePoint<'_>, shading: &mut ShadingState<'_, 'a>) {
+    fn scatter(&mut self, point: &SurfacePoint<'_>, shading: &mut ShadingState<'_, 'a>) {
         let SurfacePoint { state, material, weights, .. } = point;
         if weights.is_local() {
             return;
@@ -151,9 +164,7 @@ impl<'a> Wavefront<'a> {
             let lights = self.context.lights();
             direct::add_light(self.context, &points, &lights, false, shading);
             direct::add_ambient(self.context, &points, false, shading);
-            let mut next = Self::new(self.context, self.bounces + 1);
-            points.iter().for_each(|point| next.scatter(point, shading));
-            self = next;
+            self = Self::of_points(self.context, self.bounces + 1, &points, shading);
         }
     }
 }

@@ -7,8 +7,16 @@ use smallvec::SmallVec;
 /// The last index is that of a leaf, or of a group that is hit as a whole ([`InstancePath::is_proxy`]). A path is only
 /// meaningful for the compiled scene that it came from. [`CompiledScene::path_name`](crate::CompiledScene::path_name) gives
 /// its name.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Debug, Default, PartialEq, Eq, Hash)]
 pub struct InstancePath(SmallVec<[u32; INLINE_DEPTH]>);
+
+impl Clone for InstancePath {
+    /// Copies the indices as a slice: each mirrored ray has the path that it starts from, and a copy element by element takes
+    /// several times as long.
+    fn clone(&self) -> Self {
+        Self(SmallVec::from_slice(&self.0))
+    }
+}
 
 /// Longer paths are allocated.
 const INLINE_DEPTH: usize = 6;
