@@ -1,5 +1,5 @@
 //! SIMD lanes for the kernels: vectors of f32 lanes ([`Lanes`], [`Triple`]), truth values ([`Mask`]), and the aligned
-//! columns that they are loaded from and stored to ([`Column`]).
+//! columns that they are loaded from and stored to ([`Column`]); logarithms and powers in f64 ([`power`]).
 //!
 //! Kernels are generic over [`Simd`] and written once. [`Arch::dispatch`] selects AVX-512 (16 lanes), AVX2 (8), NEON (4)
 //! or one lane when the program runs. This is the only crate that depends on pulp, which supplies the instructions; it
@@ -11,6 +11,7 @@
 mod arch;
 mod bits;
 mod column;
+pub mod power;
 mod triple;
 mod vector;
 

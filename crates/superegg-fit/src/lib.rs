@@ -1,0 +1,28 @@
+#![doc = include_str!("../README.md")]
+#![allow(clippy::needless_range_loop, reason = "matrices and rows of lanes are clearer by index")]
+
+mod alike;
+mod cloud;
+mod dense;
+mod eigen;
+mod error;
+mod fit;
+mod mixture;
+mod normal_equations;
+mod options;
+mod parameters;
+mod project;
+mod refine;
+mod residuals;
+mod rows;
+mod search;
+mod starts;
+mod tangent;
+mod uncertainty;
+mod warning;
+
+pub use error::{FitError, LEAST_POINTS};
+pub use fit::{COVARIANCE_ROWS, Fit, fit};
+pub use options::FitOptions;
+pub use residuals::Residuals;
+pub use warning::FitWarning;
