@@ -61,7 +61,9 @@ fn different_names<'a>(own: &Scene, added: &'a Scene) -> Vec<&'a str> {
 fn is_same(a: &Entity, b: &Entity) -> bool {
     match (a, b) {
         (Entity::Object(a), Entity::Object(b)) => {
-            a.children().eq(b.children()) && a.overall_steps().eq(b.overall_steps())
+            a.children().eq(b.children())
+                && a.hidden_children().eq(b.hidden_children())
+                && a.overall_steps().eq(b.overall_steps())
         }
         (a, b) => a == b,
     }

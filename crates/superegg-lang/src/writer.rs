@@ -399,9 +399,12 @@ fn write_object(text: &mut String, scene: &Scene, name: &str, object: &Object) {
         } else {
             "addObject"
         };
-        let alias = if alias == target { String::new() } else { format!(" {alias}") };
-        line(text, &format!("{add} {target}{alias}"));
+        let of_alias = if alias == target { String::new() } else { format!(" {alias}") };
+        line(text, &format!("{add} {target}{of_alias}"));
         write_steps(text, child.steps(), "");
+        if object.is_hidden(alias) {
+            line(text, "hide");
+        }
     }
     write_steps(text, object.overall_steps(), "All");
     if let Some((alias, _)) = object

@@ -165,3 +165,27 @@ fn a_frame_that_cannot_be_says_which_and_why() {
     assert_eq!(fault.code.as_str(), "out-of-range");
     assert!(fault.message.starts_with("at frame 5 'scale 1 1 0' cannot be: "), "{}", fault.message);
 }
+
+#[test]
+fn keys_follow_a_child_to_its_new_alias() {
+    let (mut session, _) =
+        load_text("s", "prm a\nobj o\nap a left\nap a right\nkey 0 translate 0 0 0\nkey 4 translate 4 0 0\n");
+    for line in ["renameChild right east", "hide left", "hide"] {
+        session.run_line(line).unwrap();
+    }
+    let text = write_session(&session);
+    assert_eq!(load_text("s", &text).0, session, "{text}");
+    let moved = |session: &Session| {
+        let still = scene_at(session, 4.0).unwrap();
+        let object = still.object("o").unwrap();
+        (object.child("east").unwrap().steps().count(), object.hidden_count())
+    };
+    assert_eq!(moved(&session), (1, 2));
+    assert_eq!(
+        session.run_line("renameChild east left").unwrap_err().to_string(),
+        "'o' has a child 'left' already"
+    );
+    session.run_line("unhide").unwrap();
+    session.run_line("remove left").unwrap();
+    assert_eq!(moved(&session), (1, 0));
+}

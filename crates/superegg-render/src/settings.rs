@@ -1,7 +1,7 @@
 //! The settings of a render: picture, camera, environment and output.
 
 use superegg_geom::glam::DVec3;
-use superegg_scene::{AmbientOcclusion, Camera, Filter, Floor, Light, Material, Picture, Scene, Sky};
+use superegg_scene::{AmbientOcclusion, Camera, Filter, Floor, Light, Material, Picture, Scene, Sky, Tone};
 use thiserror::Error;
 
 use crate::film::buffer::Film;
@@ -18,6 +18,8 @@ pub enum Output {
     Normal,
     /// The nearness of the first surface: white is the nearest, black the farthest in the picture.
     Depth,
+    /// The colour of the first surface, without light.
+    Albedo,
     /// One colour for each instance, the same in every picture of the scene.
     Id,
     /// The cost of a camera ray: the boxes and shapes that the scalar traversal tests. Black is 0,
@@ -30,8 +32,32 @@ pub enum Output {
 
 impl Output {
     /// All outputs.
-    pub const ALL: [Self; 6] =
-        [Self::Light, Self::Normal, Self::Depth, Self::Id, Self::Steps, Self::Occlusion];
+    pub const ALL: [Self; 7] =
+        [Self::Light, Self::Normal, Self::Depth, Self::Albedo, Self::Id, Self::Steps, Self::Occlusion];
+
+    /// The word for the output, such as `normal`.
+    ///
+    /// ```
+    /// use superegg_render::Output;
+    /// assert_eq!(Output::of_word("normal"), Some(Output::Normal));
+    /// assert!(Output::ALL.iter().all(|output| Output::of_word(output.word()) == Some(*output)));
+    /// ```
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Light => "light",
+            Self::Normal => "normal",
+            Self::Depth => "depth",
+            Self::Albedo => "albedo",
+            Self::Id => "id",
+            Self::Steps => "steps",
+            Self::Occlusion => "occlusion",
+        }
+    }
+
+    /// The output of a word.
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|output| output.word() == word)
+    }
 }
 
 /// The settings that determine a picture. Equal settings give bit-identical pictures for any
@@ -224,6 +250,9 @@ impl RenderSettings {
     pub fn development(&self) -> Development {
         match self.output {
             Output::Light => Development::of(&self.picture),
+            Output::Albedo => {
+                Development { exposure: 0.0, tone: Tone::None, ..Development::of(&self.picture) }
+            }
             _ => Development::undeveloped(&self.picture),
         }
     }

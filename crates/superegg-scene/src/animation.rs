@@ -131,6 +131,11 @@ impl Track {
         self.subject.rename(name, new);
     }
 
+    /// Gives the child that the track animates another alias.
+    pub(crate) fn rename_child(&mut self, new: &str) {
+        self.subject.cursor = Some(new.into());
+    }
+
     /// What the track animates.
     pub fn subject(&self) -> &TrackSubject {
         &self.subject

@@ -11,6 +11,7 @@ mod decimal;
 mod environment;
 mod light;
 mod name_index;
+mod naming;
 mod nesting;
 mod numbers;
 mod object;
@@ -29,13 +30,14 @@ pub use camera::{Camera, Lens};
 pub use decimal::short_decimal;
 pub use environment::{AmbientOcclusion, Floor, Sky};
 pub use light::{Light, LightKind};
+pub use naming::numbered_name;
 pub use nesting::object_heights;
 pub use object::{Child, Object};
 pub use picture::{Encoding, Filter, LightModel, Picture, Tone};
 pub use primitive::{Material, MaterialWeight, Patches, Pattern, Primitive};
 pub use scene::{DEFAULT_DEPTH, Entity, MAX_DEPTH, Scene, SceneError};
 pub use table::{InstanceTable, TableBuilder, TableColumns, TableError, TableShape, row_name};
-pub use view_settings::{Shading, ViewSettings};
+pub use view_settings::{Shading, Theme, ViewSettings};
 
 /// Compiles the examples of the crate's README.
 #[cfg(doctest)]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use imbl::Vector;
+use imbl::{OrdSet, Vector};
 use smol_str::SmolStr;
 use superegg_geom::{Transform, TransformBound, TransformError, TransformStep};
 
@@ -97,6 +97,9 @@ pub struct Object {
     /// The transform of the whole; `None` without steps.
     overall: Option<Box<Overall>>,
     cursor: Option<Box<Cursor>>,
+    /// The aliases of the children that are hidden; `None` without any. Children are many, and
+    /// hidden ones few.
+    hidden: Option<Box<OrdSet<SmolStr>>>,
     /// An upper bound of the [`extent`] of the children's own transforms; removed children may
     /// still count.
     child_extent: f64,
@@ -123,6 +126,7 @@ impl PartialEq for Object {
     fn eq(&self, other: &Self) -> bool {
         // The bound depends on history, not only on content.
         self.children == other.children
+            && self.hidden == other.hidden
             && self.overall == other.overall
             && self.cursor_alias() == other.cursor_alias()
     }
@@ -144,6 +148,27 @@ impl Object {
     /// The children with their aliases, in the order of addition.
     pub fn children(&self) -> impl ExactSizeIterator<Item = (&str, &Child)> + DoubleEndedIterator {
         self.children.iter()
+    }
+
+    /// The children that are not hidden, in the order of addition. Only these are in pictures, in
+    /// answers to rays and points, and in exports.
+    pub fn visible_children(&self) -> impl Iterator<Item = (&str, &Child)> {
+        self.children().filter(|(alias, _)| !self.is_hidden(alias))
+    }
+
+    /// Whether a child is hidden.
+    pub fn is_hidden(&self, alias: &str) -> bool {
+        self.hidden.as_ref().is_some_and(|hidden| hidden.contains(alias))
+    }
+
+    /// The aliases of the hidden children, sorted.
+    pub fn hidden_children(&self) -> impl Iterator<Item = &str> {
+        self.hidden.iter().flat_map(|hidden| hidden.iter()).map(SmolStr::as_str)
+    }
+
+    /// The number of hidden children.
+    pub fn hidden_count(&self) -> usize {
+        self.hidden.as_ref().map_or(0, |hidden| hidden.len())
     }
 
     /// The steps of the transform of the whole, in order. It acts after each child's own transform.
@@ -205,6 +230,7 @@ impl Object {
     pub(crate) fn remove_child(&mut self, alias: &str) -> bool {
         let is_removed = self.children.remove(alias);
         if is_removed {
+            self.set_hidden(alias, false);
             // Numbers may have changed.
             let cursor = self.cursor.take().map(|cursor| cursor.alias).filter(|held| held != alias);
             let cursor = cursor.or_else(|| self.children.last_name().map(Into::into));
@@ -213,6 +239,36 @@ impl Object {
             }
         }
         is_removed
+    }
+
+    /// Hides a child that is there, or shows it again.
+    pub(crate) fn set_hidden(&mut self, alias: &str, is_hidden: bool) {
+        if is_hidden {
+            self.hidden.get_or_insert_default().insert(alias.into());
+        } else if let Some(hidden) = &mut self.hidden {
+            hidden.remove(alias);
+            self.hidden.take_if(|hidden| hidden.is_empty());
+        }
+    }
+
+    /// Shows all children.
+    pub(crate) fn show_all(&mut self) {
+        self.hidden = None;
+    }
+
+    /// Gives a child another alias. Returns whether it exists and the new alias is free.
+    pub(crate) fn rename_child(&mut self, alias: &str, new: &str) -> bool {
+        let is_renamed = self.children.rename(alias, new);
+        if is_renamed {
+            if self.is_hidden(alias) {
+                self.set_hidden(alias, false);
+                self.set_hidden(new, true);
+            }
+            if let Some(cursor) = self.cursor.as_mut().filter(|cursor| cursor.alias == alias) {
+                cursor.alias = new.into();
+            }
+        }
+        is_renamed
     }
 
     /// Makes all children that refer to `from` refer to `to`.
@@ -291,6 +347,33 @@ mod tests {
     use superegg_geom::glam::DVec3;
 
     use super::*;
+
+    #[test]
+    fn hidden_children_are_skipped_and_follow_renames_and_removals() {
+        let mut object = Object::default();
+        for alias in ["a", "b", "c"] {
+            object.push_child(alias, Child::new("egg"));
+        }
+        let plain = object.clone();
+        object.set_hidden("b", true);
+        object.set_hidden("c", true);
+        let seen = |object: &Object| {
+            object.visible_children().map(|(alias, _)| alias.to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            (seen(&object), object.children().len(), object == plain),
+            (vec!["a".to_owned()], 3, false)
+        );
+        assert!(!object.rename_child("b", "a") && !object.rename_child("gone", "d"));
+        assert!(object.rename_child("c", "d") && object.cursor().is_some_and(|(alias, _)| alias == "d"));
+        assert_eq!(object.hidden_children().collect::<Vec<_>>(), ["b", "d"]);
+        object.remove_child("d");
+        object.set_hidden("b", false);
+        assert_eq!((seen(&object), object.hidden.is_none()), (vec!["a".to_owned(), "b".to_owned()], true));
+        object.set_hidden("a", true);
+        object.show_all();
+        assert_eq!(seen(&object), ["a", "b"]);
+    }
 
     #[test]
     fn steps_keep_their_order_and_clones_those_they_had() {

@@ -77,7 +77,7 @@ pub enum SceneError {
         alias: String,
     },
     /// The object has no children, so no child is at the cursor.
-    #[error("'{0}' has no child yet that could be moved")]
+    #[error("'{0}' has no child yet")]
     NoChild(String),
     /// A primitive or object already has this name.
     #[error("the name '{0}' is taken")]
@@ -439,6 +439,50 @@ impl Scene {
         } else {
             Err(SceneError::UnknownAlias { object: object.to_owned(), alias: alias.to_owned() })
         }
+    }
+
+    /// Gives a child another alias. Its keys follow.
+    ///
+    /// # Errors
+    /// An unknown object or alias, or an existing new alias.
+    pub fn rename_child(&mut self, object: &str, alias: &str, new: &str) -> Result<(), SceneError> {
+        let held = self.object(object)?;
+        let Some(child) = held.child(alias) else {
+            return Err(SceneError::UnknownAlias { object: object.to_owned(), alias: alias.to_owned() });
+        };
+        if held.child(new).is_some() {
+            return Err(SceneError::AliasExists { object: object.to_owned(), alias: new.to_owned() });
+        }
+        let target = child.target().to_owned();
+        self.object_mut(object)?.rename_child(alias, new);
+        if let Some(uses) = &mut self.uses {
+            uses.remove(&target, object, alias);
+            uses.add(&target, object, new);
+        }
+        self.tracks.rename_child(object, alias, new);
+        Ok(())
+    }
+
+    /// Hides a child of an object, or shows it again. A hidden child keeps its transform and its
+    /// keys.
+    ///
+    /// # Errors
+    /// An unknown object or alias.
+    pub fn set_hidden(&mut self, object: &str, alias: &str, is_hidden: bool) -> Result<(), SceneError> {
+        if self.object(object)?.child(alias).is_none() {
+            return Err(SceneError::UnknownAlias { object: object.to_owned(), alias: alias.to_owned() });
+        }
+        self.object_mut(object)?.set_hidden(alias, is_hidden);
+        Ok(())
+    }
+
+    /// Shows all children of an object.
+    ///
+    /// # Errors
+    /// An unknown object.
+    pub fn show_all(&mut self, object: &str) -> Result<(), SceneError> {
+        self.object_mut(object)?.show_all();
+        Ok(())
     }
 
     /// The object and alias of each child that refers to this name.

@@ -130,9 +130,18 @@ impl Tracks {
 
     /// Renames a primitive or object in all tracks.
     pub(crate) fn rename(&mut self, name: &str, new: &str) {
-        for number in self.about.get(&About::Entity(name.into())).cloned().unwrap_or_default() {
+        self.change_about(&About::Entity(name.into()), |track| track.rename(name, new));
+    }
+
+    /// Renames a child in all tracks.
+    pub(crate) fn rename_child(&mut self, object: &str, alias: &str, new: &str) {
+        self.change_about(&About::Child(object.into(), alias.into()), |track| track.rename_child(new));
+    }
+
+    fn change_about(&mut self, about: &About, change: impl Fn(&mut Track)) {
+        for number in self.about.get(about).cloned().unwrap_or_default() {
             if let Some(mut track) = self.take(number) {
-                track.rename(name, new);
+                change(&mut track);
                 self.insert(number, track);
             }
         }
@@ -185,6 +194,10 @@ mod tests {
             tracks.iter().map(of).collect::<Vec<_>>()
         };
         assert_eq!(names(&tracks), ["a", "zx", "zy", "z"]);
+        tracks.rename_child("z", "x", "w");
+        tracks.rename_child("b", "y", "v");
+        assert_eq!(names(&tracks), ["a", "zw", "zy", "z"]);
+        tracks.rename_child("z", "w", "x");
         let before = tracks.clone();
         tracks.remove_child("z", "x");
         tracks.remove_child("b", "y");

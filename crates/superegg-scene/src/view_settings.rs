@@ -9,6 +9,18 @@ pub enum Shading {
     Gouraud,
 }
 
+/// The colours of the viewer's menus and panels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Theme {
+    /// Those of the system, and dark ones where it has none.
+    #[default]
+    System,
+    /// Dark text on light panels.
+    Light,
+    /// Light text on dark panels.
+    Dark,
+}
+
 /// What the viewer draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewSettings {
@@ -42,6 +54,8 @@ pub struct ViewSettings {
     /// Whether surfaces have the patches of their primitives, as in the course program, instead of
     /// as many as their size on the screen needs.
     pub course: bool,
+    /// The colours of menus and panels.
+    pub theme: Theme,
 }
 
 impl ViewSettings {
@@ -61,6 +75,7 @@ impl ViewSettings {
         io_radius: 0.1,
         intersect_test: true,
         course: true,
+        theme: Theme::System,
     };
 }
 

@@ -47,7 +47,7 @@ impl Flattener<'_> {
                 self.found.push(FlatInstance { path, shape, world_from_local });
                 (self.found.len() <= self.limit).then_some(())
             }),
-            Entity::Object(object) => object.children().try_for_each(|(alias, child)| {
+            Entity::Object(object) => object.visible_children().try_for_each(|(alias, child)| {
                 let world_from_child = world_from_here.after(&object.parent_from_child(child).ok()?).ok()?;
                 self.visit(child.target(), format!("{path}/{alias}"), &world_from_child, remaining - 1)
             }),

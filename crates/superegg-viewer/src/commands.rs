@@ -6,7 +6,7 @@ use std::path::Path;
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Camera, Entity, Floor, Light, LightKind, Pattern, Sky};
+use superegg_scene::{Camera, Entity, Floor, Light, LightKind, Pattern, Sky, numbered_name};
 
 use crate::text::{number_text, vector_text};
 
@@ -133,6 +133,25 @@ pub(crate) fn remove_child(alias: &str) -> String {
     format!("remove {alias}")
 }
 
+pub(crate) fn rename_child(alias: &str, new: &str) -> String {
+    format!("renameChild {alias} {new}")
+}
+
+/// Hides a child of the selected object.
+pub(crate) fn hide(alias: &str) -> String {
+    format!("hide {alias}")
+}
+
+/// Shows a child of the selected object again.
+pub(crate) fn unhide(alias: &str) -> String {
+    format!("unhide {alias}")
+}
+
+/// Shows all children of the selected object.
+pub(crate) fn unhide_all() -> String {
+    "unhide".to_owned()
+}
+
 pub(crate) fn delete(name: &str) -> String {
     format!("delete {name}")
 }
@@ -153,8 +172,7 @@ pub(crate) fn set_exponents(e: f64, n: f64) -> String {
 pub(crate) fn free_name(word: &str, is_taken: impl Fn(&str) -> bool) -> String {
     let stem = word.trim_end_matches(|c: char| c.is_ascii_digit());
     let stem = if stem.is_empty() { word } else { stem };
-    let numbered = (2..).map(|i| format!("{stem}{i}"));
-    std::iter::once(word.to_owned()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
+    if is_taken(word) { numbered_name(stem, 2, is_taken) } else { word.to_owned() }
 }
 
 /// Whether a word can be the name of something new.
@@ -371,7 +389,11 @@ mod tests {
             select_object("o"),
             add_child("ball", &Entity::Primitive(superegg_scene::Primitive::default()), "two"),
             add_object("o"),
-            remove_child("o"),
+            rename_child("o", "inner"),
+            hide("inner"),
+            unhide("inner"),
+            unhide_all(),
+            remove_child("inner"),
             copy("ball", "egg"),
             rename("egg", "nut"),
             delete("nut"),

@@ -6,8 +6,8 @@ use std::path::Path;
 use superegg_geom::Superquadric;
 use superegg_geom::glam::DVec3;
 use superegg_lang::{Severity, load_text, write_scene};
-use superegg_render::{Output, RenderOptions, RenderSettings, render};
-use superegg_scene::{Camera, Entity, Light, Scene};
+use superegg_render::{RenderOptions, RenderSettings, render};
+use superegg_scene::{Camera, Entity, Light, Scene, numbered_name};
 use superegg_trace::CompiledScene;
 
 use crate::error::Error;
@@ -198,7 +198,8 @@ impl Model {
         let (alias, target) = match part.content {
             Content::Shape(content) => {
                 let (shape, material) = *content;
-                let name = part.name.unwrap_or_else(|| free_name("shape", |name| scene.get(name).is_some()));
+                let name =
+                    part.name.unwrap_or_else(|| numbered_name("shape", 1, |name| scene.get(name).is_some()));
                 if scene.get(&name).is_some() {
                     return Err(superegg_scene::SceneError::NameExists(name).into());
                 }
@@ -211,7 +212,7 @@ impl Model {
             Content::Object(target) => {
                 let parent = scene.object(object)?;
                 let is_taken = |alias: &str| parent.child(alias).is_some();
-                (part.name.unwrap_or_else(|| free_name(&target, is_taken)), target)
+                (part.name.unwrap_or_else(|| numbered_name(&target, 1, is_taken)), target)
             }
         };
         scene.add_child(object, &alias, &target)?;
@@ -270,16 +271,7 @@ impl Model {
         options: &RenderOptions<'_>,
     ) -> Result<Rendering, Error> {
         let rendered = render(&self.compile(), settings, options)?;
-        let film = if settings.output == Output::Light {
-            rendered.film
-        } else {
-            settings.output.colored(&rendered.film).into_owned()
-        };
+        let film = settings.output.into_colored(rendered.film);
         Ok(Rendering { film, development: settings.development(), stats: rendered.stats })
     }
-}
-
-/// The first of `NAME1`, `NAME2`, ... that is not taken.
-fn free_name(stem: &str, is_taken: impl Fn(&str) -> bool) -> String {
-    (1u32..).map(|number| format!("{stem}{number}")).find(|name| !is_taken(name)).unwrap_or_default()
 }

@@ -451,8 +451,8 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
-    /// The scene file, or data of another program
-    pub(crate) scene: PathBuf,
+    /// The scene file, or data of another program; default: a new scene
+    pub(crate) scene: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) root: RootArgs,
     #[command(flatten)]
@@ -461,7 +461,7 @@ pub(crate) struct ViewArgs {
     #[arg(long)]
     pub(crate) course: bool,
     /// Open no window; print the frame times of the preview and of the live ray traced view
-    #[arg(long)]
+    #[arg(long, requires = "scene")]
     pub(crate) bench: bool,
     /// Set width and height of the frames in pixels
     #[arg(short, long, value_name = "WxH", default_value = "1000x1000", requires = "bench")]

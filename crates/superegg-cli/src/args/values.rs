@@ -101,6 +101,8 @@ pub(crate) enum AovArg {
     Normal,
     /// The depth: white for the nearest, black for the farthest point
     Depth,
+    /// The colour of the surface, without light
+    Albedo,
     /// A colour for each instance
     #[value(alias = "id")]
     InstanceId,
@@ -116,6 +118,7 @@ impl From<AovArg> for Output {
         match arg {
             AovArg::Normal => Self::Normal,
             AovArg::Depth => Self::Depth,
+            AovArg::Albedo => Self::Albedo,
             AovArg::InstanceId => Self::Id,
             AovArg::Cost => Self::Steps,
             AovArg::Ao => Self::Occlusion,

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
 use anyhow::{Context, Result, ensure};
+use superegg_lang::{Severity, visible};
 use superegg_scene::Scene;
 use superegg_viewer::{FrameTimes, Frames, FromViewer, Viewer, ViewerBench};
 
@@ -17,7 +18,7 @@ use crate::files;
 use crate::files::data::DataOptions;
 use crate::files::scene::load_with;
 use crate::files::series::Series;
-use crate::inspect::framing::framed_root;
+use crate::inspect::framing::{framed_root, framing_note};
 use crate::modeller::{Input, Modeller, ShownFrame, console_reporter};
 use crate::outcome::Outcome;
 use crate::text::counted;
@@ -25,20 +26,28 @@ use inbox::Inbox;
 
 pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
     let options = args.data.options(None, None);
-    let mut loaded = load_with(&args.scene, &options)?;
+    let scene_file = args.scene.as_deref();
+    let mut loaded = scene_file.map(|file| load_with(file, &options)).transpose()?.unwrap_or_default();
     loaded.print_diagnostics();
-    let series = if args.bench { None } else { series_of(&args.scene, &options) };
+    let series = scene_file.filter(|_| !args.bench).and_then(|file| series_of(file, &options));
     if let Some(series) = &series {
         loaded.session = series.seen(&loaded.session);
     }
-    let root = loaded.root_or_warn(args.root.object.as_deref())?;
+    let root = match scene_file {
+        Some(_) => loaded.root_or_warn(args.root.object.as_deref())?,
+        None => None,
+    };
     let scene = loaded.session.scene();
     let size = (args.size.width, args.size.height);
     if let Some(framed) = framed_root(scene, root.as_deref(), scene.depth, size) {
+        console::warn(format_args!("superegg: {}", framing_note(&framed)));
         loaded.session = loaded.session.with_view_of(&framed);
     }
     let outcome = Outcome::of_input(loaded.has_errors());
-    let is_its_scene = loaded.is_whole_scene() && series.is_none() && !files::is_standard_stream(&args.scene);
+    let of_whole = scene_file
+        .filter(|file| loaded.is_whole_scene() && series.is_none() && !files::is_standard_stream(file));
+    let fault = loaded.diagnostics.iter().find(|found| found.severity == Severity::Error);
+    let fault = fault.map(|found| visible(found.to_string().lines().next().unwrap_or_default()));
     if args.bench {
         bench(args, loaded.session.scene(), root.as_deref())?;
         return Ok(outcome);
@@ -48,13 +57,15 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
     let source = Input::Lines { name: "window".to_owned(), is_file: false };
     let modeller = Modeller::new(source, true, console_reporter(), Arc::default());
     let mut modeller = modeller.with_scene(loaded.session, root.as_deref());
-    modeller.begin_document(&args.scene, is_its_scene);
+    modeller.begin_document(scene_file, of_whole.is_some());
     modeller.use_kept_settings(args.course);
     if let Some(series) = &series {
-        let first = series.index_of(&args.scene, loaded.frame).unwrap_or_default();
+        let first = scene_file.and_then(|file| series.index_of(file, loaded.frame)).unwrap_or_default();
         modeller.show_frame(load_frame(series, first)?);
     }
     modeller.attach_viewer(handle.clone());
+    // Whoever has opened a file from a desktop sees no terminal.
+    fault.into_iter().for_each(|fault| handle.notice(fault));
     let first = modeller.snapshot();
     let (events, from_viewer) = mpsc::channel();
     let session = std::thread::Builder::new()

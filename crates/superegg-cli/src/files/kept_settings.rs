@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use superegg_lang::Session;
+use superegg_scene::{Theme, ViewSettings};
 
 use crate::files;
 
@@ -12,7 +13,32 @@ use crate::files;
 pub(crate) struct KeptSettings {
     /// `None` where the system has no folder for settings.
     path: Option<PathBuf>,
-    is_course: bool,
+    current: Kept,
+}
+
+/// The values that are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Kept {
+    /// Whether the viewer begins as the course program does.
+    pub(crate) is_course: bool,
+    pub(crate) theme: Theme,
+}
+
+impl Kept {
+    pub(crate) fn of(view: &ViewSettings) -> Self {
+        Self { is_course: view.course, theme: view.theme }
+    }
+
+    /// The `set` commands of the file.
+    fn lines(self) -> String {
+        let course = if self.is_course { "on" } else { "off" };
+        let theme = match self.theme {
+            Theme::System => "system",
+            Theme::Light => "light",
+            Theme::Dark => "dark",
+        };
+        format!("# superegg settings\nset course {course}\nset theme {theme}\n")
+    }
 }
 
 impl KeptSettings {
@@ -24,35 +50,34 @@ impl KeptSettings {
             // A file of another version may have settings that are unknown here.
             let _ = session.run_line(line);
         }
-        Self { path, is_course: session.settings.view.course }
+        Self { path, current: Kept::of(&session.settings.view) }
     }
 
-    /// Whether the viewer begins as the course program does.
-    pub(crate) fn is_course(&self) -> bool {
-        self.is_course
+    /// The values as they are kept.
+    pub(crate) fn current(&self) -> Kept {
+        self.current
     }
 
-    /// Takes a value as the current one without keeping it, such as that of an option.
-    pub(crate) fn set_current(&mut self, is_course: bool) {
-        self.is_course = is_course;
+    /// Takes values as the current ones without keeping them, such as those of options.
+    pub(crate) fn set_current(&mut self, current: Kept) {
+        self.current = current;
     }
 
-    /// Keeps the value if it has changed.
+    /// Keeps the values if one has changed.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn keep(&mut self, is_course: bool) -> Result<()> {
-        if self.is_course == is_course {
+    pub(crate) fn keep(&mut self, current: Kept) -> Result<()> {
+        if self.current == current {
             return Ok(());
         }
-        self.is_course = is_course;
+        self.current = current;
         let path = self.path.as_ref().context("the system has no folder for settings")?;
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder)
                 .with_context(|| format!("cannot make the folder '{}'", folder.display()))?;
         }
-        let word = if is_course { "on" } else { "off" };
-        files::write(path, format!("# superegg settings\nset course {word}\n").as_bytes())
+        files::write(path, current.lines().as_bytes())
     }
 }
 
@@ -65,17 +90,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("config").join("settings.scn");
         let read = || KeptSettings::read(Some(path.clone()));
-        assert!(!read().is_course());
+        let (plain, course) = (Kept::default(), Kept { is_course: true, theme: Theme::Light });
+        assert_eq!(read().current(), plain);
         let mut kept = read();
-        kept.set_current(true);
-        kept.keep(true).unwrap();
+        kept.set_current(course);
+        kept.keep(course).unwrap();
         assert!(!path.exists());
-        kept.keep(false).unwrap();
-        assert!(!read().is_course());
-        kept.keep(true).unwrap();
-        assert!(read().is_course());
+        kept.keep(plain).unwrap();
+        assert_eq!(read().current(), plain);
+        for theme in [Theme::System, Theme::Light, Theme::Dark] {
+            let current = Kept { theme, ..course };
+            kept.keep(current).unwrap();
+            assert_eq!(read().current(), current);
+        }
         std::fs::write(&path, "set unknown 1\nset course on\n\u{0}").unwrap();
-        assert!(read().is_course());
-        assert!(KeptSettings::default().keep(true).is_err());
+        assert!(read().current().is_course);
+        assert!(KeptSettings::default().keep(course).is_err());
     }
 }

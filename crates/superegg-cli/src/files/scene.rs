@@ -29,7 +29,8 @@ const MOST_SOURCED: usize = 1000;
 /// times.
 const MOST_REPEATED_BYTES: u64 = 1 << 28;
 
-/// A scene file as read, with its diagnostics.
+/// A scene file as read, with its diagnostics; by default a new scene.
+#[derive(Default)]
 pub(crate) struct Loaded {
     pub(crate) session: Session,
     pub(crate) diagnostics: Vec<Diagnostic>,

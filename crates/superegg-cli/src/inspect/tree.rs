@@ -66,6 +66,7 @@ impl<'a> Tree<'a> {
             let mark = if cursor == Some(alias) && indent.is_empty() { "  <- cursor" } else { "" };
             let is_object = matches!(self.scene.get(target), Some(Entity::Object(_)));
             let cut = match (is_object, open.contains(&target)) {
+                _ if object.is_hidden(alias) => "  (hidden)",
                 (true, true) => "  (itself again)",
                 (true, false) if open.len() >= MOST_DEPTH => "  ...",
                 (true | false, _) => "",

@@ -44,12 +44,14 @@ impl Beginning {
 }
 
 impl DocumentState {
-    /// Begins with the scene of a file, in a window without a prompt. `is_its_scene` is false if
-    /// saving to the file would lose something.
-    pub(super) fn begin(&mut self, path: &Path, session: Session, is_its_scene: bool) {
-        self.beginning = Some(Beginning { path: path.to_owned(), session });
+    /// Begins with the scene of a file, or with a new one, in a window without a prompt.
+    /// `is_its_scene` is false if saving to the file would lose something.
+    pub(super) fn begin(&mut self, scene: Option<(&Path, Session)>, is_its_scene: bool) {
         self.ends_with_window = true;
-        self.open(path, is_its_scene, 0);
+        if let Some((path, session)) = scene {
+            self.beginning = Some(Beginning { path: path.to_owned(), session });
+            self.open(path, is_its_scene, 0);
+        }
     }
 
     /// Keeps the list of recent files in this file.

@@ -9,7 +9,7 @@ use superegg_scene::ViewSettings;
 use superegg_viewer::{Document, Shown, ViewerHandle};
 
 use crate::files::folders::Folders;
-use crate::files::kept_settings::KeptSettings;
+use crate::files::kept_settings::{Kept, KeptSettings};
 use crate::files::scene::Loaded;
 use crate::modeller::document::DocumentState;
 use crate::modeller::journal::{Journal, Record, UnsavedSession, unsaved_sessions};
@@ -170,30 +170,31 @@ impl Modeller {
     pub(crate) fn use_kept_settings(&mut self, is_course: bool) {
         let mut kept = KeptSettings::read(self.folders.settings());
         let mut settings = self.session().settings;
-        if is_course || kept.is_course() {
+        if is_course || kept.current().is_course {
             settings.view = ViewSettings::COURSE;
         }
+        settings.view.theme = kept.current().theme;
         self.timeline.set_settings(settings);
-        kept.set_current(settings.view.course);
+        kept.set_current(Kept::of(&settings.view));
         self.kept = Some(kept);
         self.document.keep_recent(self.folders.recent());
     }
 
     /// Keeps a change of the settings that are kept.
     pub(super) fn keep_settings(&mut self) {
-        let is_course = self.session().settings.view.course;
+        let current = Kept::of(&self.session().settings.view);
         let Some(kept) = &mut self.kept else { return };
-        if let Err(error) = kept.keep(is_course) {
+        if let Err(error) = kept.keep(current) {
             self.report(Message::Diagnostic(format!("superegg: the setting is not kept: {error:#}")));
         }
     }
 
     /// Begins to edit a loaded file in a window without a prompt. `is_its_scene` is false if saving to
     /// the file would lose something.
-    pub(crate) fn begin_document(&mut self, path: &Path, is_its_scene: bool) {
+    pub(crate) fn begin_document(&mut self, path: Option<&Path>, is_its_scene: bool) {
         let session = self.session().clone();
-        self.document.begin(path, session, is_its_scene);
-        if is_its_scene {
+        self.document.begin(path.map(|path| (path, session)), is_its_scene);
+        if let Some(path) = path.filter(|_| is_its_scene) {
             self.known_files.remember(path);
             self.scene_file = Some(path.to_owned());
         }

@@ -353,4 +353,7 @@ fn all_that_belongs_to_the_program_is_installed() {
             sandbox.path("root/usr/share").join(file).metadata().map_or(0, |metadata| metadata.len());
         assert!(length > 100, "{file}");
     }
+    // A click opens the window, with a new scene where no file is given.
+    let entry = sandbox.read("root/usr/share/applications/superegg.desktop");
+    assert!(entry.contains("\nExec=superegg view %f\n") && entry.contains("\nTerminal=false\n"), "{entry}");
 }

@@ -278,6 +278,17 @@ fn a_clicked_child_is_moved_duplicated_and_removed_and_all_of_it_undoes() {
         modifier.iter().for_each(|key| viewer.xdotool(&["keyup", key]));
         viewer.until("Home", |viewer| viewer.key("Home"), |picture| is_same(picture, &bare));
     }
+    // A turned view is two lines as the camera, and one undo.
+    viewer.until(
+        "a turn",
+        |viewer| viewer.drag("1", (300, 300), (420, 380)),
+        |picture| !is_same(picture, &bare),
+    );
+    viewer.key("c");
+    viewer.wait_until_said("> cameraUp ");
+    viewer.wait_until_said("> camera ");
+    viewer.until("undo", |viewer| viewer.key("ctrl+z"), |picture| is_same(picture, &bare));
+    viewer.wait_until_said("undone: cameraUp ");
     viewer.key("q");
     assert_eq!(viewer.exit_code(), Some(0));
 }

@@ -98,7 +98,7 @@ impl<'a> Counter<'a> {
                     return count;
                 }
                 let mut count: u64 = 0;
-                for (_, child) in object.children() {
+                for (_, child) in object.visible_children() {
                     if let Some(entity) = self.scene.get(child.target()) {
                         count = count.saturating_add(self.count(child.target(), entity, remaining - 1));
                     }
@@ -144,7 +144,7 @@ impl<'a> Walk<'a> {
     }
 
     fn object(&mut self, object: &'a Object, remaining: u32, world: &Transform) -> Result<(), WriteError> {
-        for (alias, child) in object.children() {
+        for (alias, child) in object.visible_children() {
             let Some(entity) = self.counter.scene.get(child.target()) else { continue };
             if self.counter.count(child.target(), entity, remaining - 1) == 0 {
                 continue;

@@ -26,6 +26,10 @@ pub(crate) fn names_of(session: &Session, of: NameKind) -> Vec<&str> {
             let selected = session.selected().and_then(|name| scene.object(name).ok());
             selected.into_iter().flat_map(superegg_scene::Object::children).map(|(alias, _)| alias).collect()
         }
+        NameKind::HiddenChild => {
+            let selected = session.selected().and_then(|name| scene.object(name).ok());
+            selected.into_iter().flat_map(superegg_scene::Object::hidden_children).collect()
+        }
         NameKind::Light => scene.named_lights().map(|(name, _)| name).collect(),
         NameKind::Command => COMMANDS.iter().map(|spec| spec.name).collect(),
         NameKind::HelpWord => help_words().collect(),
@@ -47,7 +51,7 @@ pub(crate) fn is_name_of(session: &Session, of: NameKind, name: &str) -> bool {
             matches!(scene.get(name), Some(Entity::Object(_) | Entity::Table(_)))
         }
         NameKind::Entity => scene.get(name).is_some(),
-        NameKind::Child => session
+        NameKind::Child | NameKind::HiddenChild => session
             .selected()
             .and_then(|name| scene.object(name).ok())
             .is_some_and(|object| object.child(name).is_some()),

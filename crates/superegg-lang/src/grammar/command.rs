@@ -54,6 +54,9 @@ impl Command {
                 | ObjectCommand::AddObject { .. }
                 | ObjectCommand::AddPrimitive { .. }
                 | ObjectCommand::RemoveChild(_)
+                | ObjectCommand::RenameChild { .. }
+                | ObjectCommand::Hide(_)
+                | ObjectCommand::Unhide(_)
                 | ObjectCommand::TransformChild(_) => false,
             },
             Self::Scene(_) | Self::Primitive(_) | Self::Request(_) => false,
@@ -252,6 +255,17 @@ pub enum ObjectCommand {
     },
     /// Remove a child.
     RemoveChild(String),
+    /// Give a child another alias.
+    RenameChild {
+        /// The alias.
+        alias: String,
+        /// The new alias.
+        new: String,
+    },
+    /// Hide a child; the one at the cursor if `None`.
+    Hide(Option<String>),
+    /// Show a hidden child; all of them if `None`.
+    Unhide(Option<String>),
     /// Move the cursor to a child. The next transforms move that child.
     SetCursor(String),
     /// Append a step to the transform of the child at the cursor.

@@ -159,6 +159,8 @@ pub enum NameKind {
     Entity,
     /// A child of the selected object.
     Child,
+    /// A hidden child of the selected object.
+    HiddenChild,
     /// A light.
     Light,
     /// A command.

@@ -237,7 +237,10 @@ pub fn example_line(spec: &CommandSpec) -> String {
         "delete" | "rename" | "copy" | "undo" | "show" | "info" | "frame" | "render" | "preview"
         | "iotest" | "intersect" | "save" | "export" => "primitive ball; ",
         "redo" => "primitive ball; undo; ",
-        "setCursor" | "remove" => "primitive ball; object snowman; addPrimitive ball head; ",
+        "unhide" => "primitive ball; object snowman; addPrimitive ball head; hide head; ",
+        "setCursor" | "remove" | "renameChild" | "hide" => {
+            "primitive ball; object snowman; addPrimitive ball head; "
+        }
         "lightRadius" | "unlight" => "light lamp 3 4 5; ",
         "floor" => "primitive tiles; ",
         "floorUp" | "unfloor" => "floor -1; ",

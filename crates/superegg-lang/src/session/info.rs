@@ -67,7 +67,11 @@ fn list(selection: Selection<'_>) -> String {
     for (name, object) in sorted(scene.objects()) {
         let count = object.children().len();
         let plural = if count == 1 { "" } else { "ren" };
-        lines.push(format!("  {name}: {count} child{plural}"));
+        let hidden = match object.hidden_count() {
+            0 => String::new(),
+            hidden => format!(", {hidden} hidden"),
+        };
+        lines.push(format!("  {name}: {count} child{plural}{hidden}"));
     }
     if scene.tables().next().is_some() {
         lines.push(format!("tables ({})", scene.tables().count()));
@@ -251,7 +255,8 @@ fn object_details(name: &str, object: &Object) -> String {
     for (alias, child) in object.children() {
         let mark = if cursor == Some(alias) { "  <- cursor" } else { "" };
         let target = if alias == child.target() { String::new() } else { format!(" ({})", child.target()) };
-        text.push_str(&format!("\n  child {alias}{target}{mark}"));
+        let hidden = if object.is_hidden(alias) { "  (hidden)" } else { "" };
+        text.push_str(&format!("\n  child {alias}{target}{hidden}{mark}"));
         for step in child.steps() {
             text.push_str(&format!("\n    {}", step_words(step)));
         }

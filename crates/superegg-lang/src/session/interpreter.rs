@@ -345,6 +345,15 @@ impl Session {
                 scene.add_child(name, alias.as_ref().unwrap_or(target), target)
             }
             ObjectCommand::RemoveChild(alias) => scene.remove_child(name, alias),
+            ObjectCommand::RenameChild { alias, new } => scene.rename_child(name, alias, new),
+            ObjectCommand::Hide(Some(alias)) => scene.set_hidden(name, alias, true),
+            ObjectCommand::Hide(None) => {
+                let cursor = scene.object(name)?.cursor().map(|(alias, _)| alias.to_owned());
+                let alias = cursor.ok_or_else(|| SceneError::NoChild(name.to_owned()))?;
+                scene.set_hidden(name, &alias, true)
+            }
+            ObjectCommand::Unhide(Some(alias)) => scene.set_hidden(name, alias, false),
+            ObjectCommand::Unhide(None) => scene.show_all(name),
             ObjectCommand::SetCursor(alias) => scene.move_cursor(name, alias),
             ObjectCommand::TransformChild(step) => scene.transform_child(name, step.clone()),
             ObjectCommand::TransformWhole(step) => scene.transform_whole(name, step.clone()),

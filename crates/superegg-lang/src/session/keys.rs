@@ -103,7 +103,7 @@ pub(crate) fn subject_of(
 }
 
 /// The frames that have keys, in rising order, each once.
-pub(crate) fn key_frames(scene: &Scene) -> Vec<f64> {
+pub fn key_frames(scene: &Scene) -> Vec<f64> {
     let mut frames: Vec<f64> = scene.tracks().flat_map(Track::keys).map(|key| key.frame).collect();
     frames.sort_by(f64::total_cmp);
     frames.dedup();

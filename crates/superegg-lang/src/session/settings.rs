@@ -1,7 +1,7 @@
 //! Settings, for the commands `set` and `get`. Image settings belong to the scene, the others to
 //! the session.
 
-use superegg_scene::{Encoding, Filter, LightModel, Picture, Shading, Tone, ViewSettings};
+use superegg_scene::{Encoding, Filter, LightModel, Picture, Shading, Theme, Tone, ViewSettings};
 
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::spec::{Range, parse_size};
@@ -322,6 +322,9 @@ pub const SETTINGS: &[SettingSpec] = &[
     ),
     grid_number!("ioRadius", io_radius, Range::Positive, "in the viewer, the radius of its marks"),
     switch!("intersectTest", intersect_test, "in the viewer, the intersection test (key i)"),
+    choice!("theme", false, |_picture, settings| settings.view.theme,
+        "in the viewer, the colours of menus and panels; kept for later sessions",
+        "system" => Theme::System, "light" => Theme::Light, "dark" => Theme::Dark),
     SettingSpec {
         name: "course",
         kind: SettingKind::Switch,
@@ -330,7 +333,8 @@ pub const SETTINGS: &[SettingSpec] = &[
         get: |_, settings| Value::Switch(settings.view.course),
         set: |_, settings, value| {
             if let Value::Switch(on) = value {
-                settings.view = if on { ViewSettings::COURSE } else { ViewSettings::default() };
+                let view = if on { ViewSettings::COURSE } else { ViewSettings::default() };
+                settings.view = ViewSettings { theme: settings.view.theme, ..view };
             }
         },
     },

@@ -66,10 +66,22 @@ impl Snapshot {
         Selection { scene: &self.scene, selected: self.selected.as_deref() }
     }
 
+    /// Whether the selection and its cursor are those of a session.
+    fn selects_as(&self, session: &Session) -> bool {
+        self.selected.as_deref() == session.selected()
+            && self.selection().cursor() == session.selection().cursor()
+    }
+
     fn restore(self, session: &mut Session) {
         session.scene = self.scene;
         session.selected = self.selected;
     }
+}
+
+/// Whether a line only selects.
+fn selects(line: &str, suggestions: Suggestions) -> bool {
+    let parsed = parse_typed(line, suggestions).ok().flatten();
+    parsed.is_none_or(|parsed| parsed.command.is_selection())
 }
 
 /// One change.
@@ -149,11 +161,7 @@ impl Timeline {
         if matches!(effect, Effect::Changed(_)) {
             let is_same = self.now.scene.entities().len() == entity_count;
             let selects = parsed.command.is_selection();
-            if is_same
-                && selects
-                && before.selected.as_deref() == self.now.selected()
-                && before.selection().cursor() == self.now.selection().cursor()
-            {
+            if is_same && selects && before.selects_as(&self.now) {
                 return Ok(Effect::Done);
             }
             let line = line.trim();
@@ -182,8 +190,13 @@ impl Timeline {
             session.run_line(line)?;
         }
         let before = Snapshot::of(&self.now);
+        let is_selection = before.scene.entities().len() == session.scene.entities().len()
+            && lines.lines().all(|line| selects(line, session.suggestions));
         self.now = session;
-        self.push(before, label, lines, false, false);
+        let is_same = is_selection && before.selects_as(&self.now);
+        if !is_same {
+            self.push(before, label, lines, false, is_selection);
+        }
         Ok(())
     }
 
@@ -378,6 +391,24 @@ mod tests {
         }
         run(&mut timeline, "redo 2500");
         assert_eq!(steps(&timeline), 2500);
+    }
+
+    #[test]
+    fn lines_that_only_select_are_one_step_of_selection() {
+        let mut timeline = Timeline::default();
+        for line in ["prm a", "obj o", "ap a", "ap a b"] {
+            run(&mut timeline, line);
+        }
+        timeline.mark_saved();
+        run(&mut timeline, "prm a");
+        timeline.run_lines("object o; setCursor a", "object o\nsetCursor a\n").unwrap();
+        assert_eq!((timeline.has_unsaved_changes(), timeline.undo_count()), (false, 6));
+        timeline.run_lines("the same again", "object o\nsetCursor a\n").unwrap();
+        assert_eq!(timeline.undo_count(), 6);
+        run(&mut timeline, "undo");
+        assert_eq!(timeline.session().selected(), Some("a"));
+        timeline.run_lines("new", "object p\n").unwrap();
+        assert!(timeline.has_unsaved_changes());
     }
 
     #[test]

@@ -32,11 +32,19 @@ impl Output {
         self.coloring([film]).apply(film)
     }
 
+    /// As [`Output::colored`], in place of the film.
+    pub fn into_colored(self, film: Film) -> Film {
+        match self.coloring([&film]) {
+            OutputColoring::Same => film,
+            coloring => coloring.apply(&film).into_owned(),
+        }
+    }
+
     /// The colours of a picture that these films are parts of.
     pub fn coloring<'f>(self, films: impl IntoIterator<Item = &'f Film>) -> OutputColoring {
         let films = films.into_iter();
         match self {
-            Self::Light | Self::Normal | Self::Id | Self::Occlusion => OutputColoring::Same,
+            Self::Light | Self::Normal | Self::Albedo | Self::Id | Self::Occlusion => OutputColoring::Same,
             Self::Depth => {
                 let (least, most) = range(films.flat_map(Film::depths));
                 OutputColoring::Depth { least, most }

@@ -13,10 +13,11 @@ use crate::settings::{Environment, Output};
 pub(crate) type Words<T, const N: usize> = [(T, &'static str); N];
 
 /// The words of outputs.
-pub(crate) const OUTPUTS: Words<Output, 6> = [
+pub(crate) const OUTPUTS: Words<Output, 7> = [
     (Output::Light, "Light"),
     (Output::Normal, "Normal"),
     (Output::Depth, "Depth"),
+    (Output::Albedo, "Albedo"),
     (Output::Id, "Id"),
     (Output::Steps, "Steps"),
     (Output::Occlusion, "Occlusion"),

@@ -48,7 +48,7 @@ impl<'a> RenderJob<'a> {
         let picture = &settings.picture;
         let stopping = StoppingRule::of(picture, settings.development());
         let layout = AccumulatorLayout { squares: !stopping.is_fixed(), layers: settings.keeps_layers() };
-        let is_first_hit_output = matches!(settings.output, Output::Normal | Output::Id);
+        let is_first_hit_output = matches!(settings.output, Output::Normal | Output::Albedo | Output::Id);
         Self {
             context: RenderContext::new(scene, settings),
             settings,
@@ -81,6 +81,7 @@ impl<'a> RenderJob<'a> {
         match self.settings.output {
             Output::Light | Output::Depth | Output::Occlusion => {}
             Output::Normal => paint(&|first| (0.5 + 0.5 * first.normal).as_dvec3()),
+            Output::Albedo => paint(&|first| first.albedo.as_dvec3()),
             Output::Id => paint(&|first| color_of_id(first.id)),
             Output::Steps => {
                 let footprint = self.view.footprint(self.settings.picture.samples);

@@ -98,7 +98,11 @@ impl<'a> Compiler<'a> {
     fn new(scene: &'a Scene, before: Option<&'a CompiledScene>) -> Self {
         let (index, described) = rayon::join(|| Index::of(scene), || Described::of(scene));
         let children_of = |container: &Container<'a>| match container {
-            Container::Object(object) => Arc::new(object.children().map(|(_, child)| child).collect()),
+            Container::Object(object) => {
+                let mut children = Vec::with_capacity(object.children().len());
+                children.extend(object.visible_children().map(|(_, child)| child));
+                Arc::new(children)
+            }
             Container::Table(_) => Arc::default(),
         };
         let children: Vec<Arc<Vec<&Child>>> = index.containers.iter().map(children_of).collect();
@@ -125,7 +129,7 @@ impl<'a> Compiler<'a> {
         let description = self.index.containers[container as usize];
         let make = || {
             Arc::new(match description {
-                Container::Object(object) => Names::listed(object.children().map(|(alias, _)| alias)),
+                Container::Object(object) => Names::listed(object.visible_children().map(|(alias, _)| alias)),
                 Container::Table(table) => Names::Rows(table.ids().cloned()),
             })
         };

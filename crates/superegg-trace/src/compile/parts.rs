@@ -34,7 +34,7 @@ pub(super) enum Container<'a> {
 impl Container<'_> {
     pub(super) fn is_empty(self) -> bool {
         match self {
-            Self::Object(object) => object.children().len() == 0,
+            Self::Object(object) => object.visible_children().next().is_none(),
             Self::Table(table) => table.is_empty(),
         }
     }

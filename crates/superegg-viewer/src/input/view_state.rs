@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_geom::{Aabb, Ray, unit_vector};
-use superegg_render::View;
+use superegg_render::{Output, View};
 use superegg_scene::{Camera, Shading, ViewSettings};
 
 use super::eye::Eye;
@@ -22,6 +22,8 @@ pub struct ViewState {
     pub eye: Eye,
     /// The picture is ray traced instead of drawn.
     pub is_traced: bool,
+    /// The quantity that the ray traced picture shows.
+    pub output: Output,
     /// The side panel is shown.
     pub has_panel: bool,
     /// The keys are shown.
@@ -148,6 +150,7 @@ impl ViewState {
             settings,
             eye: Eye::new(camera),
             is_traced: false,
+            output: Output::Light,
             has_panel: true,
             has_help: false,
             tool: None,

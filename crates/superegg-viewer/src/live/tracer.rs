@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use superegg_render::{Film, RenderOptions, RenderSettings, render};
+use superegg_render::{Development, Film, RenderOptions, RenderSettings, render};
 use superegg_scene::Picture;
 use superegg_trace::CompiledScene;
 
@@ -26,6 +26,8 @@ pub(crate) struct TraceJob {
 pub(crate) struct Pass {
     /// The picture, `coarseness` times smaller than the job's in each direction, rounded up.
     pub(crate) film: Film,
+    /// How the film becomes a picture.
+    pub(crate) development: Development,
     /// Number of the job.
     pub(crate) number: u64,
     /// Side of the square of window pixels that one film pixel covers.
@@ -96,7 +98,8 @@ pub(crate) fn trace_pass(
     let options = RenderOptions::default().with_threads(threads).with_cancel(cancel);
     let rendered = render(&job.compiled, &settings, &options).ok()?;
     (!cancel.load(Ordering::Relaxed)).then(|| Pass {
-        film: rendered.film,
+        film: settings.output.into_colored(rendered.film),
+        development: settings.development(),
         number: job.number,
         coarseness,
         samples,

@@ -57,10 +57,14 @@ pub(crate) enum PanelEvent {
     File(FileAction),
     /// The result of an action with files.
     FileEvent(FileEvent),
+    /// The lines of one action.
+    Lines(Vec<String>),
     /// Lines that are one change, with its name in the history.
     Change(String, Vec<String>),
     /// Select this child of the root.
     SelectChild(String),
+    /// Give this child of the selected object another alias.
+    RenameChild(String, String),
     /// See the scene from a side.
     LookFrom(ViewSide),
     /// Do not offer the session that ended without a save again.

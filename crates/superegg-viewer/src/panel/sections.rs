@@ -1,21 +1,21 @@
 //! The panel and its sections.
 
-use egui::{Color32, DragValue, Ui};
+use egui::{Color32, DragValue, RichText, Ui};
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
 use superegg_lang::Session;
 use superegg_scene::{Entity, Object, Scene};
 
 use super::edit::edit_primitive;
-use super::fields::number;
+use super::fields::{help, number};
 use super::handles::{compass, handles};
 use super::menu::{menu, offer_recovery, progress};
 use super::model::{PanelEvent, PanelModel};
-use super::naming::Naming;
+use super::naming::{NameField, Naming};
 use super::scene::{self, Lines};
-use super::texts::{help, texts};
+use super::texts::{help as key_list, texts};
 use super::tree::{MOST_LISTED, tree};
-use super::view::{frame_slider, intersection, io_settings, switches};
+use super::view::{frame_slider, intersection, io_settings, passes, switches, theme};
 use crate::commands;
 use crate::input::ViewState;
 use crate::input::keys::Action;
@@ -35,6 +35,8 @@ pub(crate) struct Panel {
     /// The values of the transform fields.
     nudge: Nudge,
     naming: Naming,
+    /// The name of the child that is chosen.
+    child_naming: NameField,
     /// The session that ended without a save is not offered again.
     pub(crate) recovers_later: bool,
 }
@@ -92,7 +94,7 @@ impl Panel {
         }
         texts(ui, model);
         if view.has_help {
-            help(ui, model);
+            key_list(ui, model);
         }
         // A change becomes a command once, when it is over.
         let is_held =
@@ -104,7 +106,7 @@ impl Panel {
             }
             Some(pending) => {
                 self.nudge = Nudge { axis: self.nudge.axis, ..Nudge::default() };
-                events.extend(pending.lines.into_iter().map(PanelEvent::Command));
+                events.push(PanelEvent::Lines(pending.lines));
             }
             None => (),
         }
@@ -161,7 +163,11 @@ impl Panel {
                 }
             }
         });
-        section(ui, "View", true, |ui| switches(ui, view, events));
+        section(ui, "View", true, |ui| {
+            switches(ui, view, events);
+            passes(ui, view);
+            theme(ui, view, events);
+        });
         section(ui, "Inside-outside test", false, |ui| io_settings(ui, view, events));
         section(ui, "Intersection test", true, |ui| intersection(ui, view, model.hit, events));
         for (title, edit) in [
@@ -203,28 +209,45 @@ impl Panel {
         events: &mut Vec<PanelEvent>,
     ) {
         let cursor = object.cursor().map(|(alias, _)| alias.to_owned());
-        ui.label(match &cursor {
-            Some(alias) => format!("Cursor: child '{alias}'"),
-            None => "No children yet.".to_owned(),
+        ui.horizontal(|ui| {
+            ui.label(match &cursor {
+                Some(alias) => format!("Cursor: child '{alias}'"),
+                None => "No children yet.".to_owned(),
+            });
+            if object.hidden_count() > 0
+                && ui.small_button("show all").on_hover_text(help("unhide")).clicked()
+            {
+                events.push(PanelEvent::Command(commands::unhide_all()));
+            }
         });
         let is_root = model.root == Some(name);
         let chosen = model.child.filter(|_| is_root).or(cursor.as_deref());
         egui::ScrollArea::vertical().id_salt("children").max_height(140.0).show(ui, |ui| {
             for (alias, child) in object.children().take(MOST_LISTED) {
-                let text = if alias == child.target() {
-                    alias.to_owned()
-                } else {
-                    format!("{alias}: {}", child.target())
-                };
-                if ui.selectable_label(chosen == Some(alias), text).clicked() {
-                    events.push(if is_root {
-                        PanelEvent::SelectChild(alias.to_owned())
-                    } else {
-                        PanelEvent::Command(commands::set_cursor(alias))
-                    });
-                }
+                ui.horizontal(|ui| {
+                    eye(ui, object, alias, events);
+                    let text = child_text(alias, child.target(), object.is_hidden(alias));
+                    if ui.selectable_label(chosen == Some(alias), text).clicked() {
+                        events.push(if is_root {
+                            PanelEvent::SelectChild(alias.to_owned())
+                        } else {
+                            PanelEvent::Command(commands::set_cursor(alias))
+                        });
+                    }
+                });
+            }
+            if object.children().len() > MOST_LISTED {
+                ui.weak(format!("… and {} more", object.children().len() - MOST_LISTED));
             }
         });
+        if let Some(alias) = chosen {
+            ui.horizontal(|ui| {
+                ui.label("name of the child");
+                if let Some(new) = self.child_naming.show(ui, (name, alias)) {
+                    events.push(PanelEvent::RenameChild(alias.to_owned(), new));
+                }
+            });
+        }
         if cursor.is_some() {
             ui.label("Transform the child");
             ui.push_id("child", |ui| self.nudges(ui, name, model.scene, false));
@@ -271,6 +294,25 @@ impl Panel {
             self.change(vec![line], draft);
         }
     }
+}
+
+/// The button that hides a child of the selected object, or shows it again.
+fn eye(ui: &mut Ui, object: &Object, alias: &str, events: &mut Vec<PanelEvent>) {
+    let (text, tip, line) = if object.is_hidden(alias) {
+        ("–", help("unhide"), commands::unhide(alias))
+    } else {
+        ("👁", help("hide"), commands::hide(alias))
+    };
+    let button = egui::Button::new(text).small().min_size(egui::Vec2::new(20.0, 0.0));
+    if ui.add(button).on_hover_text(tip).clicked() {
+        events.push(PanelEvent::Command(line));
+    }
+}
+
+/// The name of a child in a list; faint if it is hidden.
+pub(super) fn child_text(alias: &str, target: &str, is_hidden: bool) -> RichText {
+    let text = RichText::new(if alias == target { alias.to_owned() } else { format!("{alias}: {target}") });
+    if is_hidden { text.weak() } else { text }
 }
 
 fn section(ui: &mut Ui, title: &str, is_open: bool, content: impl FnOnce(&mut Ui)) {

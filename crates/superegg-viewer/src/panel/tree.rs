@@ -80,7 +80,12 @@ impl<'a> Tree<'a, '_> {
     fn children(&mut self, ui: &mut Ui, name: &'a str, object: &'a Object) {
         self.ancestors.push(name);
         for (alias, child) in object.children().take(MOST_LISTED) {
-            self.branch(ui, alias, child.target());
+            ui.scope(|ui| {
+                if object.is_hidden(alias) {
+                    ui.visuals_mut().override_text_color = Some(ui.visuals().weak_text_color());
+                }
+                self.branch(ui, alias, child.target());
+            });
         }
         let rest = object.children().len().saturating_sub(MOST_LISTED);
         if rest > 0 {

@@ -1,8 +1,10 @@
 //! The sections of the view: switches and tests.
 
-use egui::{RichText, Slider, Ui};
-use superegg_scene::Shading;
+use egui::{ComboBox, RichText, Slider, Ui};
+use superegg_render::Output;
+use superegg_scene::{Shading, Theme};
 
+use super::fields::row;
 use super::model::PanelEvent;
 use crate::commands::DECIMALS;
 use crate::input::ViewState;
@@ -27,6 +29,32 @@ pub(super) fn switches(ui: &mut Ui, view: &mut ViewState, events: &mut Vec<Panel
             events.push(PanelEvent::Action(action));
         }
     }
+}
+
+/// The quantity that the ray traced picture shows.
+pub(super) fn passes(ui: &mut Ui, view: &mut ViewState) {
+    ui.add_enabled_ui(view.is_traced, |ui| {
+        let tip = "the pass that the ray traced picture (p) shows; F12 saves it".to_owned();
+        row(ui, "pass", tip, |ui| {
+            ComboBox::from_id_salt("pass").selected_text(view.output.word()).show_ui(ui, |ui| {
+                for output in Output::ALL {
+                    ui.selectable_value(&mut view.output, output, output.word());
+                }
+            });
+        });
+    });
+}
+
+/// The colours of menus and panels.
+pub(super) fn theme(ui: &mut Ui, view: &mut ViewState, events: &mut Vec<PanelEvent>) {
+    let tip = "set theme: the colours of menus and panels".to_owned();
+    row(ui, "theme", tip, |ui| {
+        for (theme, text) in [(Theme::System, "system"), (Theme::Light, "light"), (Theme::Dark, "dark")] {
+            if ui.selectable_value(&mut view.settings.theme, theme, text).changed() {
+                events.push(PanelEvent::SettingsChanged);
+            }
+        }
+    });
 }
 
 /// The slider over the frames of a series.

@@ -54,7 +54,7 @@ impl SceneIndex {
                         let map = object.parent_from_child(child).ok()?;
                         Some((map, *numbers.get(child.target())?))
                     };
-                    IndexedEntity::Object(object.children().filter_map(child).collect())
+                    IndexedEntity::Object(object.visible_children().filter_map(child).collect())
                 }
                 Entity::Table(table) => {
                     // The table's shapes follow the entities of the scene.

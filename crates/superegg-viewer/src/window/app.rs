@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 
 use superegg_geom::Ray;
 use superegg_geom::glam::DVec2;
-use superegg_render::Development;
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
@@ -182,7 +181,7 @@ impl App {
                 self.notice.show("refreshed".to_owned());
             }
             Some(Request::Screenshot) => self.write_screenshot(),
-            Some(Request::Commands(lines)) => lines.into_iter().for_each(|line| self.outbox.command(line)),
+            Some(Request::Commands(lines)) => self.outbox.lines(lines),
             Some(Request::StepFrame(by)) => {
                 if let Some(frame) = self.content.step_frame(by) {
                     self.outbox.send(FromViewer::Frame(frame));
@@ -211,9 +210,7 @@ impl App {
     /// The traced picture or the preview as a PNG file.
     fn screenshot(&mut self) -> Result<Vec<u8>, String> {
         if let Some(pass) = self.background.trace.pass().filter(|_| self.view.is_traced) {
-            let picture = &self.content.scene().picture;
-            let development = Development { transparent: false, ..Development::of(picture) };
-            return development.png(&pass.film).map_err(|error| error.to_string());
+            return pass.development.png(&pass.film).map_err(|error| error.to_string());
         }
         let composed = Composed::new(&self.content, &self.background, &self.view);
         let open = self.window.as_mut().ok_or("there is no window")?;
@@ -226,11 +223,10 @@ impl App {
         if !self.view.is_traced {
             return;
         }
-        let development = Development::of(&self.content.scene().picture);
         if let Some(pass) = self.background.trace.receive(pass)
             && let Some(open) = &mut self.window
         {
-            open.film = Some(open.drawing.upload_film(&pass.film, &development));
+            open.film = Some(open.drawing.upload_film(&pass.film, &pass.development));
         }
         self.redraw();
     }
@@ -341,8 +337,10 @@ impl App {
             PanelEvent::SettingsChanged => self.send_settings(),
             PanelEvent::File(action) => self.begin_file_action(action),
             PanelEvent::FileEvent(event) => self.on_file_event(event),
+            PanelEvent::Lines(lines) => self.outbox.lines(lines),
             PanelEvent::Change(label, lines) => self.outbox.change(&label, lines),
             PanelEvent::SelectChild(alias) => self.select_child(&alias),
+            PanelEvent::RenameChild(alias, new) => self.rename_child(&alias, &new),
             PanelEvent::LookFrom(side) => self.look_from(side),
             PanelEvent::RecoverLater => self.panel.recovers_later = true,
             PanelEvent::Frame(frame) => {

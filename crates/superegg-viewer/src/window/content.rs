@@ -171,7 +171,7 @@ impl Content {
     /// The index of the selected child.
     pub(super) fn child_index(&self) -> Option<u32> {
         let alias = self.selected_child()?;
-        let index = self.root_object()?.1.children().position(|(other, _)| other == alias)?;
+        let index = self.root_object()?.1.visible_children().position(|(other, _)| other == alias)?;
         Some(index as u32)
     }
 

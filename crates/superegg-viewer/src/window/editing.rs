@@ -5,6 +5,7 @@ use winit::event::KeyEvent;
 use winit::keyboard::{Key, NamedKey};
 
 use super::app::App;
+use crate::commands;
 use crate::input::gizmo::Handles;
 use crate::input::{Projection, ViewSide};
 use crate::overlay::cast::cast;
@@ -39,8 +40,16 @@ impl App {
     /// Selects a child of the root.
     pub(super) fn select_child(&mut self, alias: &str) {
         let lines = self.content.select_child(alias);
-        lines.into_iter().for_each(|line| self.outbox.command(line));
+        self.outbox.lines(lines);
         self.redraw();
+    }
+
+    /// Gives a child of the selected object another alias. It stays selected.
+    pub(super) fn rename_child(&mut self, alias: &str, new: &str) {
+        if self.content.selected_child() == Some(alias) && self.content.selected() == self.content.root() {
+            self.content.expect_child(new.to_owned());
+        }
+        self.outbox.command(commands::rename_child(alias, new));
     }
 
     pub(super) fn frame_selected(&mut self) {
@@ -96,7 +105,7 @@ impl App {
         let Some(mut drag) = self.gizmo.take() else { return false };
         let step = drag.step(self.pointer.position, self.modifiers.control_key());
         match step.and_then(|step| self.content.transformed_child(&step)) {
-            Some((lines, _)) => lines.into_iter().for_each(|line| self.outbox.command(line)),
+            Some((lines, _)) => self.outbox.lines(lines),
             None => self.content.drop_draft(),
         }
         true

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use superegg_scene::Theme;
 use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
@@ -33,7 +34,6 @@ impl EguiLayer {
         event_loop: &ActiveEventLoop,
     ) -> Self {
         let context = egui::Context::default();
-        context.options_mut(|options| options.theme_preference = egui::ThemePreference::System);
         let state = egui_winit::State::new(
             context.clone(),
             egui::ViewportId::ROOT,
@@ -70,7 +70,20 @@ impl EguiLayer {
     }
 
     /// Runs one frame of the user interface and uploads its textures.
-    pub(super) fn run(&mut self, gpu: &Gpu, window: &Window, ui: impl FnMut(&mut egui::Ui)) -> UiPaint {
+    pub(super) fn run(
+        &mut self,
+        gpu: &Gpu,
+        window: &Window,
+        theme: Theme,
+        ui: impl FnMut(&mut egui::Ui),
+    ) -> UiPaint {
+        self.context.options_mut(|options| {
+            options.theme_preference = match theme {
+                Theme::System => egui::ThemePreference::System,
+                Theme::Light => egui::ThemePreference::Light,
+                Theme::Dark => egui::ThemePreference::Dark,
+            };
+        });
         let input = self.state.take_egui_input(window);
         let output = self.context.run_ui(input, ui);
         self.state.handle_platform_output(window, output.platform_output);

@@ -107,7 +107,8 @@ pub(super) fn run_panel(
 ) -> (UiPaint, Vec<PanelEvent>) {
     let mut events = Vec::new();
     let mut rest = egui::Rect::NOTHING;
-    let paint = open.egui.run(&open.gpu, &open.surface.window, |ui| {
+    let theme = view.settings.theme;
+    let paint = open.egui.run(&open.gpu, &open.surface.window, theme, |ui| {
         events.extend(panel.show(ui, view, model));
         events.extend(files.show(ui, model.document).into_iter().map(PanelEvent::FileEvent));
         rest = ui.available_rect_before_wrap();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use superegg_render::RenderSettings;
+use superegg_render::{Output, RenderSettings};
 use superegg_scene::{Camera, Light, Picture, Scene};
 use superegg_trace::CompiledScene;
 
@@ -32,6 +32,7 @@ struct TraceKey {
     camera: Camera,
     lights: Vec<Light>,
     size: (u32, u32),
+    output: Output,
 }
 
 impl LiveTrace {
@@ -54,6 +55,7 @@ impl LiveTrace {
             camera: view.eye.camera(),
             lights: view.eye.lights(&scene.lights(), view.settings.lights_turn),
             size: view.size_px(),
+            output: view.output,
         };
         if self.requested.as_ref() == Some(&key) {
             return;
@@ -96,7 +98,8 @@ fn settings(scene: &Scene, key: &TraceKey) -> RenderSettings {
         noise: 0.0,
         ..scene.picture
     };
-    let mut settings = RenderSettings::of(scene).with_picture(picture).with_camera(key.camera);
+    let mut settings =
+        RenderSettings::of(scene).with_picture(picture).with_camera(key.camera).with_output(key.output);
     settings.environment.lights.clone_from(&key.lights);
     settings
 }

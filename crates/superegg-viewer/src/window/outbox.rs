@@ -24,6 +24,11 @@ impl Outbox {
         self.send(FromViewer::Command(line));
     }
 
+    /// Sends the lines of one action, which one undo takes back.
+    pub(super) fn lines(&mut self, lines: Vec<String>) {
+        self.change(&lines.join("; "), lines);
+    }
+
     /// Sends lines as one change with this name in the history.
     pub(super) fn change(&mut self, label: &str, mut lines: Vec<String>) {
         if lines.len() == 1 {

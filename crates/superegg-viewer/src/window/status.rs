@@ -1,6 +1,7 @@
 //! The lines at the bottom of the scene: its name, renderer, and the parts that the budgets leave
 //! out.
 
+use superegg_render::Output;
 use superegg_scene::{LightModel, Scene};
 
 use super::background::Background;
@@ -21,9 +22,14 @@ pub(super) fn lines(
     view: &ViewState,
     stats: &DrawStats,
 ) -> Vec<String> {
-    let root = content.root().unwrap_or("nothing is selected, so nothing is shown; 'object NAME' selects");
+    let nothing = if content.scene().entities().len() == 0 {
+        "the scene is empty: the menu Add makes shapes, and File opens a scene"
+    } else {
+        "nothing is selected, so nothing is shown; 'object NAME' selects"
+    };
+    let root = content.root().unwrap_or(nothing);
     let renderer = match background.trace.pass() {
-        Some(pass) if view.is_traced => traced(pass),
+        Some(pass) if view.is_traced => traced(pass, view.output),
         None if view.is_traced => "ray tracing …".to_owned(),
         _ => drawn(background.preview().instances.len(), stats, view.settings.wireframe),
     };
@@ -89,12 +95,13 @@ fn only_ray_traced(scene: &Scene, preview: &Preview) -> Option<String> {
     (!names.is_empty()).then(|| format!("only ray traced (p): {}", names.join(", ")))
 }
 
-fn traced(pass: &Pass) -> String {
+fn traced(pass: &Pass, output: Output) -> String {
     let (width, height) = (pass.film.width(), pass.film.height());
     let (samples, ms) = (pass.samples, 1e3 * pass.seconds);
     let more = if pass.is_last { "" } else { " …" };
     let plural = if samples == 1 { "" } else { "s" };
-    format!("ray traced at {width} x {height}, {samples} sample{plural} per pixel, {ms:.0} ms{more}")
+    let of = if output == Output::Light { String::new() } else { format!(" ({})", output.word()) };
+    format!("ray traced{of} at {width} x {height}, {samples} sample{plural} per pixel, {ms:.0} ms{more}")
 }
 
 fn drawn(instances: usize, stats: &DrawStats, is_wireframe: bool) -> String {

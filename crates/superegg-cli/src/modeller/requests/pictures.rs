@@ -79,10 +79,14 @@ impl Modeller {
     /// Warns of a root without children and of a camera that looks along its up direction.
     fn warn_of_empty_picture(&mut self, root: &str) {
         let scene = self.session().scene();
-        let is_empty = scene.object(root).is_ok_and(|object| object.children().len() == 0);
+        let object = scene.object(root).ok();
+        let is_empty = object.is_some_and(|object| object.children().len() == 0);
+        let is_hidden = object.is_some_and(|object| object.visible_children().next().is_none());
         let looks_along_up = scene.camera.looks_along_up();
         if is_empty {
             self.print(&format!("warning: '{root}' has no children, so there is nothing to see in it"));
+        } else if is_hidden {
+            self.print(&format!("warning: all children of '{root}' are hidden; 'unhide' shows them"));
         }
         if looks_along_up {
             self.print("warning: the camera looks along its up direction; 'cameraUp x y z' gives another");
