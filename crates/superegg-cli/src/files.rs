@@ -7,6 +7,7 @@ pub(crate) mod csv;
 pub(crate) mod data;
 pub(crate) mod folders;
 pub(crate) mod kept_settings;
+pub(crate) mod maker;
 mod no_scene;
 pub(crate) mod picture;
 pub(crate) mod recent;

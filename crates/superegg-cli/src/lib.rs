@@ -16,6 +16,8 @@ mod files;
 mod inspect;
 mod long;
 
+mod export;
+
 mod args;
 
 mod modeller;

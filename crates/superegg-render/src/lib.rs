@@ -17,7 +17,7 @@ pub use camera::framing::{Framing, facing};
 pub use camera::view::View;
 pub use film::buffer::Film;
 pub use film::develop::Development;
-pub use film::encoded::{EncodedPicture, ImageError};
+pub use film::encoded::{EncodedPicture, ImageError, SOFTWARE};
 #[cfg(feature = "exr")]
 pub use film::exr::{ExrError, exr_file, exr_of_pixels};
 pub use film::pixel::Pixel;

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use superegg_lang::fingerprint_text;
 use superegg_render::{Film, Output, PartHeader, RenderOptions, RenderSettings, Shard, TraceStats};
 use superegg_scene::{Picture, Scene};
@@ -17,6 +17,7 @@ use crate::args::RenderArgs;
 use crate::commands::input::still_at;
 use crate::console;
 use crate::files;
+use crate::files::maker::check_maker;
 use crate::files::picture::PictureFormat;
 use crate::files::scene::{Loaded, load_with};
 use crate::inspect::framing::{framed, framing_note};
@@ -74,6 +75,9 @@ impl<'a> Job<'a> {
             files::check_output(path, &args.scene, args.overwrite.into())?;
         }
         let format = format_of(&output, shard)?;
+        let replaced = check_maker(&output, args.output.is_none(), args.overwrite.into())
+            .map_err(|error| anyhow!("{error}; name another picture with -o, or --force replaces it"))?;
+        replaced.iter().for_each(|note| console::warn(format_args!("superegg: {note}")));
         check_annotations(args, format)?;
         let threads = args.threads.map_or_else(available_threads, usize::from);
         Ok(Self { args, shard, output, format, threads })

@@ -6,26 +6,17 @@ use superegg_render::Framing;
 use superegg_scene::{Camera, LightKind, Scene};
 use superegg_trace::CompiledScene;
 
-use crate::console;
-
 /// The scene with its camera, and its light if it has none, set so that all is in sight; `None` if
 /// the scene sets a camera, or is in sight with the default one.
 pub(crate) fn framed(scene: &Scene, compiled: &CompiledScene, size: (u32, u32)) -> Option<Scene> {
-    let framing = Framing::of_unseen(scene, compiled, size)?;
     let mut framed = scene.clone();
-    framing.apply(&mut framed);
-    Some(framed)
+    Framing::frame_unseen(&mut framed, compiled, size).then_some(framed)
 }
 
 /// As [`framed`], for a scene that is not compiled yet; it is compiled only if it sets no camera.
-/// Says on standard error that it was framed.
 pub(crate) fn framed_root(scene: &Scene, root: Option<&str>, depth: u32, size: (u32, u32)) -> Option<Scene> {
-    if Framing::is_set(scene) {
-        return None;
-    }
-    let framed = framed(scene, &CompiledScene::compile(scene, root, depth), size)?;
-    console::warn(format_args!("superegg: {}", framing_note(&framed)));
-    Some(framed)
+    let is_set = Framing::is_set(scene);
+    (!is_set).then(|| framed(scene, &CompiledScene::compile(scene, root, depth), size))?
 }
 
 /// The line about a framed scene.

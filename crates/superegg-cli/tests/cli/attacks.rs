@@ -246,6 +246,68 @@ fn a_read_only_file_is_replaced_by_force_alone() {
 }
 
 #[test]
+fn a_picture_of_another_maker_is_never_replaced_silently() {
+    let sandbox = Sandbox::new();
+    sandbox.write("s.scn", BALL);
+    for part in ["", " --shard 1/2"] {
+        let (words, file) = (
+            format!("render s.scn --size 8x8{part}"),
+            if part.is_empty() { "s.png" } else { "s-1-of-2.part" },
+        );
+        sandbox.run(&words).fine();
+        // The same line again: its own picture is made anew.
+        sandbox.run(&words).fine();
+        sandbox.write(file, "of another program");
+        let report = sandbox.run(&words).failed(2);
+        assert!(
+            report.contains("superegg did not make it; name another picture with -o, or --force"),
+            "{report}"
+        );
+        assert_eq!(sandbox.read(file), "of another program");
+        let answer = sandbox.run(&format!("{words} --force"));
+        assert!(
+            answer.code == Some(0) && answer.err.contains("is replaced; superegg did not make it"),
+            "{answer:?}"
+        );
+    }
+    // A name that the user has given is replaced, and said.
+    for name in ["a.png", "a.exr"] {
+        sandbox.write(name, "of another program");
+        let answer = sandbox.run(&format!("render s.scn --size 8x8 -o {name}"));
+        assert!(
+            answer.code == Some(0) && answer.err.contains(&format!("'{name}' is replaced")),
+            "{answer:?}"
+        );
+        let again = sandbox.run(&format!("render s.scn --size 8x8 -o {name}"));
+        assert!(again.code == Some(0) && !again.err.contains("is replaced"), "{again:?}");
+    }
+    // At the prompt a picture of another program, without its name in it.
+    let mut bytes = std::fs::read(sandbox.path("a.png")).unwrap();
+    let at = bytes.windows(8).position(|found| found == b"superegg").unwrap();
+    bytes[at..at + 8].copy_from_slice(b"another!");
+    std::fs::write(sandbox.path("scene.png"), &bytes).unwrap();
+    let answer = sandbox.run_with("", "prm a\nrender\n");
+    assert!(
+        answer.err.contains("superegg did not make it") && answer.err.contains("'render!' replaces"),
+        "{answer:?}"
+    );
+    assert_eq!(std::fs::read(sandbox.path("scene.png")).unwrap(), bytes);
+    let answer = sandbox.run_with("", "prm a\nset size 8x8\nrender!\n");
+    assert!(answer.out.contains("scene.png: 8x8"), "{answer:?}");
+}
+
+#[test]
+fn the_prompt_exports_what_pictures_show() {
+    let sandbox = Sandbox::new();
+    let far = "primitive egg\nobject all\naddPrimitive egg\ntranslate 500 0 0\n";
+    sandbox.write("far.scn", far);
+    sandbox.run("export far.scn -o line.pov");
+    let answer = sandbox.run_with("", &format!("{far}export prompt.pov\n"));
+    assert!(answer.out.contains("so it is framed: camera"), "{answer:?}");
+    assert_eq!(sandbox.read("prompt.pov"), sandbox.read("line.pov"));
+}
+
+#[test]
 fn frames_of_another_maker_stay() {
     let sandbox = Sandbox::new();
     sandbox.write("s.scn", "set size 8x6\nset samples 1\nprm ball\n");

@@ -135,6 +135,13 @@ impl Framing {
         }
     }
 
+    /// Frames a scene as [`Framing::of_unseen`] finds it, for pictures and exports alike. Returns whether the scene has changed.
+    pub fn frame_unseen(scene: &mut Scene, compiled: &CompiledScene, size: (u32, u32)) -> bool {
+        let framing = Self::of_unseen(scene, compiled, size);
+        framing.iter().for_each(|framing| framing.apply(scene));
+        framing.is_some()
+    }
+
     /// The name of the light that [`Framing::apply`] adds.
     pub const LIGHT_NAME: &'static str = "light";
 }

@@ -101,25 +101,30 @@ impl EncodedPicture {
     /// The encoder rejects the picture, for instance for its size.
     pub fn png(&self) -> Result<Vec<u8>, ImageError> {
         let mut file = Vec::new();
-        encoder(&mut file, self.size, self.has_alpha, self.is_deep)
+        encoder(&mut file, self.size, self.has_alpha, self.is_deep)?
             .write_header()?
             .write_image_data(&self.values)?;
         Ok(file)
     }
 }
 
+/// The program that pictures name as their maker, in the chunk `Software` of PNG and the attribute
+/// `software` of OpenEXR.
+pub const SOFTWARE: &str = "superegg";
+
 fn encoder(
     file: &mut Vec<u8>,
     size: (u32, u32),
     has_alpha: bool,
     is_deep: bool,
-) -> png::Encoder<'_, &mut Vec<u8>> {
+) -> Result<png::Encoder<'_, &mut Vec<u8>>, ImageError> {
     let mut encoder = png::Encoder::new(file, size.0, size.1);
     encoder.set_color(if has_alpha { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(if is_deep { BitDepth::Sixteen } else { BitDepth::Eight });
     encoder.set_compression(png::Compression::Fast);
     encoder.set_filter(png::Filter::Adaptive);
-    encoder
+    encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned())?;
+    Ok(encoder)
 }
 
 /// Encodes strips of whole rows, from the top, as one PNG file. Only one strip has to be in memory.
@@ -134,7 +139,7 @@ pub(crate) fn png_of_strips(
     let mut file = Vec::new();
     let mut strips = strips.peekable();
     let (has_alpha, is_deep) = strips.peek().map_or((false, false), |first| (first.has_alpha, first.is_deep));
-    let mut header = encoder(&mut file, size, has_alpha, is_deep).write_header()?;
+    let mut header = encoder(&mut file, size, has_alpha, is_deep)?.write_header()?;
     let mut rows = header.stream_writer()?;
     for strip in strips {
         rows.write_all(&strip.values).map_err(png::EncodingError::from)?;

@@ -7,6 +7,7 @@ use exr::prelude::{Image, Layer, LayerAttributes, SpecificChannels, Vec2, Writab
 use thiserror::Error;
 
 use crate::film::buffer::Film;
+use crate::film::encoded::SOFTWARE;
 use crate::film::pixel::Pixel;
 
 /// Why an OpenEXR file could not be made.
@@ -67,7 +68,7 @@ pub fn exr_of_pixels(
             let ([r, g, b], [x, y, z], [ar, ag, ab]) = (pixel.color, pixel.normal, pixel.albedo);
             (r, g, b, pixel.alpha, pixel.depth, x, y, z, ar, ag, ab, pixel.id, pixel.samples)
         });
-    let attributes = LayerAttributes { software_name: Some("superegg".into()), ..LayerAttributes::default() };
+    let attributes = LayerAttributes { software_name: Some(SOFTWARE.into()), ..LayerAttributes::default() };
     let size = (size.0 as usize, size.1 as usize);
     let layer = Layer::new(size, attributes, exr::prelude::Encoding::SMALL_LOSSLESS, channels);
     let mut image = Image::from_layer(layer);

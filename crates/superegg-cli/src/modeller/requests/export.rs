@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use superegg_exchange::write::export::{ExportFormat, ExportOptions, export};
+use superegg_exchange::write::export::ExportOptions;
 use superegg_lang::{Fault, FaultCode};
 
+use crate::export::{Export, export_targets};
 use crate::files::{self, Overwrite};
 use crate::modeller::faults::{quoted, unwritable};
 use crate::modeller::state::Modeller;
@@ -14,32 +15,24 @@ impl Modeller {
     /// Writes the selected entity. The ending of the file is the format.
     pub(super) fn export(&mut self, file: &str, is_forced: bool) -> Result<(), Fault> {
         let root = self.selected_root()?.to_owned();
-        let path = self.folders.expand(file);
-        let format = ExportFormat::of(&path).map_err(|error| unwritable(&error.into()))?;
-        let materials = path.with_extension("mtl");
-        let targets = if format == ExportFormat::Obj { vec![&path, &materials] } else { vec![&path] };
-        targets.into_iter().try_for_each(|target| self.check_export(target, is_forced))?;
-        let options = ExportOptions {
-            materials: materials.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            ..ExportOptions::default()
-        };
-        let written = export(self.session().scene(), &root, format, &options)
-            .map_err(|error| unwritable(&error.into()))?;
-        if let Some(companion) = &written.companion {
-            files::write(&materials, companion).map_err(|error| unwritable(&error))?;
-            self.known_files.remember(&materials);
+        let output = self.folders.expand(file);
+        for target in export_targets(&output).map_err(|error| unwritable(&error))? {
+            self.check_export(&target, is_forced)?;
         }
-        files::write(&path, &written.bytes).map_err(|error| unwritable(&error))?;
-        self.known_files.remember(&path);
-        for loss in &written.losses {
+        let scene = self.session().scene();
+        let export = Export { scene, root: &root, output: &output, options: ExportOptions::default() };
+        let exported = export.write().map_err(|error| unwritable(&error))?;
+        exported.files.iter().for_each(|file| self.known_files.remember(file));
+        exported.note.iter().for_each(|note| self.print(note));
+        for loss in &exported.losses {
             self.print(&format!("warning: {loss}"));
         }
         if self.answers_person() {
-            let warnings = match written.losses.len() {
+            let warnings = match exported.losses.len() {
                 0 => String::new(),
                 count => format!(", with {}", counted(count, "warning")),
             };
-            self.print(&format!("exported as {}{warnings}", path.display()));
+            self.print(&format!("exported as {}{warnings}", output.display()));
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ use superegg_render::{Development, RenderOptions, RenderSettings, render};
 use superegg_scene::{Encoding, Picture};
 use superegg_trace::CompiledScene;
 
+use crate::files::maker::check_maker;
 use crate::files::picture::PictureFormat;
 use crate::files::{self, Overwrite};
 use crate::inspect::framing::{framed, framing_note};
@@ -56,6 +57,11 @@ impl Modeller {
             .and_then(|()| files::check_output(Some(&path), Path::new(""), overwrite))
             .and_then(|()| files::check_creatable(&path))
             .map_err(|error| unwritable(&error))?;
+        let replaced = check_maker(&path, file.is_none(), overwrite).map_err(|error| {
+            Fault::new(FaultCode::NotOurs, error.to_string())
+                .help("'render NAME' writes another picture, 'render!' replaces this one")
+        })?;
+        replaced.iter().for_each(|note| self.print(note));
         self.warn_of_empty_picture(&root);
         let session = self.session();
         let scene = session.scene().clone();
