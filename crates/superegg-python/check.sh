@@ -17,7 +17,7 @@ trap 'rm -rf "$scratch"' EXIT
 python3 -m venv "$scratch/venv" || skip "python3 has no venv"
 # shellcheck disable=SC1091
 source "$scratch/venv/bin/activate"
-pip install --quiet --disable-pip-version-check 'maturin>=1.8,<2' numpy pytest scipy tqdm mypy pyright trimesh nbclient ipykernel distributed ||
+pip install --quiet --disable-pip-version-check 'maturin>=1.8,<2' numpy pytest scipy tqdm mypy pyright trimesh nbclient ipykernel distributed anywidget ||
     skip "maturin and the test tools cannot be installed"
 
 # The artifacts of the workspace's release profile are shared, so that only this crate is compiled.
@@ -30,5 +30,5 @@ pyright --project .
 # Outside of the source, so that the installed package is tested; `--import-mode` keeps it that way.
 installed=$(cd "$scratch" && python -c 'import superegg, pathlib; print(pathlib.Path(superegg.__file__).parent)')
 python -m pytest -q --import-mode=importlib -p no:cacheprovider --override-ini=testpaths= \
-    tests README.md "$installed"
+    tests README.md ../../docs/python.md "$installed"
 "$scratch/venv/bin/superegg" --version

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use superegg::Rendering;
+use superegg::render::Development;
+use superegg::scene::{Encoding, Picture, Tone};
 
-use crate::columns::{Array, array};
+use crate::columns::{Array, Column, array, rows};
 use crate::errors;
 use crate::work::detached;
 
@@ -78,4 +80,15 @@ impl Film {
             other => errors::value(other),
         })
     }
+}
+
+/// Linear colours as bytes of sRGB, by the curve of pictures.
+#[pyfunction]
+pub(crate) fn srgb8<'py>(py: Python<'py>, colors: Column<'py>) -> PyResult<Array<'py, u8>> {
+    let picture = Picture { exposure: 0.0, tone: Tone::None, encoding: Encoding::Srgb, ..Picture::default() };
+    let development = Development::of(&picture);
+    let encoded = |color: &[f64; 3]| {
+        development.value(color.map(|value| value as f32)).map(|value| (255.0 * value).round() as u8)
+    };
+    Ok(array(py, rows::<3>(&colors)?.iter().flat_map(encoded).collect()))
 }

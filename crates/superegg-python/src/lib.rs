@@ -32,6 +32,7 @@ fn _superegg(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<scene::Paths>()?;
     module.add_class::<film::Film>()?;
+    module.add_function(wrap_pyfunction!(film::srgb8, module)?)?;
     module.add_function(wrap_pyfunction!(load::formats, module)?)?;
     module.add_function(wrap_pyfunction!(load::colormaps, module)?)?;
     module.add_function(wrap_pyfunction!(scene::load_files, module)?)?;

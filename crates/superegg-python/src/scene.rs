@@ -16,7 +16,7 @@ use superegg::exchange::write::scene_mesh::SceneMesh;
 use superegg::exchange::write::written::Written;
 use superegg::geom::glam::{DAffine3, DMat3, DQuat, DVec3};
 use superegg::geom::{Aabb, Exponents};
-use superegg::lang::{Effect, Fault, Session, write_scene, write_without_tables};
+use superegg::lang::{Effect, Fault, Session, key_frames, scene_at, write_scene, write_without_tables};
 use superegg::render::{Framing, Output, RenderOptions, RenderSettings};
 use superegg::scene::{Entity, InstanceTable, Material, TableBuilder};
 use superegg::trace::{BatchOptions, CompiledScene, InstancePath};
@@ -28,11 +28,8 @@ use crate::errors;
 use crate::film::Film;
 use crate::load::options;
 use crate::shape::{Shape, append, hit_arrays, with_room};
-use crate::work::{detached, in_parallel, interruptible, thread_count};
+use crate::work::{detached, in_parallel, in_slices, interruptible, thread_count};
 
-/// The number of rays between two looks at the flag that cancels. It does not depend on the machine,
-/// so that the last digits do not either.
-const SLICE: usize = 1 << 17;
 /// Above this many colours those of a table are rounded.
 const MOST_COLORS: usize = 1 << 16;
 /// The steps of a channel that is rounded, even to the eye.
@@ -220,6 +217,36 @@ impl Scene {
         )
     }
 
+    /// Places the camera as a picture of this size has it, if the scene sets none.
+    fn frame(&self, py: Python<'_>, width: u32, height: u32) -> PyResult<()> {
+        detached(py, || {
+            let (compiled, mut model, data) = self.snapshot();
+            let size = (model.scene().picture.width, model.scene().picture.height);
+            let scene = model.scene_mut();
+            (scene.picture.width, scene.picture.height) = (width, height);
+            frame(scene, &compiled, data);
+            (scene.picture.width, scene.picture.height) = size;
+            let mut state = self.lock();
+            state.data = None;
+            // The shapes stay, and with them what is compiled.
+            state.model = model;
+        })
+    }
+
+    /// The frames that have keys, sorted.
+    fn key_frames(&self) -> Vec<f64> {
+        key_frames(self.lock().model.scene())
+    }
+
+    /// The scene at a frame of its keys.
+    fn at(&self, frame: f64) -> PyResult<Self> {
+        let State { model, data, .. } = self.lock().clone();
+        let session = Session::with_scene(model.scene().clone(), model.root());
+        let still = scene_at(&session, frame).map_err(errors::value)?;
+        let model = Model::from_scene(still, model.root()).map_err(errors::value)?;
+        Ok(Self(Mutex::new(State { data, ..State::new(model) })))
+    }
+
     /// Carries out lines of the modelling language, all or none, and returns what they print.
     fn run(&self, lines: Vec<String>) -> PyResult<Vec<String>> {
         let mut state = self.lock();
@@ -345,19 +372,15 @@ impl Scene {
             // Each part is moved at once, so that the next one reuses its memory.
             let (mut hits, mut primitives) = (with_room(batch.len()), Vec::with_capacity(batch.len()));
             let (mut ids, mut paths) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
-            for first in (0..batch.len()).step_by(SLICE) {
-                if cancel.load(Ordering::Relaxed) {
-                    break;
-                }
-                let slice = batch.slice(first..batch.len().min(first + SLICE));
-                let Some(rays) = slice else { break };
+            in_slices(batch.len(), cancel, |slice| {
+                let Some(rays) = batch.slice(slice) else { return };
                 let (columns, of_hits, instances, of_paths) =
                     compiled.intersect_batch(&rays, options).into_columns();
                 append(&mut hits, columns);
                 primitives.extend(of_hits.into_iter().map(u32::cast_signed));
                 ids.extend(instances);
                 paths.extend(of_paths);
-            }
+            });
             (hits, primitives, ids, paths)
         };
         let (hits, primitives, ids, paths) = if batch.len() < 1000 {
@@ -398,13 +421,10 @@ impl Scene {
         let options = BatchOptions::default().with_threads(threads);
         let trace = |cancel: &AtomicBool| {
             let mut all = Vec::with_capacity(batch.len());
-            for first in (0..batch.len()).step_by(SLICE) {
-                if cancel.load(Ordering::Relaxed) {
-                    break;
-                }
-                let slice = batch.slice(first..batch.len().min(first + SLICE));
-                slice.into_iter().for_each(|rays| all.extend(compiled.occluded_batch(&rays, options)));
-            }
+            in_slices(batch.len(), cancel, |slice| {
+                let rays = batch.slice(slice);
+                rays.iter().for_each(|rays| all.extend(compiled.occluded_batch(rays, options)));
+            });
             all
         };
         let occluded = interruptible(py, |_| Ok(()), trace)?;
@@ -527,11 +547,7 @@ impl Scene {
         if let Some(progress) = &progress {
             progress.call1(py, (total, total))?;
         }
-        let film = if settings.output == Output::Light {
-            rendered.film
-        } else {
-            settings.output.colored(&rendered.film).into_owned()
-        };
+        let film = settings.output.into_colored(rendered.film);
         Ok(Film(Rendering { film, development: settings.development(), stats: rendered.stats }))
     }
 }
@@ -582,8 +598,8 @@ fn frame(scene: &mut superegg::scene::Scene, compiled: &CompiledScene, data: Opt
     let size = (scene.picture.width.max(1), scene.picture.height.max(1));
     if let Some(bounds) = data {
         frame_data(scene, &bounds, size);
-    } else if let Some(framing) = Framing::of_unseen(scene, compiled, size) {
-        framing.apply(scene);
+    } else {
+        Framing::frame_unseen(scene, compiled, size);
     }
 }
 
@@ -682,18 +698,10 @@ fn affine(m: &[f64; 12]) -> DAffine3 {
 }
 
 fn output_of(name: &str) -> PyResult<Output> {
-    match name {
-        "light" => Ok(Output::Light),
-        "normal" => Ok(Output::Normal),
-        "depth" => Ok(Output::Depth),
-        "id" => Ok(Output::Id),
-        "steps" => Ok(Output::Steps),
-        "occlusion" => Ok(Output::Occlusion),
-        _ => {
-            let known = "light, normal, depth, id, steps, occlusion";
-            Err(errors::value(format!("there is no output '{name}'; choose one of {known}")))
-        }
-    }
+    Output::of_word(name).ok_or_else(|| {
+        let known = Output::ALL.map(Output::word).join(", ");
+        errors::value(format!("there is no output '{name}'; choose one of {known}"))
+    })
 }
 
 /// The columns of a table, each of one row for all or of a row for each instance.

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
@@ -15,6 +15,30 @@ use crate::errors;
 
 /// How often a signal is looked for.
 const POLL: Duration = Duration::from_millis(50);
+
+/// The rays of the first slice of a query. Slices grow as long as they are quick.
+const FIRST_SLICE: usize = 1 << 12;
+/// The most rays of a slice.
+const MOST_SLICE: usize = 1 << 17;
+/// A slice that takes longer than this is followed by a smaller one, so that ctrl-c is quick.
+const LONG_SLICE: Duration = Duration::from_millis(250);
+
+/// Splits `count` rows into slices that each take a moment, and stops once `cancel` is true. The
+/// sizes of the slices depend on the time only where rays are slow.
+pub(crate) fn in_slices(count: usize, cancel: &AtomicBool, mut work: impl FnMut(Range<usize>)) {
+    let (mut first, mut size) = (0, FIRST_SLICE);
+    while first < count && !cancel.load(Ordering::Relaxed) {
+        let end = count.min(first + size);
+        let start = Instant::now();
+        work(first..end);
+        first = end;
+        size = match start.elapsed() {
+            long if long > 2 * LONG_SLICE => (size / 4).max(1),
+            long if long > LONG_SLICE => size,
+            _ => (2 * size).min(MOST_SLICE),
+        };
+    }
+}
 
 /// Runs short work here, without the interpreter's lock.
 pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {

@@ -391,3 +391,65 @@ def test_light_by_paths_is_that_of_the_sky():
     assert np.allclose(scene.render(8, 8, samples=1, light="path").color, 0.5, atol=1e-6)
     scene.add(se.Superquadric(50), material=se.Material(emission=3.0, diffuse=0, specular=0, color=(1, 1, 1)))
     assert np.allclose(scene.render(8, 8, samples=1, light="path").color, 1.5, atol=1e-5)
+
+
+def test_keys_make_frames():
+    scene = se.Scene()
+    scene.add(se.Superquadric(1), name="ball")
+    scene.add(se.Superquadric(1), position=(0, 5, 0), name="other")
+    scene.run("setCursor ball")
+    scene.key(0, "translate 0 0 0")
+    scene.key(8, "translate 4 0 0")
+    scene.key(8, "camera 0 0 9 0 0 0")
+    assert scene.key_frames == [0.0, 8.0]
+    assert scene.at(8).bounds[1, 0] == pytest.approx(5.0, abs=1e-5) and scene.at(-1).bounds[1, 0] == pytest.approx(1.0, abs=1e-5)
+    assert scene.at(8).key_frames == [] and scene.at(8).camera.position == (0.0, 0.0, 9.0)
+    with pytest.raises(se.FormatError, match="key"):
+        scene.key(4, "translate 1 2")
+    with pytest.raises(ValueError, match="frame: expected finite"):
+        scene.at(float("nan"))
+
+
+def test_hidden_shapes_are_not_there():
+    scene = se.Scene()
+    scene.add(se.Superquadric(1), name="ball")
+    scene.add(se.Superquadric(1), position=(5, 0, 0), name="other")
+    scene.run("hide other")
+    assert scene.instance_count == 1 and not scene.intersect([5, 0, 9], [0, 0, -1]).hit
+    assert scene.mesh().names == ["model/ball"]
+    assert se.loads(scene.to_bytes(), name="a.sqb") == scene
+    scene.run("unhide")
+    assert scene.instance_count == 2
+
+
+def test_a_scene_is_framed_as_its_picture_is():
+    scene = se.Scene()
+    scene.add(se.Superquadric(2), position=(90, 0, 0))
+    picture = scene.render(40, 30, samples=1).to_png()
+    scene.frame(40, 30)
+    assert scene.lights and scene.camera.target[0] == pytest.approx(90, abs=1)
+    assert scene.render(40, 30, samples=1).to_png() == picture
+    camera = scene.camera
+    scene.add(se.Superquadric(50))
+    scene.frame()
+    assert scene.camera == camera, "a camera that is set stays"
+
+
+def test_the_albedo_is_the_colour_without_light():
+    scene = se.Scene()
+    scene.add(se.Superquadric(1), color=(0.2, 0.4, 0.8))
+    film = scene.render(21, 21, output="albedo", samples=1)
+    assert np.allclose(film.color[10, 10], (0.2, 0.4, 0.8), atol=1e-6) and (film.color[0, 0] == 0).all()
+    assert film.rgb8[10, 10].tolist() == [124, 170, 231]
+
+
+def test_slices_of_rays_make_no_difference():
+    scene = se.Scene()
+    rng = np.random.default_rng(3)
+    scene.add_many(rng.uniform(0, 5, (200, 3)), 0.3, (0.5, 1))
+    origins, ways = rng.uniform(0, 5, (300_000, 3)), rng.normal(size=(300_000, 3))
+    all_, parts = scene.intersect(origins, ways), [scene.intersect(origins[i:j], ways[i:j]) for i, j in ((0, 777), (777, 300_000))]
+    assert (all_.instance == np.concatenate([part.instance for part in parts])).all()
+    assert np.allclose(np.nan_to_num(all_.t, posinf=0), np.nan_to_num(np.concatenate([part.t for part in parts]), posinf=0), rtol=1e-12, atol=1e-12)
+    blocked = np.concatenate([scene.occluded(origins[i:j], ways[i:j]) for i, j in ((0, 777), (777, 300_000))])
+    assert (scene.occluded(origins, ways) == blocked).all() and (blocked == all_.hit).mean() > 0.999999

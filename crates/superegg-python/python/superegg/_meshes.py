@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from superegg import _superegg
 from superegg._arrays import Floats
 
 
@@ -71,9 +72,8 @@ class SceneMesh(NamedTuple):
 
     def face_colors(self) -> NDArray[np.uint8]:
         """The colour of each face in sRGB, shape (F, 3)."""
-        linear = np.clip(self.colors, 0.0, 1.0)
-        encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-        return np.asarray((255.0 * encoded).round().astype(np.uint8)[self.instance])
+        encoded = _superegg.srgb8(np.ascontiguousarray(self.colors).reshape(-1)).reshape(self.colors.shape)
+        return np.asarray(encoded[self.instance])
 
     def to_trimesh(self) -> Any:
         """The mesh as a ``trimesh.Trimesh`` with a colour for each face; needs trimesh."""

@@ -267,6 +267,19 @@ class Scene:
         lines.append(f"cameraUp {triple(now.up if up is None else up, 'up')}")
         self._core.run(lines)
 
+    def frame(self, width: int = 4, height: int = 3) -> None:
+        """Place the camera, and a light if there is none, so that all is in sight.
+
+        `render` does this in its own copy of a scene that sets no camera and is not in sight of the default
+        one. A scene that sets its camera stays as it is.
+
+        Parameters
+        ----------
+        width, height : int
+            The size of the picture, of which the shape counts.
+        """
+        self._core.frame(_side(width, "width"), _side(height, "height"))
+
     def set(self, **settings: Any) -> None:
         """Change settings of the picture: those of `settings`.
 
@@ -335,6 +348,47 @@ class Scene:
         'nest'
         """
         return "\n".join(self._core.run(text.splitlines()))
+
+    # Keyframes.
+
+    def key(self, frame: float, line: str) -> None:
+        """Set a key: what a line of the modelling language sets at a frame. Between keys numbers follow a smooth curve.
+
+        The line is about what is selected: `root`, and the child at its cursor.
+
+        Parameters
+        ----------
+        frame : float
+        line : str
+            A command with numbers, such as ``"rotate z 90"`` or ``"camera 3 4 5 0 0 0"``.
+
+        Raises
+        ------
+        FormatError
+            The line is wrong, or no key can be set with it.
+
+        Examples
+        --------
+        >>> import superegg as se
+        >>> scene = se.Scene()
+        >>> _ = scene.add(se.Superquadric((1, 1, 2)), name="egg")
+        >>> scene.key(0, "translate 0 0 0")
+        >>> scene.key(10, "translate 4 0 0")
+        >>> scene.key_frames
+        [0.0, 10.0]
+        >>> scene.at(5).bounds[:, 0].round(6)
+        array([1., 3.])
+        """
+        self._core.run([f"key {number(frame, 'frame')!r} {line}"])
+
+    @property
+    def key_frames(self) -> list[float]:
+        """The frames that have keys, sorted."""
+        return self._core.key_frames()
+
+    def at(self, frame: float) -> Scene:
+        """The scene at a frame of its keys, without them: for a picture, a mesh or rays."""
+        return _scene_of(self._core.at(number(frame, "frame")), self.readings)
 
     # What there is.
 
@@ -481,7 +535,7 @@ class Scene:
         width, height : int, optional
             Pixels; default: those of the scene.
         output : str
-            ``light``, ``normal``, ``depth``, ``id``, ``steps`` or ``occlusion``: what the picture shows.
+            ``light``, ``normal``, ``depth``, ``albedo``, ``id``, ``steps`` or ``occlusion``: what the picture shows.
         layers : bool
             Whether the film keeps depth, normal, albedo and instance id beside light.
         threads : int
@@ -511,6 +565,28 @@ class Scene:
         with shown(progress) as tick:
             core = self._core.render(request, count(threads, "threads"), tick)
         return Film(core)
+
+    def view(self, width: int = 480, height: int = 360, **settings: Any) -> Any:
+        """A picture in a notebook that a drag turns and the wheel zooms; needs anywidget.
+
+        It is ray traced by this process, coarse while it moves and then in full. The widget shows a copy of
+        the scene; its ``camera`` is the view, so ``scene.camera = view.camera`` takes it over.
+
+        Parameters
+        ----------
+        width, height : int
+            Pixels.
+        **settings
+            Of the full picture: ``samples``, ``exposure``, ... as in `settings`.
+
+        Raises
+        ------
+        ImportError
+            anywidget is not installed.
+        """
+        from superegg._view import view
+
+        return view(self, _side(width, "width"), _side(height, "height"), settings)
 
     def to_text(self) -> str:
         """The scene in the modelling language."""
