@@ -185,6 +185,10 @@ fn keys_follow_a_child_to_its_new_alias() {
         session.run_line("renameChild east left").unwrap_err().to_string(),
         "'o' has a child 'left' already"
     );
+    for (line, command) in [("rename east west", "renameChild"), ("delete east", "remove")] {
+        let fault = session.run_line(line).unwrap_err();
+        assert!(fault.help.is_some_and(|help| help.contains(command)), "{line}");
+    }
     session.run_line("unhide").unwrap();
     session.run_line("remove left").unwrap();
     assert_eq!(moved(&session), (1, 0));

@@ -199,12 +199,17 @@ impl Session {
         };
         match command {
             SceneCommand::Delete(name) => {
-                let uses = self.scene.delete(name).map_err(|error| fault_of(self, error))?;
+                let uses = self
+                    .scene
+                    .delete(name)
+                    .map_err(|error| self.or_of_child(fault_of(self, error), name, "remove"))?;
                 self.selected.take_if(|selected| selected == name);
                 return Ok(deleted_children(name, &uses));
             }
             SceneCommand::Rename { name, new } => {
-                self.scene.rename(name, new).map_err(|error| fault_of(self, error))?;
+                self.scene
+                    .rename(name, new)
+                    .map_err(|error| self.or_of_child(fault_of(self, error), name, "renameChild"))?;
                 if self.selected.as_ref() == Some(name) {
                     self.selected = Some(new.clone());
                 }
@@ -296,6 +301,16 @@ impl Session {
             }
         }
         Ok(None)
+    }
+
+    /// The fault about a name, with the command for children if it is the alias of one.
+    fn or_of_child(&self, fault: Fault, name: &str, command: &str) -> Fault {
+        let object = self.selected().and_then(|selected| self.scene.object(selected).ok());
+        let is_child = object.is_some_and(|object| object.child(name).is_some());
+        if fault.code == FaultCode::UnknownName && is_child {
+            return fault.help(format!("it is a child of what is selected, which '{command}' is for"));
+        }
+        fault
     }
 
     fn change_primitive(&mut self, command: &PrimitiveCommand, parsed: &Parsed) -> Result<(), Fault> {
