@@ -3,6 +3,7 @@
 
 mod add;
 mod edit;
+mod eye;
 mod fields;
 mod file_dialog;
 mod files;

@@ -213,7 +213,7 @@ mod tests {
     fn every_value_has_its_word_and_reads_back() {
         let words = |words: &[&str], found: Vec<&str>| assert_eq!(words, found);
         words(
-            &["Light", "Normal", "Depth", "Id", "Steps", "Occlusion"],
+            &["Light", "Normal", "Depth", "Albedo", "Id", "Steps", "Occlusion"],
             Output::ALL.map(|output| word_of(output, &OUTPUTS)).to_vec(),
         );
         use Filter::{Blackman, Box, Gaussian, Mitchell, Tent};

@@ -7,6 +7,7 @@ use superegg_lang::Session;
 use superegg_scene::{Entity, Object, Scene};
 
 use super::edit::edit_primitive;
+use super::eye::eye_button;
 use super::fields::{help, number};
 use super::handles::{compass, handles};
 use super::menu::{menu, offer_recovery, progress};
@@ -298,19 +299,19 @@ impl Panel {
 
 /// The button that hides a child of the selected object, or shows it again.
 fn eye(ui: &mut Ui, object: &Object, alias: &str, events: &mut Vec<PanelEvent>) {
-    let (text, tip, line) = if object.is_hidden(alias) {
-        ("–", help("unhide"), commands::unhide(alias))
+    let is_hidden = object.is_hidden(alias);
+    let (tip, line) = if is_hidden {
+        (help("unhide"), commands::unhide(alias))
     } else {
-        ("👁", help("hide"), commands::hide(alias))
+        (help("hide"), commands::hide(alias))
     };
-    let button = egui::Button::new(text).small().min_size(egui::Vec2::new(20.0, 0.0));
-    if ui.add(button).on_hover_text(tip).clicked() {
+    if eye_button(ui, !is_hidden, alias).on_hover_text(tip).clicked() {
         events.push(PanelEvent::Command(line));
     }
 }
 
 /// The name of a child in a list; faint if it is hidden.
-pub(super) fn child_text(alias: &str, target: &str, is_hidden: bool) -> RichText {
+fn child_text(alias: &str, target: &str, is_hidden: bool) -> RichText {
     let text = RichText::new(if alias == target { alias.to_owned() } else { format!("{alias}: {target}") });
     if is_hidden { text.weak() } else { text }
 }
