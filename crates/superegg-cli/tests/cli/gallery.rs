@@ -107,3 +107,11 @@ fn the_page_shows_no_picture_without_a_scene() {
         }
     }
 }
+
+#[test]
+fn the_benchmark_robot_is_the_scene_of_the_crane_arm() {
+    let sandbox = Sandbox::new();
+    sandbox.run("bench robot --save .");
+    let scene = std::fs::read_to_string(project("scenes").join("crane_arm.scn")).unwrap();
+    assert_eq!(sandbox.read("robot.scn"), scene);
+}

@@ -9,6 +9,7 @@ mod attacks;
 mod crashes;
 mod film;
 mod gallery;
+mod hidden;
 mod language;
 mod long;
 mod measures;

@@ -311,7 +311,7 @@ impl<'a> Writer<'a> {
         let mut body = String::new();
         let mut children = 0;
         let mut count: u64 = 0;
-        for (_, child) in object.visible_children() {
+        for (_, child) in object.children() {
             let entity = self.scene.get(child.target());
             let (Some(entity), Ok(map)) = (entity, object.parent_from_child(child)) else { continue };
             let (target, below) = match self.declared_name(child.target()) {
