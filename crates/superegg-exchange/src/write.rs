@@ -5,6 +5,7 @@
 
 mod baked;
 pub mod ems;
+pub mod enlarge;
 pub mod export;
 pub mod flatten;
 pub mod gltf;

@@ -114,6 +114,17 @@ fn a_scene_goes_to_povray() {
     sandbox.run("export tree.scn -o tree.pov --depth 3").fine();
     let text = sandbox.read("tree.pov");
     assert!(text.contains("#version 3.7;") && text.matches("#declare").count() == 4, "{text}");
+    assert!(!text.contains("scale 1000"), "{text}");
+    sandbox.write(
+        "grains.scn",
+        "prm p\ncoeff 1e-4 1e-4 1e-4\ncamera 0 0 0.01 0 0 0 40\nlight lamp 0.02 0 0.01\nobj o\nap p\n",
+    );
+    let warnings = sandbox.run("export grains.scn -o grains.pov").failed(0);
+    assert!(warnings.contains("1000 times those of the scene"), "{warnings}");
+    let text = sandbox.read("grains.pov");
+    for part in ["location <0, 0, 10>", "light_source { <20, 0, 10>", "object { S_o_1 scale 1000 }"] {
+        assert!(text.contains(part), "no {part} in {text}");
+    }
     for bad in ["export tree.scn -o tree.xyzw", "export tree.scn -o no/tree.pov", "export gone.scn -o t.pov"]
     {
         assert!(!sandbox.run(bad).failed(2).is_empty());

@@ -6,6 +6,7 @@ use superegg_scene::Scene;
 use thiserror::Error;
 
 use super::ems::{to_ems_npy, to_ems_text};
+use super::enlarge::enlargement;
 use super::flatten::flatten;
 use super::gltf::to_glb;
 use super::grid::{Grid, GridValue};
@@ -167,11 +168,15 @@ pub fn export(
     let instances = || flatten(scene, root, depth);
     let grid = || Grid::new(scene, &instances()?, *value, *grid);
     Ok(match format {
-        ExportFormat::PovRay => Written {
-            bytes: povray::to_povray(scene, root, depth)?.into_bytes(),
-            companion: None,
-            losses: povray::losses(scene),
-        },
+        ExportFormat::PovRay => {
+            let factor = enlargement(scene, root, depth);
+            let mut losses = povray::losses(scene);
+            if factor != 1.0 {
+                losses.push(format!("POV-Ray loses shadows of shapes so small: all lengths in the file are {factor} times those of the scene"));
+            }
+            let text = povray::to_povray_enlarged(scene, root, depth, factor)?;
+            Written { bytes: text.into_bytes(), companion: None, losses }
+        }
         ExportFormat::Stl => to_stl(scene, &instances()?, *tolerance)?,
         ExportFormat::Ply => to_ply(scene, &instances()?, *tolerance, *precision)?,
         ExportFormat::Obj => to_obj(scene, &instances()?, *tolerance, *precision, materials)?,

@@ -4,7 +4,8 @@
 //!   and orthographic cameras, point and directional lights without a radius, attenuation
 //!   (POV-Ray's `fade_power 2` is this program's, times 2), colours, highlights (`specular` is the
 //!   same half-vector term, with `roughness` = 1 / exponent), absorption, checkers, gradients,
-//!   floor, sky. Coordinates are unchanged; the camera's own vectors correct the handedness.
+//!   floor, sky. Coordinates are unchanged, but for scenes of small shapes ([`enlargement`]); the
+//!   camera's own vectors correct the handedness.
 //! - Approximate: glass (POV-Ray filters light by the colour of the surface, this program by its
 //!   square root), the rim of a spot light (POV-Ray fades it in the cosine, this program in the
 //!   angle), soft shadows (a disc that faces the target instead of a sphere), Fresnel reflection
@@ -27,6 +28,8 @@ use superegg_scene::{
     Primitive, Scene,
 };
 use thiserror::Error;
+
+use super::enlarge::enlargement;
 
 /// The maximal number of instances: POV-Ray holds each in memory, at some kilobytes.
 pub const MOST_INSTANCES: u64 = 2_000_000;
@@ -65,14 +68,25 @@ pub enum PovError {
 /// # Ok::<(), SceneError>(())
 /// ```
 pub fn to_povray(scene: &Scene, root: &str, depth: u32) -> Result<String, PovError> {
-    let mut writer = Writer { scene, text: String::new(), declared: HashMap::new() };
+    to_povray_enlarged(scene, root, depth, enlargement(scene, root, depth))
+}
+
+/// [`to_povray`] with all lengths multiplied by `factor`.
+pub(super) fn to_povray_enlarged(
+    scene: &Scene,
+    root: &str,
+    depth: u32,
+    factor: f64,
+) -> Result<String, PovError> {
+    let mut writer = Writer { scene, factor, text: String::new(), declared: HashMap::new() };
     writer.head();
     let (name, count) = writer.declare(root, depth.min(MAX_DEPTH))?;
     if count > MOST_INSTANCES {
         return Err(PovError::TooMany { depth });
     }
     if let Some(name) = name {
-        let _ = writeln!(writer.text, "object {{ {name} }}");
+        let scale = writer.scale();
+        let _ = writeln!(writer.text, "object {{ {name}{scale} }}");
     }
     Ok(writer.text)
 }
@@ -138,6 +152,8 @@ pub fn losses(scene: &Scene) -> Vec<String> {
 
 struct Writer<'a> {
     scene: &'a Scene,
+    /// All lengths are multiplied by it.
+    factor: f64,
     text: String,
     /// The identifier of (name, remaining depth), `None` if it is empty, and its number of
     /// instances.
@@ -145,6 +161,11 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
+    /// The words that enlarge an object with its texture.
+    fn scale(&self) -> String {
+        if self.factor == 1.0 { String::new() } else { format!(" scale {}", self.factor) }
+    }
+
     fn head(&mut self) {
         let most_levels = self.scene.picture.bounces.saturating_add(1).min(MOST_LEVELS);
         let _ = write!(
@@ -155,9 +176,12 @@ impl<'a> Writer<'a> {
              global_settings {{ assumed_gamma 1.0 max_trace_level {most_levels} ambient_light rgb 1 }}\n\
 "
         );
+        if self.factor != 1.0 {
+            let _ = writeln!(self.text, "// All lengths are {} times those of the scene.", self.factor);
+        }
         self.text.push_str(&self.sky());
         self.camera(&self.scene.camera);
-        self.scene.lights().iter().for_each(|light| self.text.push_str(&light_source(light)));
+        self.scene.lights().iter().for_each(|light| self.text.push_str(&light_source(light, self.factor)));
         if let Some(floor) = &self.scene.floor {
             self.floor(floor);
         }
@@ -179,14 +203,14 @@ impl<'a> Writer<'a> {
         let (right, up, forward) = camera.frame();
         let kind = if camera.ortho_height.is_some() { "orthographic" } else { "perspective" };
         let of_angle = 2.0 * (0.5 * camera.fov_deg.to_radians()).tan();
-        let height = camera.ortho_height.unwrap_or(of_angle);
+        let height = camera.ortho_height.map_or(of_angle, |height| height * self.factor);
+        let position = camera.position * self.factor;
         let lens = camera.lens.map_or(String::new(), |lens| {
-            let focus = vector(camera.position + forward * lens.focus);
-            let diameter = 2.0 * lens.radius;
+            let focus = vector(position + forward * lens.focus * self.factor);
+            let diameter = 2.0 * lens.radius * self.factor;
             format!("\n  aperture {diameter} focal_point {focus} blur_samples 64 variance 0")
         });
-        let [position, right, up, forward] =
-            [camera.position, right * height, up * height, forward].map(vector);
+        let [position, right, up, forward] = [position, right * height, up * height, forward].map(vector);
         let _ = writeln!(
             self.text,
             "camera {{ {kind} location {position} direction {forward} up {up}\n  right {right} * (image_width / image_height){lens} }}"
@@ -215,8 +239,9 @@ impl<'a> Writer<'a> {
             }
             Pattern::None => pattern(&material, None),
         };
-        let texture = texture(&material, &pigment);
-        let _ = writeln!(self.text, "plane {{ {}, {}\n  {texture} }}", vector(up), floor.height);
+        let texture = texture(&material, &pigment, self.factor);
+        let scale = self.scale();
+        let _ = writeln!(self.text, "plane {{ {}, {}\n  {texture}{scale} }}", vector(up), floor.height);
     }
 
     /// Declares the entity of a name with `remaining` levels left. Returns its identifier and its
@@ -263,7 +288,7 @@ impl<'a> Writer<'a> {
             let linear = DMat3::from_cols(direction, DVec3::ZERO, DVec3::ZERO).transpose();
             primitive.shape.half_extent_under(&linear).x
         };
-        let texture = texture(&primitive.material, &pattern(&primitive.material, Some(&reach)));
+        let texture = texture(&primitive.material, &pattern(&primitive.material, Some(&reach)), self.factor);
         let _ = writeln!(self.text, "#declare {identifier} = {shape} scale {radii}\n  {texture} }}");
     }
 
@@ -311,7 +336,7 @@ impl<'a> Writer<'a> {
         let mut body = String::new();
         let mut children = 0;
         let mut count: u64 = 0;
-        for (_, child) in object.children() {
+        for (_, child) in object.visible_children() {
             let entity = self.scene.get(child.target());
             let (Some(entity), Ok(map)) = (entity, object.parent_from_child(child)) else { continue };
             let (target, below) = match self.declared_name(child.target()) {
@@ -368,27 +393,28 @@ fn affine(map: &DAffine3) -> String {
     format!("matrix <{}>", rows.join(", "))
 }
 
-/// The distance of directional lights, in world units: POV-Ray has no light at infinity.
+/// The distance of directional lights, in units of the file: POV-Ray has no light at infinity.
 const SUN_DISTANCE: f64 = 1e6;
 /// POV-Ray's limit of the recursion of rays.
 const MOST_LEVELS: u32 = 256;
 /// Shadow rays along each side of an area light.
 const LIGHT_RAYS: u32 = 9;
 
-fn light_source(light: &Light) -> String {
+/// A light in a file whose lengths are multiplied by `factor`.
+fn light_source(light: &Light, factor: f64) -> String {
     let mut color = light.color;
     let mut words = String::new();
     let (position, radius) = match light.kind {
-        LightKind::Point { position } => (position, light.radius),
+        LightKind::Point { position } => (position * factor, light.radius * factor),
         LightKind::Spot { position, target, cone_deg, soft } => {
             let half_deg = 0.5 * cone_deg;
             let _ = write!(
                 words,
                 " spotlight point_at {} radius {} falloff {half_deg} tightness 0",
-                vector(target),
+                vector(target * factor),
                 half_deg * (1.0 - soft)
             );
-            (position, light.radius)
+            (position * factor, light.radius * factor)
         }
         LightKind::Sun { direction } => {
             if light.radius == 0.0 {
@@ -400,7 +426,7 @@ fn light_source(light: &Light) -> String {
     };
     if light.falloff > 0.0 && light.position().is_some() {
         color *= 0.5;
-        let _ = write!(words, " fade_distance {} fade_power 2", light.falloff.sqrt().recip());
+        let _ = write!(words, " fade_distance {} fade_power 2", factor / light.falloff.sqrt());
     }
     if radius > 0.0 {
         let width = 2.0 * radius;
@@ -469,7 +495,8 @@ fn solid(e: f64, n: f64) -> String {
     }
 }
 
-fn texture(material: &Material, pigment: &str) -> String {
+/// A texture, in a file whose lengths are multiplied by `factor`: POV-Ray does not scale the interior with the shape.
+fn texture(material: &Material, pigment: &str, factor: f64) -> String {
     let (mirror, through) = lobe_weights(material);
     // With Fresnel reflectance, only the reflection at normal incidence reduces the local colour.
     let normal_reflectance = ((material.index - 1.0) / (material.index + 1.0)).powi(2);
@@ -489,7 +516,8 @@ fn texture(material: &Material, pigment: &str) -> String {
     }
     if through > 0.0 {
         let _ = write!(text, " reflection {{ {mirror}, 1 fresnel on }} conserve_energy }}");
-        let _ = write!(text, " interior {{ ior {}{} }}", material.index, absorption(material.absorb));
+        let _ =
+            write!(text, " interior {{ ior {}{} }}", material.index, absorption(material.absorb / factor));
     } else if mirror > 0.0 && material.fresnel {
         let _ =
             write!(text, " reflection {{ 0, {mirror} fresnel on }} }} interior {{ ior {} }}", material.index);
@@ -542,6 +570,17 @@ mod tests {
                     < text.rfind(&format!("{{ {identifier} ")).unwrap()
             );
         }
+    }
+
+    #[test]
+    fn hidden_children_are_not_written() {
+        let mut scene = scene();
+        scene.set_hidden("my tree", "a", true).unwrap();
+        scene.add_child("my tree", "c", "sphere").unwrap();
+        let text = to_povray(&scene, "my tree", 1).unwrap();
+        assert_eq!((text.matches("object { S_sphere").count(), text.contains("union")), (1, false), "{text}");
+        scene.set_hidden("my tree", "c", true).unwrap();
+        assert!(!to_povray(&scene, "my tree", 1).unwrap().contains("object {"));
     }
 
     #[test]
