@@ -443,7 +443,9 @@ impl ApplicationHandler<Event> for App {
                 open.request_redraw();
             }
         }
-        let is_for_scene = !is_consumed && !open.egui.wants_pointer();
+        // egui knows the panel under the pointer since the last frame, which may be a second ago.
+        let is_over_scene = self.view.viewport.contains(self.pointer.position);
+        let is_for_scene = !is_consumed && is_over_scene && !open.egui.wants_pointer();
         match event {
             WindowEvent::RedrawRequested => self.draw(event_loop),
             WindowEvent::CloseRequested => self.begin_file_action(FileAction::Leave),
