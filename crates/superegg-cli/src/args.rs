@@ -2,6 +2,7 @@
 
 mod color;
 mod data;
+mod fit;
 mod options;
 mod values;
 
@@ -14,6 +15,7 @@ use superegg_lang::nearest;
 
 pub(crate) use color::ColorArg;
 pub(crate) use data::ImportArgs;
+pub(crate) use fit::FitArgs;
 pub(crate) use options::{
     AnimateArgs, BenchArgs, CheckArgs, CompletionsArgs, ExportArgs, InfoArgs, IntersectArgs, IotestArgs,
     ManArgs, MeasureArgs, MergeArgs, RenderArgs, RootArgs, RunArgs, SampleArgs, ViewArgs,
@@ -64,6 +66,8 @@ pub(crate) enum Command {
     Iotest(IotestArgs),
     /// Import data of other programs: particles, fits, tensors, point clouds
     Import(ImportArgs),
+    /// Fit a superquadric to the points of a cloud or a mesh
+    Fit(FitArgs),
     /// Sample points of the surfaces, evenly by area, with normals
     Sample(SampleArgs),
     /// Measure volume, area, centre, inertia and bounding box of each primitive and of the union

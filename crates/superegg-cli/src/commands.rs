@@ -4,6 +4,7 @@ pub(crate) mod animate;
 pub(crate) mod bench;
 pub(crate) mod check;
 pub(crate) mod export;
+pub(crate) mod fit;
 pub(crate) mod import;
 pub(crate) mod info;
 mod input;

@@ -55,6 +55,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Intersect(args) => commands::intersect::run(&args),
         Command::Iotest(args) => commands::iotest::run(&args),
         Command::Import(args) => commands::import::run(&args),
+        Command::Fit(args) => commands::fit::run(&args),
         Command::Sample(args) => commands::sample::run(&args),
         Command::Measure(args) => commands::measure::run(&args),
         Command::Info(args) => commands::info::run(&args),

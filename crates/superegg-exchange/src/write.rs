@@ -4,6 +4,7 @@
 //! [`written::Written`], which says what the format loses.
 
 mod baked;
+pub mod convention;
 pub mod ems;
 pub mod enlarge;
 pub mod export;

@@ -90,7 +90,7 @@ const THIN: f64 = 0.01;
 const MISFIT: f64 = 0.06;
 
 impl Fit {
-    fn of(cloud: &Cloud, found: &Candidate, bounds: Bounds) -> Self {
+    pub(crate) fn of(cloud: &Cloud, found: &Candidate, bounds: Bounds) -> Self {
         let Candidate { shape, mixture, .. } = found;
         let points = Points::new(&cloud.points);
         let mut measure = Measure::default();

@@ -11,6 +11,7 @@ mod mixture;
 mod normal_equations;
 mod options;
 mod parameters;
+mod parts;
 mod project;
 mod refine;
 mod residuals;
@@ -23,6 +24,7 @@ mod warning;
 
 pub use error::{FitError, LEAST_POINTS};
 pub use fit::{COVARIANCE_ROWS, Fit, fit};
-pub use options::FitOptions;
+pub use options::{FitOptions, MOST_PARTS, PartCount};
+pub use parts::fit_parts;
 pub use residuals::Residuals;
 pub use warning::FitWarning;

@@ -49,6 +49,11 @@ impl Mixture {
         ROOT_TWO_PI * self.sigma * before * (now / before).powf(AREA_POWER)
     }
 
+    /// The logarithm of the volume of the layer around the surface.
+    pub(crate) fn log_layer(&self, area: f64) -> f64 {
+        self.layer(area).ln()
+    }
+
     /// The second term, of Steiner's formula, keeps a shape from shrinking to a point.
     fn thick_area(&self, area: f64) -> f64 {
         area + 4.0 * PI * self.sigma * self.sigma

@@ -18,6 +18,19 @@ pub struct FitOptions {
     pub most_points: usize,
 }
 
+/// The number of parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartCount {
+    /// This many, or fewer where the points do not have as many.
+    Exactly(usize),
+    /// As many as lower the description of the points: each part has to save as much as its eleven
+    /// parameters cost (the Bayesian information criterion).
+    Auto,
+}
+
+/// The most parts.
+pub const MOST_PARTS: usize = 64;
+
 /// The range of exponents that can be fitted.
 const EXPONENTS: [f64; 2] = [0.01, 8.0];
 /// The largest share of outliers.

@@ -99,7 +99,7 @@ impl DataArgs {
     }
 }
 
-fn column_map(text: &str) -> Result<ColumnMap, String> {
+pub(super) fn column_map(text: &str) -> Result<ColumnMap, String> {
     text.parse().map_err(|error: superegg_exchange::read::ReadError| error.to_string())
 }
 

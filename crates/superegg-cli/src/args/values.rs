@@ -217,6 +217,11 @@ pub(super) fn noise_threshold(text: &str) -> Result<f64, String> {
     number_in(text, Range::Within(0.0, 1.0))
 }
 
+/// A share of outliers from 0 to 0.9.
+pub(super) fn outlier_share(text: &str) -> Result<f64, String> {
+    number_in(text, Range::Within(0.0, 0.9))
+}
+
 /// An exposure in stops.
 pub(super) fn exposure(text: &str) -> Result<f64, String> {
     number_in(text, Range::Within(-32.0, 32.0))

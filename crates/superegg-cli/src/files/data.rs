@@ -135,6 +135,33 @@ pub(crate) fn load_files(paths: &[PathBuf], options: &DataOptions) -> Result<Loa
     join(loaded, options)
 }
 
+/// Opens a file of data, or standard input for `-`.
+///
+/// # Errors
+/// The file cannot be opened.
+pub(crate) fn open_data(path: &Path) -> Result<Box<dyn Input>> {
+    super::binary_scene::open_input(path)
+}
+
+/// Particles under names as one scene: a table for each, in an object if there are several.
+///
+/// # Errors
+/// Numbers of a particle make no superquadric.
+pub(crate) fn scene_of_particles(parts: Vec<(&str, Particles)>) -> Result<Session> {
+    let options = DataOptions::default();
+    let mut loaded = Vec::new();
+    for (name, particles) in parts {
+        let bounds = bounds_of(&particles, &options);
+        let ColoredTable { table, key } = to_table(&particles, &options.coloring)?;
+        let session = particle_scene(name, table, None, &bounds, &options)?;
+        loaded.push(LoadedData { session, notes: Vec::new(), bounds, key, frame: 0 });
+    }
+    if loaded.len() == 1 {
+        return loaded.pop().map(|one| one.session).ok_or_else(|| anyhow!("no particles"));
+    }
+    Ok(join(loaded, &options)?.session)
+}
+
 /// Puts the tables of several files into one scene.
 fn join(loaded: Vec<LoadedData>, options: &DataOptions) -> Result<LoadedData> {
     let (mut scene, mut notes) = (Scene::default(), Vec::new());

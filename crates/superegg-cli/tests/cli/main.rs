@@ -8,6 +8,7 @@ mod annotations;
 mod attacks;
 mod crashes;
 mod film;
+mod fit;
 mod gallery;
 mod hidden;
 mod language;

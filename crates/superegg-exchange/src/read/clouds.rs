@@ -8,7 +8,7 @@ use super::error::ReadError;
 use super::format::Format;
 
 pub(crate) use npy_points::read as read_npy;
-pub(crate) use ply::read as read_ply;
+pub(crate) use ply::{is_ply, read as read_ply, read_triangles as read_ply_triangles};
 
 /// The format of a file with these first bytes, if it is a point cloud.
 pub(crate) fn recognize(head: &[u8]) -> Result<Option<Format>, ReadError> {

@@ -15,7 +15,7 @@ use super::{
 /// The number of bytes that decide the format.
 const HEAD: u64 = 1 << 16;
 /// The largest file of a format that is read as a whole, in bytes.
-const MOST_BYTES: u64 = 8 << 30;
+pub(crate) const MOST_BYTES: u64 = 8 << 30;
 
 /// Finds whether the first bytes of a file are of a module's formats. [`ReadError::Ambiguous`] if
 /// they fit several that mean different things.

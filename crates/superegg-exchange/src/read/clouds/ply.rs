@@ -16,6 +16,8 @@ use crate::read::options::ReadOptions;
 const MAGIC: &[u8] = b"ply";
 /// The element whose items are points.
 const VERTEX: &str = "vertex";
+/// The element whose items are faces.
+const FACE: &str = "face";
 /// Items that are read at a time.
 const CHUNK: usize = 4096;
 /// The names of colour channels.
@@ -28,6 +30,11 @@ const MOST_MESSAGE: usize = 160;
 pub(crate) fn recognize(head: &[u8]) -> Option<Format> {
     let rest = head.strip_prefix(MAGIC)?;
     matches!(rest.first(), Some(b'\n' | b'\r' | b' ')).then_some(Format::Ply)
+}
+
+/// Whether these first bytes begin a PLY file.
+pub(crate) fn is_ply(head: &[u8]) -> bool {
+    recognize(head).is_some()
 }
 
 /// The scalar properties of an item in the order of the header.
@@ -83,7 +90,82 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Import, ReadEr
     let Some(columns) = columns else {
         return Err(ReadError::part(VERTEX, "the file has no such element, so it has no points"));
     };
-    import(columns, header.elements.contains_key("face"), options)
+    import(columns, header.elements.contains_key(FACE), options)
+}
+
+/// The corners of a face.
+struct Face(Vec<usize>);
+
+/// The names of the property of a face that lists its corners.
+const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if !CORNERS.contains(&name) {
+            return PropertyAccessResult::Ignored;
+        }
+        // An index below 0 is none of a vertex.
+        let index = |index: i64| usize::try_from(index).unwrap_or(usize::MAX);
+        self.0 = match property {
+            Property::ListChar(list) => list.into_iter().map(|x| index(x.into())).collect(),
+            Property::ListUChar(list) => list.into_iter().map(|x| index(x.into())).collect(),
+            Property::ListShort(list) => list.into_iter().map(|x| index(x.into())).collect(),
+            Property::ListUShort(list) => list.into_iter().map(|x| index(x.into())).collect(),
+            Property::ListInt(list) => list.into_iter().map(|x| index(x.into())).collect(),
+            Property::ListUInt(list) => list.into_iter().map(|x| index(x.into())).collect(),
+            _ => return PropertyAccessResult::Ignored,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+/// Reads the triangles of a PLY file; the corners of a face are joined to its first one. None if the
+/// file has no faces after its vertices.
+///
+/// # Errors
+/// As for [`read`], and a face names a vertex that is not there.
+pub(crate) fn read_triangles(bytes: &[u8]) -> Result<Vec<[DVec3; 3]>, ReadError> {
+    let mut reader = Reader::new(bytes);
+    let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(|error| error_of(&error))?;
+    let mut vertices: Vec<DVec3> = Vec::new();
+    let mut triangles = Vec::new();
+    for element in header.elements.values() {
+        check_count(element, header.encoding, reader.get_ref().len())?;
+        match element.name.as_str() {
+            VERTEX => {
+                let columns = read_columns(&mut reader, element, &header)?;
+                let column = |name: &str| columns.iter().find(|column| column.name == name);
+                let (Some(x), Some(y), Some(z)) = (column("x"), column("y"), column("z")) else {
+                    return Err(ReadError::part(VERTEX, "expected the properties x, y and z"));
+                };
+                let coordinates = x.values.iter().zip(&y.values).zip(&z.values);
+                vertices = coordinates.map(|((x, y), z)| DVec3::new(*x, *y, *z)).collect();
+            }
+            FACE if !vertices.is_empty() => {
+                let mut wrong = None;
+                read_chunks(&mut reader, element, &header, |Face(corners)| {
+                    let corners: Vec<Option<&DVec3>> =
+                        corners.iter().map(|&corner| vertices.get(corner)).collect();
+                    for pair in corners.windows(2).skip(1) {
+                        match (corners[0], pair[0], pair[1]) {
+                            (Some(a), Some(b), Some(c)) => triangles.push([*a, *b, *c]),
+                            _ => wrong = Some("a face names a vertex that is not there"),
+                        }
+                    }
+                })?;
+                if let Some(message) = wrong {
+                    return Err(ReadError::part(FACE, message));
+                }
+                break;
+            }
+            _ => read_chunks::<Skipped>(&mut reader, element, &header, |_| {})?,
+        }
+    }
+    Ok(triangles)
 }
 
 /// A scalar property of all vertices.
