@@ -14,6 +14,8 @@ mod columns;
 mod film;
 mod shape;
 
+mod fit;
+
 mod load;
 
 mod scene;
@@ -29,10 +31,13 @@ fn _superegg(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("FormatError", py.get_type::<errors::FormatError>())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<shape::Shape>()?;
+    module.add_class::<fit::Fit>()?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<scene::Paths>()?;
     module.add_class::<film::Film>()?;
     module.add_function(wrap_pyfunction!(film::srgb8, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::covariance_rows, module)?)?;
     module.add_function(wrap_pyfunction!(load::formats, module)?)?;
     module.add_function(wrap_pyfunction!(load::colormaps, module)?)?;
     module.add_function(wrap_pyfunction!(scene::load_files, module)?)?;

@@ -23,4 +23,5 @@ def build(scene: se.Scene) -> str:
     scene.add_many(np.zeros((4, 3)), 1.0, ids=range(4), material=se.Material(color="red"))
     assert_type(shape.closest_point([0, 0, 3]).distance, NDArray[np.float64])
     assert_type(shape.mesh().faces, NDArray[np.uint32])
+    assert_type(se.fit(shape.sample_surface(100)[0]).residuals([0, 0, 1]).distance, NDArray[np.float64])
     return scene.add(shape, position=(0, 0, 1), color=(1, 0, 0))

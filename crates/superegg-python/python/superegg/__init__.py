@@ -17,6 +17,7 @@ any real type, any strides, or lists; answers are float64.
 from superegg import _superegg
 from superegg._conventions import CONVENTIONS, Convention
 from superegg._film import Film
+from superegg._fit import COVARIANCE_ROWS, Fit, Residuals, fit
 from superegg._hits import Closest, Hits, ShapeHits
 from superegg._looks import Camera, Material, PointLight, SpotLight, SunLight
 from superegg._meshes import Mesh, SceneMesh
@@ -35,24 +36,28 @@ COLORMAPS: tuple[str, ...] = tuple(_superegg.colormaps())
 __all__ = [
     "COLORMAPS",
     "CONVENTIONS",
+    "COVARIANCE_ROWS",
     "FORMATS",
     "Area",
     "Camera",
     "Closest",
     "Convention",
     "Film",
+    "Fit",
     "FormatError",
     "FormatWarning",
     "Hits",
     "Material",
     "Mesh",
     "PointLight",
+    "Residuals",
     "Scene",
     "SceneMesh",
     "ShapeHits",
     "SpotLight",
     "SunLight",
     "Superquadric",
+    "fit",
     "load",
     "loads",
 ]
