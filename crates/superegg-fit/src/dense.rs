@@ -1,8 +1,6 @@
 //! The points of a cloud that have many neighbours: those of a surface, not the outliers.
 
-use std::collections::HashMap;
-
-use superegg_geom::glam::{DVec3, IVec3};
+use superegg_geom::glam::DVec3;
 
 /// The most points that are looked at.
 const MOST: usize = 4000;
@@ -39,35 +37,41 @@ pub(crate) fn dense_points(points: &[DVec3]) -> DensePoints {
     DensePoints { points: dense, share }
 }
 
+/// The cells along each axis, and the bits that count them.
+const CELL_BITS: u32 = 21;
+const MOST_CELL: f64 = (1 << (CELL_BITS - 2)) as f64;
+
 /// The numbers of points within `radius` of each point, itself included.
+///
+/// Points are sorted by cells as wide as the radius. The neighbours in the three cells of one column are a
+/// range of that order, and the range moves on with the point: nine sweeps find all.
 fn neighbor_counts(points: &[DVec3], radius: f64) -> Vec<u32> {
-    // Points far away are no neighbours of any surface: they share the outermost cells.
-    let cell_of =
-        |point: DVec3| (point / radius).clamp(DVec3::splat(-1e6), DVec3::splat(1e6)).floor().as_ivec3();
-    let cells: Vec<IVec3> = points.iter().map(|point| cell_of(*point)).collect();
-    let mut order: Vec<usize> = (0..points.len()).collect();
-    let key = |cell: IVec3| cell.to_array();
-    order.sort_unstable_by_key(|&index| (key(cells[index]), index));
-    let mut starts: HashMap<[i32; 3], (usize, usize)> = HashMap::with_capacity(points.len());
-    for (position, &index) in order.iter().enumerate() {
-        let entry = starts.entry(key(cells[index])).or_insert((position, position));
-        entry.1 = position + 1;
-    }
-    let sorted: Vec<DVec3> = order.iter().map(|&index| points[index]).collect();
-    let square = radius * radius;
-    let count = |index: usize| {
-        let mut found = 0;
-        for x in -1..=1 {
-            for y in -1..=1 {
-                for z in -1..=1 {
-                    let cell = key(cells[index] + IVec3::new(x, y, z));
-                    let Some(&(from, to)) = starts.get(&cell) else { continue };
-                    let near = |other: &&DVec3| other.distance_squared(points[index]) <= square;
-                    found += sorted[from..to].iter().filter(near).count() as u32;
-                }
-            }
-        }
-        found
+    let key_of = |cell: [i64; 3]| (cell[0] << (2 * CELL_BITS)) + (cell[1] << CELL_BITS) + cell[2];
+    let cell_of = |point: DVec3| {
+        // Points far away are no neighbours of any surface: they share the outermost cells.
+        let cell =
+            (point / radius).clamp(DVec3::splat(-MOST_CELL), DVec3::splat(MOST_CELL)) + MOST_CELL + 1.0;
+        key_of(cell.to_array().map(|x| x as i64))
     };
-    (0..points.len()).map(count).collect()
+    let mut sorted: Vec<(i64, usize)> =
+        points.iter().enumerate().map(|(index, point)| (cell_of(*point), index)).collect();
+    sorted.sort_unstable();
+    let places: Vec<DVec3> = sorted.iter().map(|(_, index)| points[*index]).collect();
+    let square = radius * radius;
+    let mut counts = vec![0; points.len()];
+    for (x, y) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
+        let mut first = 0;
+        for (at, (key, index)) in sorted.iter().enumerate() {
+            let column = key + key_of([x, y, 0]);
+            while first < sorted.len() && sorted[first].0 < column - 1 {
+                first += 1;
+            }
+            let range = sorted[first..].iter().take_while(|(other, _)| *other <= column + 1).count();
+            let near = places[first..first + range]
+                .iter()
+                .filter(|other| other.distance_squared(places[at]) <= square);
+            counts[*index] += near.count() as u32;
+        }
+    }
+    counts
 }

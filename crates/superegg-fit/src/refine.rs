@@ -78,8 +78,11 @@ pub(crate) fn refine(points: &Points, start: &Candidate, limits: &Limits) -> Can
         let area = shape.rough_area();
         mixture.weights(points, &current.linear.distances, area, &mut weights);
         mixture = mixture.updated(points, &current.linear.distances, &weights, area, MOST_FALL);
-        mixture.weights(points, &current.linear.distances, area, &mut weights);
         let before = mixture.cost(points, &current.linear.distances, area);
+        if (cost - before).abs() < limits.tolerance {
+            break;
+        }
+        cost = before;
         let mut equations = NormalEquations::of(&current.linear, &weights);
         let shrink =
             mixture.sigma.powi(2) * mixture.area_part(area) * (1.0 - mixture.outliers) * points.total;
@@ -99,13 +102,11 @@ pub(crate) fn refine(points: &Points, start: &Candidate, limits: &Limits) -> Can
             }
             damping = (damping * 8.0).max(1e-4);
         }
-        let area = shape.rough_area();
-        let now = mixture.with_area(area).cost(points, &current.linear.distances, area);
-        let fall = cost - now;
-        cost = now;
-        if !is_better || fall.abs() < limits.tolerance {
+        if !is_better {
             break;
         }
     }
+    let area = shape.rough_area();
+    let cost = mixture.with_area(area).cost(points, &current.linear.distances, area);
     Candidate { shape, mixture, cost }
 }

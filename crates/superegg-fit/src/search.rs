@@ -27,6 +27,8 @@ const POOR: f64 = 0.03;
 const SAME_COST: f64 = 1e-3;
 /// The most rounds in which similar shapes are tried.
 const ROUNDS: usize = 3;
+/// The most iterations on the true distance.
+const LAST: usize = 5;
 /// The cost by which few points may differ from many.
 const DOUBT: f64 = 0.02;
 /// The standard deviation to begin with, where the points are at a distance of about 1 from their middle.
@@ -63,7 +65,7 @@ pub(crate) fn search(points: &[DVec3], question: &Question) -> Candidate {
     best.mixture.outliers = question.outliers.max(1.0 - share).clamp(0.01, 0.9);
     let all = Points::new(points);
     let near = refine(&all, &best, &stages.limits(40, 1e-5));
-    refine(&all, &near, &Limits { residual: Residual::Closest, ..stages.limits(20, 1e-6) })
+    refine(&all, &near, &Limits { residual: Residual::Closest, ..stages.limits(LAST, 1e-6) })
 }
 
 /// The stages before the last one.
