@@ -333,6 +333,8 @@ fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
         ("setIndex", Some(material.index), Some(plain.index)),
         ("setShininess", material.shininess, plain.shininess),
         ("setEmission", Some(material.emission), Some(plain.emission)),
+        ("setRoughness", material.roughness, plain.roughness),
+        ("setMetallic", Some(material.metallic), Some(plain.metallic)),
     ] {
         // Compared by bits: -0 is not the default 0.
         if let Some(value) = value.filter(|value| Some(value.to_bits()) != default.map(f64::to_bits)) {

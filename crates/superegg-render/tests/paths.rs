@@ -150,3 +150,55 @@ fn samples_of_emitters_change_the_noise_and_not_the_light() {
     let (sampled, by_chance) = (light(scene), light(&unsampled));
     assert!((sampled / by_chance - 1.0).abs() < 0.02, "{sampled} {by_chance}");
 }
+
+#[test]
+fn a_white_world_of_rough_surfaces_is_white() {
+    for surface in [
+        "metallic 1\nroughness .2",
+        "metallic 1\nroughness 1",
+        "metallic 1",
+        "roughness .5",
+        "metallic .3\nroughness .7\nindex 2",
+        "refracted 1\nroughness .3",
+        "refracted .5\nroughness .6\nindex 1.3",
+    ] {
+        let text = format!(
+            "{PATH}background 1 1 1\nprm s\nexp .3 .7\ncoeff .4 .4 .4\ndiffuse 1\n{surface}\n\
+             prm star\nexp 3 3\ndiffuse 1\nspecular 0\nobj all\nap s\nxs .5 0 .4\nap s b\nxs -.5 .1 .3\nap star\n\
+             floor -.5 s\ncamera 2 3 4 0 0 0 12\nup z\n"
+        );
+        let mean = mean(&rendered(&text, 16, 128, 2).film, 16);
+        assert!((mean - 1.0).abs() < 3e-3, "{surface}: {mean}");
+    }
+}
+
+#[test]
+fn a_rough_metal_shows_a_lamp_by_the_formula() {
+    // Seen and lit head on: D / 4 = 1 / (4 pi alpha^2), and what further bounces give back: 0.175 of the light is lost once.
+    let alpha: f64 = 0.36;
+    let text = "set light path\nlight l 0 0 9 .8 .8 .8 0\nup z\nprm s\nmetallic 1\nroughness .6\nobj o\nfloor 0 s\n\
+                camera 0 -.0001 4 0 0 0 .01\n";
+    let found = f64::from(centre(&rendered(text, 1, 16, 2).film)[0]);
+    let once = 0.8 / (4.0 * alpha * alpha);
+    assert!(found > once && found < once * 1.1, "{found} {once}");
+    // A coat of index 1.5 on black has 4 % of it.
+    let coat = text.replace("metallic 1", "diffuse 0\nmetallic 0");
+    let of_coat = f64::from(centre(&rendered(&coat, 1, 16, 2).film)[0]);
+    assert!((of_coat / (0.04 * once) - 1.0).abs() < 0.01, "{of_coat}");
+}
+
+#[test]
+fn both_ways_to_a_lamp_agree_for_rough_surfaces() {
+    let scene = "set light path\nlight off 0 0 9 0 0 0\nup z\nprm lamp\nexp .7 1.2\ncoeff .6 .4 .5\nemission 5\nspecular 0\n\
+                 prm metal\nmetallic 1\nroughness .35\ncolor .9 .7 .3\nprm glass\nrefracted 1\nroughness .4\n\
+                 prm ground\nroughness .3\ndiffuse .7\nobj o\nap lamp\nrs 1 2 3 40\nxs 0 .2 1.9\nap metal\nss .5 .5 .5\nxs -.6 -.6 .5\n\
+                 ap glass\nss .5 .5 .5\nxs .6 -.6 .6\nfloor 0 ground\ncamera 0 -5 2 0 0 .6 34\n";
+    let mut many = String::from("prm far\nemission 1e-9\nobj block\n");
+    for i in 0..1100 {
+        many.push_str(&format!("ap far f{i}\nxs 0 -900 {}\n", -500 - 3 * i));
+    }
+    let unsampled = format!("{many}{scene}ao block\n");
+    let light = |text: &str| mean(&rendered(text, 16, 512, 2).film, 16);
+    let (sampled, by_chance) = (light(scene), light(&unsampled));
+    assert!((sampled / by_chance - 1.0).abs() < 0.02, "{sampled} {by_chance}");
+}

@@ -27,6 +27,10 @@ pub enum MaterialWeight {
     Diffuse,
     /// The weight of the specular highlight.
     Specular,
+    /// The roughness of the facets of the surface.
+    Roughness,
+    /// The part of the surface that is metal.
+    Metallic,
 }
 
 /// A procedural second colour, in the primitive's own space (for a floor: in its plane, from the
@@ -85,6 +89,12 @@ pub struct Material {
     /// The light that the surface gives off, in multiples of its colour, >= 0. It is seen as it is; with
     /// [`LightModel::Path`](crate::LightModel) it lights other surfaces, too.
     pub emission: f64,
+    /// The roughness of the facets of the surface, [0, 1]; `None` for a surface without facets. For
+    /// [`LightModel::Path`](crate::LightModel) alone.
+    pub roughness: Option<f64>,
+    /// The part of the surface that is metal, [0, 1], whose reflectance is the colour. For
+    /// [`LightModel::Path`](crate::LightModel) alone.
+    pub metallic: f64,
     /// The procedural second colour.
     pub pattern: Pattern,
 }
@@ -106,7 +116,15 @@ impl Material {
             MaterialWeight::Gloss => self.gloss = value,
             MaterialWeight::Diffuse => self.diffuse = value,
             MaterialWeight::Specular => self.specular = value,
+            MaterialWeight::Roughness => self.roughness = Some(value),
+            MaterialWeight::Metallic => self.metallic = value,
         }
+    }
+
+    /// The roughness of the facets that [`LightModel::Path`](crate::LightModel) shades: a metal of no stated roughness is
+    /// smooth. `None` for a surface without facets.
+    pub fn facet_roughness(&self) -> Option<f64> {
+        self.roughness.or_else(|| (self.metallic > 0.0).then_some(0.0))
     }
 
     /// The exponent of the highlight: `shininess` if set, else `2 / gloss^2 - 2` with gloss at
@@ -135,6 +153,8 @@ impl Default for Material {
             fresnel: false,
             absorb: DVec3::ZERO,
             emission: 0.0,
+            roughness: None,
+            metallic: 0.0,
             pattern: Pattern::None,
         }
     }

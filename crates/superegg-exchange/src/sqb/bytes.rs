@@ -97,8 +97,8 @@ impl Fixed for TableShape {
     }
 }
 
-/// 23 numbers: -1 marks an unset one of `reflected`, `refracted` and `shininess`, none of which is
-/// negative. The kind of pattern is 0 for none, 1 for a checker, 2 for a gradient.
+/// 23 numbers, to which [`Facets`] adds two: -1 marks an unset one of `reflected`, `refracted` and `shininess`, none of
+/// which is negative. The kind of pattern is 0 for none, 1 for a checker, 2 for a gradient.
 impl Fixed for Material {
     const BYTES: usize = 23 * 8;
 
@@ -116,6 +116,8 @@ impl Fixed for Material {
             fresnel,
             absorb,
             emission,
+            roughness: _,
+            metallic: _,
             pattern,
         } = *self;
         let (kind, second, detail) = match pattern {
@@ -171,7 +173,40 @@ impl Fixed for Material {
             absorb: vector(bytes, 14).filter(|v| v.is_finite() && v.min_element() >= 0.0)?,
             // Older programs knew no emission and wrote 0.
             emission: at(13).filter(|x| *x >= 0.0)?,
+            roughness: None,
+            metallic: 0.0,
             pattern,
         })
+    }
+}
+
+/// The facets of a material, in a column of their own that older files lack. -1 marks an unset roughness.
+pub(super) struct Facets {
+    roughness: Option<f64>,
+    metallic: f64,
+}
+
+impl Facets {
+    pub(super) fn of(material: &Material) -> Self {
+        Self { roughness: material.roughness, metallic: material.metallic }
+    }
+
+    pub(super) fn set(&self, material: &mut Material) {
+        (material.roughness, material.metallic) = (self.roughness, self.metallic);
+    }
+}
+
+impl Fixed for Facets {
+    const BYTES: usize = 16;
+
+    fn put(&self, bytes: &mut Vec<u8>) {
+        let numbers = [self.roughness.unwrap_or(-1.0), self.metallic];
+        numbers.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    }
+
+    fn take(bytes: &[u8]) -> Option<Self> {
+        let is_unit = |x: &f64| (0.0..=1.0).contains(x);
+        let roughness = number(bytes, 0).filter(|x| *x == -1.0 || is_unit(x))?;
+        Some(Self { roughness: Some(roughness).filter(is_unit), metallic: number(bytes, 1).filter(is_unit)? })
     }
 }

@@ -10,6 +10,10 @@ pub(super) const TABLE: [u8; 4] = *b"TABL";
 pub(super) const TEXT: [u8; 4] = *b"TEXT";
 pub(super) const END: [u8; 4] = *b"END ";
 
+/// The bits of a table's flags: whether it has ids, and whether its materials have facets.
+pub(super) const HAS_IDS: u32 = 1;
+pub(super) const HAS_FACETS: u32 = 2;
+
 /// A scene as its file holds it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BinaryScene {

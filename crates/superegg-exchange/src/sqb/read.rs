@@ -6,8 +6,8 @@ use superegg_geom::glam::{DQuat, DVec3};
 use superegg_scene::{InstanceTable, Material, TableColumns, TableShape};
 use twox_hash::XxHash3_128;
 
-use super::bytes::Fixed;
-use super::layout::{BinaryScene, END, SIGNATURE, SqbError, TABLE, TEXT};
+use super::bytes::{Facets, Fixed};
+use super::layout::{BinaryScene, END, HAS_FACETS, HAS_IDS, SIGNATURE, SqbError, TABLE, TEXT};
 use crate::read::Input;
 
 /// The number of bytes that are read at a time.
@@ -68,14 +68,22 @@ fn read_table(section: &mut Section<'_>) -> Result<(String, InstanceTable), SqbE
     }
     let rows = usize::try_from(section.value::<i64>()?).map_err(|_| wrong(number, "a negative count"))?;
     let (shapes, materials) = (section.value::<u32>()? as usize, section.value::<u32>()? as usize);
-    let has_ids = section.value::<u32>()? != 0;
+    let flags = section.value::<u32>()?;
+    if flags & !(HAS_IDS | HAS_FACETS) != 0 {
+        return Err(wrong(number, "a flag is unknown; a newer version may have written it"));
+    }
+    let mut materials = section.column::<Material>(materials)?;
+    if flags & HAS_FACETS != 0 {
+        let facets = section.column::<Facets>(materials.len())?;
+        materials.iter_mut().zip(&facets).for_each(|(material, facets)| facets.set(material));
+    }
     let columns = TableColumns {
-        materials: section.column::<Material>(materials)?,
+        materials,
         shapes: section.column::<TableShape>(shapes)?,
         shape_of: section.column(rows)?,
         positions: section.column::<DVec3>(rows)?,
         rotations: section.column::<DQuat>(rows)?,
-        ids: if has_ids { Some(section.column(rows)?) } else { None },
+        ids: if flags & HAS_IDS != 0 { Some(section.column(rows)?) } else { None },
     };
     let table = InstanceTable::from_columns(columns).map_err(|error| wrong(number, error.to_string()))?;
     Ok((name, table))

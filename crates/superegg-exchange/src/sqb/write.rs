@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use superegg_scene::InstanceTable;
 use twox_hash::XxHash3_128;
 
-use super::bytes::Fixed;
-use super::layout::{END, SIGNATURE, TABLE, TEXT};
+use super::bytes::{Facets, Fixed};
+use super::layout::{END, HAS_FACETS, HAS_IDS, SIGNATURE, TABLE, TEXT};
 
 /// The number of bytes that are collected before they are written.
 const BLOCK: usize = 1 << 16;
@@ -35,8 +35,12 @@ pub fn write(output: &mut dyn Write, text: &str, tables: &[(&str, &InstanceTable
         section.put(&(table.len() as i64))?;
         section.put(&(table.shapes().len() as u32))?;
         section.put(&(table.materials().len() as u32))?;
-        section.put(&u32::from(table.ids().is_some()))?;
+        let ids = if table.ids().is_some() { HAS_IDS } else { 0 };
+        section.put(&(ids | if has_facets(table) { HAS_FACETS } else { 0 }))?;
         table.materials().iter().try_for_each(|material| section.put(material))?;
+        if has_facets(table) {
+            table.materials().iter().try_for_each(|material| section.put(&Facets::of(material)))?;
+        }
         table.shapes().try_for_each(|shape| section.put(&shape))?;
         (0..table.len()).try_for_each(|row| section.put(&table.shape_index(row)))?;
         (0..table.len()).try_for_each(|row| section.put(&table.position(row)))?;
@@ -50,6 +54,11 @@ pub fn write(output: &mut dyn Write, text: &str, tables: &[(&str, &InstanceTable
     Section::begin(output, END, 0)?.end()
 }
 
+/// Whether a material of a table has facets. Files without them are those of older programs.
+fn has_facets(table: &InstanceTable) -> bool {
+    table.materials().iter().any(|material| material.facet_roughness().is_some())
+}
+
 /// The length of a table's payload.
 fn table_length(name: &str, table: &InstanceTable) -> u64 {
     use superegg_geom::glam::{DQuat, DVec3};
@@ -59,7 +68,7 @@ fn table_length(name: &str, table: &InstanceTable) -> u64 {
     let length = 4 * u32::BYTES
         + name.len()
         + i64::BYTES
-        + table.materials().len() * Material::BYTES
+        + table.materials().len() * (Material::BYTES + if has_facets(table) { Facets::BYTES } else { 0 })
         + table.shapes().len() * TableShape::BYTES
         + table.len() * row;
     length as u64

@@ -240,7 +240,7 @@ fn material(look: &Look) -> Value {
         "name": look.name,
         "pbrMetallicRoughness": {
             "baseColorFactor": [r, g, b, look.opacity as f32],
-            "metallicFactor": look.mirror as f32,
+            "metallicFactor": look.metallic() as f32,
             "roughnessFactor": look.roughness() as f32,
         },
     });

@@ -23,6 +23,8 @@ pub(super) struct Look {
     pub(super) specular: f64,
     /// The exponent of the highlight.
     pub(super) exponent: f64,
+    /// Roughness and metal of a surface of facets.
+    facets: Option<(f64, f64)>,
 }
 
 impl Look {
@@ -34,18 +36,26 @@ impl Look {
             mirror: material.reflected.unwrap_or(0.0),
             specular: material.specular,
             exponent: material.highlight_exponent(),
+            facets: material.facet_roughness().map(|roughness| (roughness, material.metallic)),
         }
     }
 
-    fn key(&self) -> [u64; 7] {
+    fn key(&self) -> [u64; 9] {
         let [r, g, b] = self.color.to_array();
-        [r, g, b, self.opacity, self.mirror, self.specular, self.exponent].map(f64::to_bits)
+        let (roughness, metal) = self.facets.unwrap_or((-1.0, -1.0));
+        [r, g, b, self.opacity, self.mirror, self.specular, self.exponent, roughness, metal].map(f64::to_bits)
     }
 
-    /// The roughness of a microfacet model (GGX) whose lobe is about as wide as the highlight:
-    /// alpha^2 = 2 / (exponent + 2), alpha = roughness^2.
+    /// The roughness of a microfacet model (GGX): that of the material, or one whose lobe is about as wide as the
+    /// highlight: alpha^2 = 2 / (exponent + 2), alpha = roughness^2.
     pub(super) fn roughness(&self) -> f64 {
-        (2.0 / (self.exponent + 2.0)).powf(0.25).clamp(0.0, 1.0)
+        let of_highlight = || (2.0 / (self.exponent + 2.0)).powf(0.25).clamp(0.0, 1.0);
+        self.facets.map_or_else(of_highlight, |(roughness, _)| roughness)
+    }
+
+    /// The metal of a microfacet model: that of the material, or the weight of mirrored light.
+    pub(super) fn metallic(&self) -> f64 {
+        self.facets.map_or(self.mirror, |(_, metallic)| metallic)
     }
 }
 

@@ -62,5 +62,8 @@ pub(super) fn of_materials(instances: &Instances, kept: MaterialKept) -> Vec<Str
     if kept != MaterialKept::None && any(|material| material.emission > 0.0) {
         losses.push("emission is not in the file: surfaces give off no light".to_owned());
     }
+    if kept == MaterialKept::Color && any(|material| material.facet_roughness().is_some()) {
+        losses.push("roughness and metal are not in the file".to_owned());
+    }
     losses
 }

@@ -140,6 +140,10 @@ pub fn losses(scene: &Scene) -> Vec<String> {
             materials().any(|material| material.emission > 0.0),
             "shapes that shine are seen, but light nothing in POV-Ray without its radiosity",
         ),
+        (
+            materials().any(|material| material.facet_roughness().is_some()),
+            "roughness and metal are not in the file",
+        ),
         (picture.gloss_rays > 1, "blurred reflection is not in the file: mirrors are sharp"),
         (
             picture.exposure != 0.0 || picture.tone != superegg_scene::Tone::None,

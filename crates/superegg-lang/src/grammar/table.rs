@@ -485,6 +485,20 @@ pub const COMMANDS: &[CommandSpec] = &[
         example: "setEmission 4",
         build: Build::Primitive(|args| PrimitiveCommand::SetEmission(args.number(0))),
     },
+    weight!(
+        "setRoughness",
+        "roughness",
+        Roughness,
+        "sets the roughness of the surface for 'set light path': 0 is a mirror under which colour is seen, 1 is matt; index is that of the coat or of rough glass",
+        "no facets"
+    ),
+    weight!(
+        "setMetallic",
+        "metallic",
+        Metallic,
+        "sets the part of the surface that is metal for 'set light path', whose colour is that of its reflections",
+        "0"
+    ),
     CommandSpec {
         name: "setFresnel",
         spellings: &["fresnel"],

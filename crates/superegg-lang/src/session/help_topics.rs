@@ -41,6 +41,8 @@ pub(crate) const TOPICS: &[Topic] = &[
             "setFresnel",
             "setAbsorb",
             "setEmission",
+            "setRoughness",
+            "setMetallic",
             "setPattern",
         ],
         settings: &["glossRays", "bounces"],

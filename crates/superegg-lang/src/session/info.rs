@@ -240,6 +240,8 @@ fn primitive_details(name: &str, primitive: &Primitive) -> String {
         ("fresnel", if material.fresnel { "on" } else { "off" }.to_owned()),
         ("absorb", vector(material.absorb)),
         ("emission", format_number(material.emission)),
+        ("roughness", material.roughness.map_or_else(|| "unset, no facets".to_owned(), format_number)),
+        ("metallic", format_number(material.metallic)),
         ("pattern", pattern_words(material.pattern)),
     ];
     let mut text = format!("primitive {name}");

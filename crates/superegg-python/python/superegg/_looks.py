@@ -55,6 +55,11 @@ class Material:
         Whether the index scales the reflected weight by the angle.
     emission : float
         The light that the surface gives off (0), in multiples of its colour.
+    roughness : float
+        For ``light="path"``: the roughness of the facets of the surface, from 0 (mirror) to 1 (matt). `index` is then
+        that of a coat over the colour, or of rough glass if light is `refracted`.
+    metallic : float
+        For ``light="path"``: the part of the surface that is metal (0), whose reflections have its colour.
     absorb : sequence of 3 numbers
         Absorption inside, per world unit.
     checker : tuple of a colour and a size
@@ -73,6 +78,8 @@ class Material:
     refracted: float | None = None
     index: float | None = None
     emission: float | None = None
+    roughness: float | None = None
+    metallic: float | None = None
     fresnel: bool | None = None
     absorb: Vector | None = None
     checker: tuple[Vector, float] | None = None
@@ -83,7 +90,7 @@ class Material:
         lines: list[str] = []
         if self.color is not None:
             lines.append(f"setColor {color_text(self.color)}")
-        for name in ("ambient", "diffuse", "specular", "gloss", "shininess", "reflected", "refracted", "index", "emission"):
+        for name in ("ambient", "diffuse", "specular", "gloss", "shininess", "reflected", "refracted", "index", "emission", "roughness", "metallic"):
             value = getattr(self, name)
             if value is not None:
                 lines.append(f"set{name.capitalize()} {number(value, name)!r}")

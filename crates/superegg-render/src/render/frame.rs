@@ -13,6 +13,7 @@ use crate::film::buffer::Film;
 use crate::film::tile::{Tile, tiles};
 use crate::render::worker::{RenderJob, Worker};
 use crate::settings::{RenderSettings, SettingsError};
+use crate::shade::path_resources::PathResources;
 use crate::stats::TraceStats;
 
 /// How a picture is rendered: threads, cancellation and progress. None of it changes the picture.
@@ -164,7 +165,8 @@ pub fn render_tiles(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
     let pool = pool.map_err(|error| RenderError::Threads(error.into()))?;
     let settings = &settings.for_output();
-    let job = RenderJob::new(scene, settings, options.cancel);
+    let paths = PathResources::of(scene, settings);
+    let job = RenderJob::new(scene, settings, &paths, options.cancel);
     let finished_pixels = AtomicU64::new(0);
     let stats = Mutex::new(TraceStats::default());
     let wanted: Vec<(usize, Tile)> =

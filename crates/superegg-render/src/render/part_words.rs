@@ -172,6 +172,8 @@ fn write_material(bytes: &mut Bytes, material: &Material) {
         fresnel,
         absorb,
         emission,
+        roughness,
+        metallic,
         pattern,
     } = material;
     bytes.vector(color);
@@ -186,6 +188,12 @@ fn write_material(bytes: &mut Bytes, material: &Material) {
     if emission > 0.0 {
         bytes.word("emission");
         bytes.number(emission);
+    }
+    // The same for facets.
+    if roughness.is_some() || metallic > 0.0 {
+        bytes.word("facets");
+        bytes.optional(roughness, Bytes::number);
+        bytes.number(metallic);
     }
     match pattern {
         Pattern::None => bytes.word("none"),
@@ -300,6 +308,9 @@ mod tests {
             with_material(|material| material.fresnel = true),
             with_material(|material| material.absorb = DVec3::X),
             with_material(|material| material.emission = 0.5),
+            with_material(|material| material.roughness = Some(0.0)),
+            with_material(|material| material.roughness = Some(0.5)),
+            with_material(|material| material.metallic = 0.5),
             with_material(|material| material.pattern = Pattern::Checker { color: DVec3::X, size: 1.0 }),
             with_material(|material| {
                 material.pattern = Pattern::Gradient { color: DVec3::X, direction: DVec3::Y };

@@ -49,9 +49,10 @@ impl PointShadows {
             }
         };
         for (index, point) in hits.points.iter().enumerate() {
-            if lit.add(index, point, light, 1) == Reach::BeyondF32 {
+            // Facets are not shaded in lanes.
+            if context.has_facets(point) || lit.add(index, point, light, 1) == Reach::BeyondF32 {
                 let sample = LightSample::to_centre(light, point.position);
-                let color = sample.and_then(|sample| unoccluded_light(point, &sample));
+                let color = sample.and_then(|sample| unoccluded_light(context, point, &sample));
                 color.into_iter().for_each(|color| push(index, point.state.weight * color));
             }
         }

@@ -14,7 +14,6 @@ use crate::render::primary_hits::{CameraPaths, PrimaryHits};
 use crate::render::shadow_queue::ShadowQueue;
 use crate::shade::context::RenderContext;
 use crate::shade::direct;
-use crate::shade::emitters::Emitters;
 use crate::shade::path::add_indirect_light;
 use crate::shade::shadow_batch::add_transmitted;
 use crate::shade::state::ShadingState;
@@ -32,8 +31,6 @@ pub(crate) struct TileTracer<'a> {
     lanes: LaneLighting,
     point_shadows: PointShadows,
     shadow_queue: ShadowQueue,
-    /// What paths can sample; empty in other models of light.
-    emitters: &'a Emitters,
     results: SampleResults,
     needs_first_hits: bool,
 }
@@ -44,7 +41,6 @@ impl<'a> TileTracer<'a> {
     pub(crate) fn new(
         context: RenderContext<'a>,
         view: &'a View,
-        emitters: &'a Emitters,
         samples: u32,
         needs_first_hits: bool,
     ) -> Self {
@@ -56,7 +52,6 @@ impl<'a> TileTracer<'a> {
             lanes: LaneLighting::new(&context, view),
             point_shadows: PointShadows::new(),
             shadow_queue: ShadowQueue::default(),
-            emitters,
             results: SampleResults::default(),
             needs_first_hits,
         }
@@ -82,9 +77,9 @@ impl<'a> TileTracer<'a> {
     fn trace_paths(&mut self, samples: &[FilmSample]) -> &mut SampleResults {
         self.find_primary_hits(samples, false);
         self.add_light();
-        let Self { camera, stats, hits, results, instances, emitters, .. } = self;
+        let Self { camera, stats, hits, results, instances, .. } = self;
         let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
-        add_indirect_light(camera.context, emitters, &hits.shaded.points, &mut shading);
+        add_indirect_light(camera.context, &hits.shaded.points, &mut shading);
         self.finish(samples.len())
     }
 

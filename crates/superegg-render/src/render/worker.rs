@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use superegg_geom::glam::DVec3;
-use superegg_scene::{AmbientOcclusion, LightModel};
+use superegg_scene::AmbientOcclusion;
 use superegg_trace::{CompiledScene, TraceRay};
 
 use crate::camera::placement::{SamplePlacement, SamplePosition};
@@ -18,7 +18,7 @@ use crate::render::output::color_of_id;
 use crate::render::tracer::TileTracer;
 use crate::settings::{Output, RenderSettings};
 use crate::shade::context::RenderContext;
-use crate::shade::emitters::Emitters;
+use crate::shade::path_resources::PathResources;
 use crate::stats::TraceStats;
 
 /// The data of a render that all threads read.
@@ -26,8 +26,6 @@ pub(crate) struct RenderJob<'a> {
     context: RenderContext<'a>,
     settings: &'a RenderSettings,
     view: View,
-    /// What paths can sample; empty in other models of light.
-    emitters: Emitters,
     placement: SamplePlacement,
     stopping: StoppingRule,
     /// The rays of [`Output::Occlusion`].
@@ -43,6 +41,7 @@ impl<'a> RenderJob<'a> {
     pub(crate) fn new(
         scene: &'a CompiledScene,
         settings: &'a RenderSettings,
+        paths: &'a PathResources,
         cancel: Option<&'a AtomicBool>,
     ) -> Self {
         let picture = &settings.picture;
@@ -50,13 +49,9 @@ impl<'a> RenderJob<'a> {
         let layout = AccumulatorLayout { squares: !stopping.is_fixed(), layers: settings.keeps_layers() };
         let is_first_hit_output = matches!(settings.output, Output::Normal | Output::Albedo | Output::Id);
         Self {
-            context: RenderContext::new(scene, settings),
+            context: RenderContext::new(scene, settings, paths),
             settings,
             view: View::new(&settings.camera, picture.width, picture.height),
-            emitters: match picture.light_model {
-                LightModel::Course => Emitters::default(),
-                LightModel::Path => Emitters::of(scene),
-            },
             placement: SamplePlacement::of(picture),
             stopping,
             occlusion: Output::occlusion(settings, scene),
@@ -115,7 +110,7 @@ impl<'j, 'a> Worker<'j, 'a> {
         let samples = job.settings.picture.samples;
         Self {
             job,
-            tracer: TileTracer::new(job.context, &job.view, &job.emitters, samples, job.needs_first_hits),
+            tracer: TileTracer::new(job.context, &job.view, samples, job.needs_first_hits),
             batch: Batch::default(),
             accumulator: TileAccumulator::new(job.placement.mass()),
             block_order: Vec::new(),

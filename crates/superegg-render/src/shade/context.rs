@@ -10,6 +10,8 @@ use superegg_trace::{CompiledScene, Footprint, Hit, InstancePath, Target, TraceR
 use crate::settings::{Environment, RenderSettings};
 use crate::shade::floor::FloorPlane;
 use crate::shade::medium::Media;
+use crate::shade::microfacet::surface::Microfacets;
+use crate::shade::path_resources::PathResources;
 use crate::shade::phong::LobeWeights;
 use crate::shade::point::{
     MaterialRef, PathState, SurfaceOwner, SurfacePoint, SurfaceView, albedo_of_floor, albedo_of_shape,
@@ -26,6 +28,7 @@ pub(crate) struct RenderContext<'a> {
     pub(crate) ground: Option<FloorPlane<'a>>,
     /// Whether any material transmits light. Shadows may then be coloured.
     pub(crate) has_transmission: bool,
+    pub(crate) paths: &'a PathResources,
 }
 
 /// Whether light passes through a material.
@@ -34,7 +37,11 @@ pub(crate) fn transmits(material: &Material) -> bool {
 }
 
 impl<'a> RenderContext<'a> {
-    pub(crate) fn new(scene: &'a CompiledScene, settings: &'a RenderSettings) -> Self {
+    pub(crate) fn new(
+        scene: &'a CompiledScene,
+        settings: &'a RenderSettings,
+        paths: &'a PathResources,
+    ) -> Self {
         let ground =
             settings.environment.floor.as_ref().map(|(floor, material)| FloorPlane::new(floor, material));
         Self {
@@ -43,7 +50,18 @@ impl<'a> RenderContext<'a> {
             picture: &settings.picture,
             ground,
             has_transmission: scene.materials().iter().any(transmits),
+            paths,
         }
+    }
+
+    /// Whether a point has a surface of facets.
+    pub(crate) fn has_facets(&self, point: &SurfacePoint<'_>) -> bool {
+        self.paths.albedo.is_some() && point.material.facet_roughness().is_some()
+    }
+
+    /// The surface of facets at a point; `None` in the course's model, and for materials without any.
+    pub(crate) fn microfacets(&self, point: &SurfacePoint<'_>) -> Option<Microfacets<'a>> {
+        Microfacets::of(self.paths.albedo.as_ref()?, point)
     }
 
     /// The lights with their indices.

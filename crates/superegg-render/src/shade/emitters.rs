@@ -27,7 +27,8 @@ struct Emitter {
     path: InstancePath,
     /// Points that are spread evenly over the area in the world.
     sampler: ImageSampler,
-    /// The probability density of a sample, for each unit of area.
+    centre: DVec3,
+    /// The probability density of a sample, for each unit of area that faces the point for which it is drawn.
     density: f64,
 }
 
@@ -68,19 +69,27 @@ impl Emitters {
             total += power;
             emitters.cumulative.push(total);
             emitters.by_path.insert(placed.path.clone(), emitters.all.len());
-            emitters.all.push(Emitter { path: placed.path.clone(), sampler, density: power / area });
+            let centre = placed.world_from_unit.translation;
+            // Each sample stands for its mirror image through the centre, too.
+            let density = 2.0 * power / area;
+            emitters.all.push(Emitter { path: placed.path.clone(), sampler, centre, density });
         }
         emitters.cumulative.iter_mut().for_each(|sum| *sum /= total);
         emitters.all.iter_mut().for_each(|emitter| emitter.density /= total);
         emitters
     }
 
-    /// A random point of an emitter; `None` if there are none.
-    pub(crate) fn sample(&self, key: SampleKey) -> Option<EmitterSample<'_>> {
+    /// A random point of an emitter that faces a point, if one of a pair of opposite points does: every shape is symmetric
+    /// about its centre. `None` if there are no emitters.
+    pub(crate) fn sample(&self, key: SampleKey, from: DVec3) -> Option<EmitterSample<'_>> {
         let choice = key.point(0, 1).x;
         let chosen = self.cumulative.partition_point(|&sum| sum <= choice);
-        let Emitter { path, sampler, density } = self.all.get(chosen.min(self.all.len().checked_sub(1)?))?;
-        let AreaSample { point, normal, .. } = sampler.with_seed(key.bits()).sample();
+        let emitter = self.all.get(chosen.min(self.all.len().checked_sub(1)?))?;
+        let Emitter { path, sampler, centre, density } = emitter;
+        let AreaSample { mut point, mut normal, .. } = sampler.with_seed(key.bits()).sample();
+        if normal.dot(from - point) < 0.0 {
+            (point, normal) = (2.0 * *centre - point, -normal);
+        }
         Some(EmitterSample { path, point, normal, density: *density })
     }
 

@@ -96,7 +96,7 @@ impl<'a> GroupedLight<'a> {
         for i in 0..count {
             let sample =
                 if light.radius > 0.0 { centre.to_disc(light.radius, key, i, count) } else { centre };
-            let Some(color) = unoccluded_light(point, &sample) else { continue };
+            let Some(color) = unoccluded_light(&context, point, &sample) else { continue };
             let ray = toward(point, sample.direction);
             let past_floor = context.transmittance_past_floor(&ray.ray, point.is_on_floor(), end);
             let color = past_floor * point.state.weight * color / f64::from(count);
@@ -277,9 +277,9 @@ fn end_of(light: &Light) -> f64 {
 }
 
 /// Whether the shadow rays of a point may share a shaft: they leave its surface in clear air, or they go through its shape,
-/// which transmits light, and need none.
+/// which transmits light, and need none. Facets are not shaded in lanes.
 fn is_groupable(context: &RenderContext<'_>, point: &SurfacePoint<'_>) -> bool {
     let is_clear = point.leaving && context.has_transmission;
     let is_outside = !point.leaving && !point.state.media.absorbs();
-    (is_clear || is_outside) && !point.is_proxy() && point.position.is_finite()
+    !context.has_facets(point) && (is_clear || is_outside) && !point.is_proxy() && point.position.is_finite()
 }

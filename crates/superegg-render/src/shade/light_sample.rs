@@ -6,6 +6,7 @@ use superegg_scene::Light;
 use superegg_trace::{Footprint, TraceRay};
 
 use crate::camera::sobol::{SampleKey, disc};
+use crate::shade::context::RenderContext;
 use crate::shade::phong;
 use crate::shade::point::SurfacePoint;
 
@@ -43,9 +44,16 @@ impl LightSample {
 }
 
 /// The reflected light of an unoccluded light sample. `None` if the point faces away from it.
-pub(crate) fn unoccluded_light(point: &SurfacePoint<'_>, sample: &LightSample) -> Option<DVec3> {
+pub(crate) fn unoccluded_light(
+    context: &RenderContext<'_>,
+    point: &SurfacePoint<'_>,
+    sample: &LightSample,
+) -> Option<DVec3> {
     let normal = point.facing_normal();
     (normal.dot(sample.unit) > 0.0).then(|| {
+        if let Some(surface) = context.microfacets(point) {
+            return sample.color * surface.lit_by_lamp(sample.unit);
+        }
         phong::direct(
             &point.material,
             &point.weights,

@@ -9,6 +9,9 @@
 //! of colour C that shines straight onto it counts as C, and so does that of a sky of colour C. `ambient` and ambient
 //! occlusion have no part: what they stand for is traced. `specular` is the image of the lights alone. Lights have no
 //! shape that a path could hit, and their light passes glass straight and tinted, as in the course's model.
+//!
+//! A surface with `roughness` or `metallic` is one of facets ([`Microfacets`]); of the other weights of its material it
+//! keeps `diffuse`, `refracted` and `index`.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -18,13 +21,15 @@ use superegg_trace::{InstancePath, TraceRay};
 use crate::camera::sobol::cosine_direction;
 use crate::shade::context::RenderContext;
 use crate::shade::direct;
-use crate::shade::emitters::{EmitterSample, Emitters};
+use crate::shade::emitters::EmitterSample;
 use crate::shade::light_sample::toward;
+use crate::shade::medium::Media;
+use crate::shade::microfacet::surface::{Microfacets, Scattered};
 use crate::shade::phong;
 use crate::shade::point::{PathState, SurfaceOwner, SurfacePoint};
 use crate::shade::state::ShadingState;
 
-/// A way in which a surface scatters light.
+/// A way in which a surface without facets scatters light.
 #[derive(Clone, Copy, Debug)]
 enum Lobe {
     /// In all directions, by Lambert's law.
@@ -42,6 +47,7 @@ const LOBES: u32 = 1 << 21;
 const CHOICE: u32 = LOBES + 8;
 const ROULETTE: u32 = LOBES + 9;
 const EMITTER: u32 = LOBES + 10;
+const FACETS: u32 = LOBES + 11;
 
 /// Paths of fewer bounces are not ended by chance.
 const LEAST_BOUNCES: u32 = 3;
@@ -101,25 +107,63 @@ fn matt_share(point: &SurfacePoint<'_>) -> DVec3 {
     phong::diffuse(&point.material, &point.weights, point.albedo)
 }
 
+/// What a surface scatters of light from any direction, without sharp mirrors and glass.
+enum Receiver<'a> {
+    /// A matt surface, with the part of the light that it scatters.
+    Matt(DVec3),
+    Facets(Microfacets<'a>),
+}
+
+impl<'a> Receiver<'a> {
+    /// The receiver at a point; `None` if it scatters nothing.
+    fn at(context: &RenderContext<'a>, point: &SurfacePoint<'_>) -> Option<Self> {
+        if let Some(facets) = context.microfacets(point) {
+            return Some(Self::Facets(facets));
+        }
+        let share = matt_share(point);
+        (share.max_element() > 0.0).then_some(Self::Matt(share))
+    }
+
+    /// What is scattered of the light from a unit direction, with the density of paths in that direction.
+    fn scattered(&self, point: &SurfacePoint<'_>, direction: DVec3) -> Scattered {
+        match self {
+            Self::Matt(share) => {
+                let density = FRAC_1_PI * point.facing_normal().dot(direction).max(0.0);
+                Scattered { light: density * *share, density }
+            }
+            Self::Facets(facets) => facets.scattered(direction),
+        }
+    }
+}
+
 /// The rays of one bounce.
-struct PathRays<'a, 'e> {
+struct PathRays<'a> {
     context: RenderContext<'a>,
-    emitters: &'e Emitters,
     rays: Vec<TraceRay>,
     states: Vec<PathState>,
-    /// The probability density of the direction of each ray from a matt surface; `None` for mirrored and refracted rays.
+    /// The probability density of the direction of each ray; `None` for rays of sharp mirrors and glass.
     densities: Vec<Option<f64>>,
+}
+
+/// A ray that continues a path.
+struct NextRay {
+    direction: DVec3,
+    /// The part of the light that it brings, divided by its probability.
+    share: DVec3,
+    density: Option<f64>,
+    /// The branch of its random numbers.
+    branch: u32,
+    media: Media,
 }
 
 /// Adds the emission of first hits, and the light that reaches them by way of other surfaces, from shapes that shine, and
 /// from the sky. The light of the lights at the first hits themselves is not included.
 pub(crate) fn add_indirect_light<'a>(
     context: RenderContext<'a>,
-    emitters: &Emitters,
     first: &[SurfacePoint<'a>],
     shading: &mut ShadingState<'_, 'a>,
 ) {
-    let mut paths = PathRays::new(context, emitters);
+    let mut paths = PathRays::new(context);
     direct::add_emission(first, shading);
     paths.add_samples_of_emitters(first, shading);
     first.iter().for_each(|point| paths.push_all(point, shading));
@@ -129,36 +173,35 @@ pub(crate) fn add_indirect_light<'a>(
         }
         let points = paths.trace(shading);
         direct::add_light(context, &points, &context.lights(), false, shading);
-        let mut next = PathRays::new(context, emitters);
+        let mut next = PathRays::new(context);
         next.add_samples_of_emitters(&points, shading);
         points.iter().for_each(|point| next.push_one(point, bounce, shading));
         paths = next;
     }
 }
 
-impl<'a, 'e> PathRays<'a, 'e> {
-    fn new(context: RenderContext<'a>, emitters: &'e Emitters) -> Self {
-        Self { context, emitters, rays: Vec::new(), states: Vec::new(), densities: Vec::new() }
+impl<'a> PathRays<'a> {
+    fn new(context: RenderContext<'a>) -> Self {
+        Self { context, rays: Vec::new(), states: Vec::new(), densities: Vec::new() }
     }
 
-    /// Adds the light of one sample of the shapes that shine to each matt point.
+    /// Adds the light of one sample of the shapes that shine to each point.
     fn add_samples_of_emitters(&self, points: &[SurfacePoint<'a>], shading: &mut ShadingState<'_, 'a>) {
         /// How far the hit may be from the sample, as a part of the distance.
         const TOLERANCE: f64 = 1e-6;
         let (mut rays, mut wanted) = (Vec::new(), Vec::new());
         for point in points {
-            let share = matt_share(point);
-            if share.max_element() <= 0.0 {
-                continue;
-            }
-            let Some(sample) = self.emitters.sample(point.state.key.branch(EMITTER)) else { return };
-            let Some((direction, weight)) = weighted_sample(point, &sample) else { continue };
+            let Some(receiver) = Receiver::at(&self.context, point) else { continue };
+            let key = point.state.key.branch(EMITTER);
+            let Some(sample) = self.context.paths.emitters.sample(key, point.position) else { return };
+            let Some((direction, weight)) = weighted_sample(point, &receiver, &sample) else { continue };
             let PathState { pixel, weight: before, key, ref media, .. } = point.state;
+            let is_beyond = direction.dot(point.facing_normal()) < 0.0;
             let state = PathState {
                 pixel,
-                weight: before * share * weight,
+                weight: before * weight,
                 key,
-                media: media.clone(),
+                media: if is_beyond { point.beyond().1 } else { media.clone() },
                 is_from_floor: point.is_on_floor(),
             };
             rays.push(toward(point, direction));
@@ -187,69 +230,85 @@ impl<'a, 'e> PathRays<'a, 'e> {
         let cos = point.to_eye.dot(point.normal).max(0.0);
         let distance_squared = (point.position - ray.ray.origin).length_squared();
         // The density of samples by solid angle, times the cosine.
-        let of_sample = self.emitters.density(path) * distance_squared;
+        let of_sample = self.context.paths.emitters.density(path) * distance_squared;
         if of_sample == 0.0 { 1.0 } else { density * cos / (density * cos + of_sample) }
     }
 
     /// Adds a ray for each lobe of a first hit.
     fn push_all(&mut self, point: &SurfacePoint<'_>, shading: &mut ShadingState<'_, 'a>) {
+        if let Some(facets) = self.context.microfacets(point) {
+            if let Some(ray) = ray_of_facets(point, &facets) {
+                self.push(point, ray, shading);
+            }
+            return;
+        }
         for (lobe, share) in Lobe::of(point) {
             if share.max_element() > 0.0 {
-                self.push(point, lobe, share, shading);
+                let ray = self.ray_of_lobe(point, lobe, share);
+                self.push(point, ray, shading);
             }
         }
     }
 
     /// Adds a ray for one lobe, which is chosen by chance, unless chance ends the path.
     fn push_one(&mut self, point: &SurfacePoint<'_>, bounce: u32, shading: &mut ShadingState<'_, 'a>) {
-        let lobes = Lobe::of(point);
-        let total: f64 = lobes.iter().map(|(_, share)| share.max_element()).sum();
-        if total <= 0.0 {
-            return;
-        }
+        let ray = match self.context.microfacets(point) {
+            Some(facets) => ray_of_facets(point, &facets),
+            None => self.ray_of_one_lobe(point),
+        };
+        let Some(ray) = ray else { return };
         let key = point.state.key;
-        let mut chosen = key.branch(CHOICE).point(0, 1).x * total;
-        for (lobe, share) in lobes {
-            let likelihood = share.max_element();
-            if chosen >= likelihood || likelihood == 0.0 {
-                chosen -= likelihood;
-                continue;
-            }
-            let share = share * (total / likelihood);
-            let weight = (point.state.weight * share).max_element();
-            let survival = if bounce < LEAST_BOUNCES { 1.0 } else { weight.min(MOST_LIKELY) };
-            if key.branch(ROULETTE).point(0, 1).x < survival {
-                self.push(point, lobe, share / survival, shading);
-            }
-            return;
+        let weight = (point.state.weight * ray.share).max_element();
+        let survival = if bounce < LEAST_BOUNCES { 1.0 } else { weight.min(MOST_LIKELY) };
+        if key.branch(ROULETTE).point(0, 1).x < survival {
+            self.push(point, NextRay { share: ray.share / survival, ..ray }, shading);
         }
     }
 
-    fn push(
-        &mut self,
-        point: &SurfacePoint<'_>,
-        lobe: Lobe,
-        share: DVec3,
-        shading: &mut ShadingState<'_, 'a>,
-    ) {
+    /// A ray of one lobe, which is chosen by chance.
+    fn ray_of_one_lobe(&self, point: &SurfacePoint<'_>) -> Option<NextRay> {
+        let lobes = Lobe::of(point);
+        let total: f64 = lobes.iter().map(|(_, share)| share.max_element()).sum();
+        let mut chosen = point.state.key.branch(CHOICE).point(0, 1).x * total;
+        for (lobe, share) in lobes {
+            let likelihood = share.max_element();
+            if chosen < likelihood && likelihood > 0.0 {
+                return Some(self.ray_of_lobe(point, lobe, share * (total / likelihood)));
+            }
+            chosen -= likelihood;
+        }
+        None
+    }
+
+    fn ray_of_lobe(&self, point: &SurfacePoint<'_>, lobe: Lobe, share: DVec3) -> NextRay {
         let direction = lobe.direction(point, self.context.picture.gloss_rays > 0);
-        let counts = &mut shading.stats.rays;
-        let (media, density, count) = match lobe {
-            Lobe::Refracted(_) => (point.beyond().1, None, &mut counts.refraction),
-            Lobe::Mirror | Lobe::Reflected => (point.state.media.clone(), None, &mut counts.reflection),
+        let (media, density) = match lobe {
+            Lobe::Refracted(_) => (point.beyond().1, None),
+            Lobe::Mirror | Lobe::Reflected => (point.state.media.clone(), None),
             Lobe::Matt => {
                 let density = FRAC_1_PI * point.facing_normal().dot(direction).max(0.0);
-                (point.state.media.clone(), Some(density), &mut counts.ambient)
+                (point.state.media.clone(), Some(density))
             }
         };
-        *count += 1;
+        NextRay { direction, share, density, branch: lobe.branch(), media }
+    }
+
+    fn push(&mut self, point: &SurfacePoint<'_>, ray: NextRay, shading: &mut ShadingState<'_, 'a>) {
+        let NextRay { direction, share, density, branch, media } = ray;
+        let rays = &mut shading.stats.rays;
+        let is_beyond = direction.dot(point.facing_normal()) < 0.0;
+        *(match density {
+            _ if is_beyond => &mut rays.refraction,
+            None => &mut rays.reflection,
+            Some(_) => &mut rays.ambient,
+        }) += 1;
         let PathState { pixel, weight, key, .. } = point.state;
         self.rays.push(point.spawn(direction, point.footprint));
         self.densities.push(density);
         self.states.push(PathState {
             pixel,
             weight: weight * share,
-            key: key.branch(lobe.branch()),
+            key: key.branch(branch),
             media,
             is_from_floor: point.is_on_floor(),
         });
@@ -278,20 +337,42 @@ impl<'a, 'e> PathRays<'a, 'e> {
     }
 }
 
-/// The unit direction from a matt point to a sample of an emitter, and the factor of its light; `None` if one faces away
-/// from the other.
-fn weighted_sample(point: &SurfacePoint<'_>, sample: &EmitterSample<'_>) -> Option<(DVec3, f64)> {
+/// A ray from a surface of facets.
+fn ray_of_facets(point: &SurfacePoint<'_>, facets: &Microfacets<'_>) -> Option<NextRay> {
+    let key = point.state.key;
+    let choice = key.branch(CHOICE).point(0, 1).x;
+    let (direction, Scattered { light, density }) = facets.sample(choice, key.branch(FACETS).point(0, 1))?;
+    let is_beyond = direction.dot(point.facing_normal()) < 0.0;
+    Some(NextRay {
+        direction,
+        share: light / density,
+        density: Some(density),
+        branch: FACETS,
+        media: if is_beyond { point.beyond().1 } else { point.state.media.clone() },
+    })
+}
+
+/// The unit direction from a point to a sample of an emitter, and the factor of its light; `None` if one faces away from
+/// the other.
+fn weighted_sample(
+    point: &SurfacePoint<'_>,
+    receiver: &Receiver<'_>,
+    sample: &EmitterSample<'_>,
+) -> Option<(DVec3, DVec3)> {
     let to_sample = sample.point - point.position;
     let distance_squared = to_sample.length_squared();
     let direction = to_sample.try_normalize()?;
-    let cos = point.facing_normal().dot(direction);
     let cos_there = -sample.normal.dot(direction);
-    if cos <= 0.0 || cos_there <= 0.0 {
+    if cos_there <= 0.0 {
+        return None;
+    }
+    let Scattered { light, density } = receiver.scattered(point, direction);
+    if light.max_element() <= 0.0 {
         return None;
     }
     // Both densities by solid angle, times the cosine at the emitter.
-    let (of_sample, of_direction) = (sample.density * distance_squared, FRAC_1_PI * cos * cos_there);
-    Some((direction, FRAC_1_PI * cos * cos_there / (of_sample + of_direction)))
+    let (of_sample, of_direction) = (sample.density * distance_squared, density * cos_there);
+    Some((direction, light * cos_there / (of_sample + of_direction)))
 }
 
 /// Whether a point is on the outside of an instance.

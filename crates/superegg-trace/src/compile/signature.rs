@@ -13,7 +13,7 @@ use crate::scene::primitive::CompiledPrimitive;
 #[derive(Default)]
 pub(super) struct Materials {
     pub(super) all: Vec<Material>,
-    index_of: HashMap<[u64; 23], u32, RandomState>,
+    index_of: HashMap<[u64; 25], u32, RandomState>,
 }
 
 impl Materials {
@@ -27,7 +27,7 @@ impl Materials {
 }
 
 /// The bits of a material, which are equal for equal materials only.
-fn material_bits(material: &Material) -> [u64; 23] {
+fn material_bits(material: &Material) -> [u64; 25] {
     let Material {
         color,
         ambient,
@@ -41,6 +41,8 @@ fn material_bits(material: &Material) -> [u64; 23] {
         fresnel,
         absorb,
         emission,
+        roughness,
+        metallic,
         pattern,
     } = material;
     // The numbers are not negative, so -1 can mark an unset one.
@@ -74,6 +76,8 @@ fn material_bits(material: &Material) -> [u64; 23] {
         detail.y,
         detail.z,
         *emission,
+        optional(roughness),
+        *metallic,
     ];
     numbers.map(f64::to_bits)
 }

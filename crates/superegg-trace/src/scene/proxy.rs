@@ -33,22 +33,30 @@ impl Proxy {
 
     /// The mean material of what is seen. It neither reflects nor refracts.
     pub(crate) fn material(&self, primitives: &[CompiledPrimitive], materials: &[Material]) -> Material {
+        let seen = |primitive: u32| &materials[primitives[primitive as usize].material as usize];
+        let has_facets = self.weights.iter().any(|&(primitive, _)| seen(primitive).facet_roughness().is_some());
         let nothing = Material {
             color: DVec3::ZERO,
             ambient: 0.0,
             gloss: 0.0,
             diffuse: 0.0,
             specular: 0.0,
+            // Surfaces without facets count as rough if others have some.
+            roughness: has_facets.then_some(0.0),
             ..Material::default()
         };
         self.weights.iter().fold(nothing, |mut mean, &(primitive, weight)| {
-            let seen = &materials[primitives[primitive as usize].material as usize];
+            let seen = seen(primitive);
             mean.color += weight * seen.color;
             mean.ambient += weight * seen.ambient;
             mean.gloss += weight * seen.gloss;
             mean.diffuse += weight * seen.diffuse;
             mean.specular += weight * seen.specular;
             mean.emission += weight * seen.emission;
+            mean.metallic += weight * seen.metallic;
+            if let Some(roughness) = &mut mean.roughness {
+                *roughness += weight * seen.facet_roughness().unwrap_or(1.0);
+            }
             mean
         })
     }

@@ -55,6 +55,8 @@ fn edit_material(ui: &mut Ui, material: &Material) -> Option<String> {
         ("setGloss", "gloss", material.gloss),
         ("setReflected", "reflected", material.reflected.unwrap_or(0.0)),
         ("setRefracted", "refracted", material.refracted.unwrap_or(0.0)),
+        ("setRoughness", "roughness", material.facet_roughness().unwrap_or(1.0)),
+        ("setMetallic", "metallic", material.metallic),
     ] {
         let mut value = value;
         if slider(ui, word, label, &mut value, 0.0..=1.0) {
