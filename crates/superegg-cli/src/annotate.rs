@@ -7,7 +7,7 @@ mod round;
 mod scale_bar;
 
 use anyhow::{Context, Result};
-use superegg_render::{Development, EncodedPicture, Film, Output, RenderSettings};
+use superegg_render::{Development, EncodedPicture, Film, Output, PictureNote, RenderSettings};
 use superegg_scene::Tone;
 
 use canvas::Canvas;
@@ -44,10 +44,15 @@ impl Annotations {
     ///
     /// # Errors
     /// The encoder fails, or there is no scale at the camera's target.
-    pub(crate) fn png(&self, film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
+    pub(crate) fn png(
+        &self,
+        film: &Film,
+        settings: &RenderSettings,
+        notes: &[PictureNote],
+    ) -> Result<Vec<u8>> {
         let mut picture = settings.development().encode(&settings.output.colored(film));
         self.draw(&mut picture, settings)?;
-        Ok(picture.png()?)
+        Ok(picture.png(notes)?)
     }
 
     fn draw(&self, picture: &mut EncodedPicture, settings: &RenderSettings) -> Result<()> {

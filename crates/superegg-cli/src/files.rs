@@ -9,10 +9,12 @@ pub(crate) mod folders;
 pub(crate) mod kept_settings;
 pub(crate) mod maker;
 mod no_scene;
+pub(crate) mod notes;
 pub(crate) mod picture;
 pub(crate) mod recent;
 pub(crate) mod scene;
 pub(crate) mod series;
+pub(crate) mod surroundings;
 pub(crate) mod temporary;
 
 pub(crate) use access::{

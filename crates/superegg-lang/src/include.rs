@@ -117,6 +117,9 @@ fn write_new_settings(text: &mut String, own: &Scene, added: &Scene) {
     if own.sky.is_none() {
         new.sky = added.sky;
     }
+    if own.environment.is_none() {
+        new.environment = added.environment.clone();
+    }
     if own.ambient_occlusion.is_none() {
         new.ambient_occlusion = added.ambient_occlusion;
     }

@@ -6,8 +6,8 @@ use std::fmt::Write;
 use superegg_geom::glam::{DQuat, DVec3};
 use superegg_geom::{Superquadric, TransformStep};
 use superegg_scene::{
-    Camera, Entity, Floor, InstanceTable, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Sky,
-    Track,
+    Camera, Daylight, Entity, EnvironmentLight, EnvironmentPicture, Floor, InstanceTable, Light, LightKind,
+    Material, Object, Pattern, Primitive, Scene, Sky, Track,
 };
 
 use crate::parse::number::{format_number, matrix_words, quaternion_words, vector};
@@ -211,6 +211,17 @@ pub(crate) fn write_settings(text: &mut String, scene: &Scene) {
             words += &format!(" {}", vector(up));
         }
         line(text, &words);
+    }
+    match &scene.environment {
+        None => {}
+        Some(EnvironmentLight::Picture(EnvironmentPicture { file, rotation_deg, scale })) => {
+            let [rotation, scale] = [rotation_deg, scale].map(|number| format_number(*number));
+            line(text, &format!("environment \"{file}\" {rotation} {scale}"));
+        }
+        Some(EnvironmentLight::Daylight(Daylight { elevation_deg, turbidity, azimuth_deg })) => {
+            let numbers = [elevation_deg, turbidity, azimuth_deg].map(|number| format_number(*number));
+            line(text, &format!("daylight {}", numbers.join(" ")));
+        }
     }
     if let Some(occlusion) = scene.ambient_occlusion {
         line(text, &format!("ambientOcclusion {} {}", occlusion.samples, format_number(occlusion.distance)));

@@ -254,17 +254,18 @@ fn every_range_of_the_table_is_checked() {
         for (i, arg) in spec.all_args().enumerate() {
             let ArgKind::Number(range) = arg.kind else { continue };
             let bad = match range {
-                Range::Any => "1e400",
-                Range::Positive | Range::NonZero => "0",
-                Range::NonNegative | Range::Whole(..) => "-1e-9",
-                Range::Within(..) => "4.000001",
-                Range::Between(..) | Range::AboveTo(..) => "180.00001",
+                Range::Any => "1e400".to_owned(),
+                Range::Positive | Range::NonZero => "0".to_owned(),
+                Range::NonNegative | Range::Whole(..) => "-1e-9".to_owned(),
+                Range::Within(_, most) | Range::Between(_, most) | Range::AboveTo(_, most) => {
+                    (most + 1e-6).to_string()
+                }
             };
             let mut words = good.clone();
             if words.len() <= i + 1 {
                 continue;
             }
-            words[i + 1] = bad.to_owned();
+            words[i + 1] = bad;
             let fault = parse_line(&words.join(" ")).expect_err(&words.join(" "));
             assert!(
                 fault.message.contains(arg.name) || fault.code.as_str() == "not-a-number",

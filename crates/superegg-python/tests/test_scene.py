@@ -453,3 +453,33 @@ def test_slices_of_rays_make_no_difference():
     assert np.allclose(np.nan_to_num(all_.t, posinf=0), np.nan_to_num(np.concatenate([part.t for part in parts]), posinf=0), rtol=1e-12, atol=1e-12)
     blocked = np.concatenate([scene.occluded(origins[i:j], ways[i:j]) for i, j in ((0, 777), (777, 300_000))])
     assert (scene.occluded(origins, ways) == blocked).all() and (blocked == all_.hit).mean() > 0.999999
+
+
+def test_rough_metal_and_glass_in_a_white_world_are_white(tmp_path):
+    white = (1, 1, 1)
+    for material in (
+        se.Material(color=white, metallic=1.0, roughness=0.4),
+        se.Material(color=white, diffuse=1.0, roughness=0.7),
+        se.Material(color=white, refracted=1.0, roughness=0.3),
+    ):
+        scene = se.Scene()
+        scene.add(se.Superquadric(1, (0.4, 0.7)), material=material)
+        scene.set_background(white)
+        scene.look_at(position=(0, 0, 5), target=(0, 0, 0), fov=10)
+        scene.add_light(se.SunLight((0, 0, 1), color=(0.0, 0.0, 0.0)))
+        assert abs(scene.render(8, 8, samples=64, light="path").color.mean() - 1) < 2e-2
+
+
+def test_surroundings_are_seen_and_missing_ones_are_errors(tmp_path):
+    scene = se.Scene()
+    scene.add(se.Superquadric(0.01))
+    scene.look_at(position=(0, 0, 5), target=(0, 0, 0), fov=10)
+    header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n"
+    (tmp_path / "grey.hdr").write_bytes(header + bytes([128, 128, 128, 128] * 2))
+    scene.set_environment(tmp_path / "grey.hdr", scale=2.0)
+    assert np.allclose(scene.render(8, 8, samples=1).color[0, 0], 1.0)
+    scene.set_daylight(elevation=40, azimuth=30)
+    assert scene.render(8, 8, samples=1).color[0, 0].min() > 0
+    scene.set_environment(tmp_path / "none.hdr")
+    with pytest.raises(ValueError, match="none.hdr"):
+        scene.render(8, 8, samples=1)

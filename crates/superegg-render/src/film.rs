@@ -4,9 +4,11 @@ pub(crate) mod accumulate;
 pub(crate) mod adaptive;
 pub(crate) mod buffer;
 pub(crate) mod develop;
+pub(crate) mod dither;
 pub(crate) mod encoded;
 #[cfg(feature = "exr")]
 pub(crate) mod exr;
 pub(crate) mod first;
 pub(crate) mod pixel;
 pub(crate) mod tile;
+pub(crate) mod tone;

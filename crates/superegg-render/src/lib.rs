@@ -4,6 +4,7 @@
 //! film to the bytes of a picture file. [`PartFile`] reads the tiles of an unfinished picture.
 
 mod camera;
+mod environment;
 mod film;
 #[cfg(feature = "bench")]
 #[doc(hidden)]
@@ -15,11 +16,13 @@ mod stats;
 
 pub use camera::framing::{Framing, facing};
 pub use camera::view::View;
+pub use environment::map::{EnvironmentMap, EnvironmentPixels};
+pub use environment::read::EnvironmentError;
 pub use film::buffer::Film;
 pub use film::develop::Development;
-pub use film::encoded::{EncodedPicture, ImageError, SOFTWARE};
+pub use film::encoded::{EncodedPicture, ImageError, NotesError, PictureNote, SOFTWARE, notes_of_png};
 #[cfg(feature = "exr")]
-pub use film::exr::{ExrError, exr_file, exr_of_pixels};
+pub use film::exr::{ExrError, exr_file, exr_of_pixels, notes_of_exr};
 pub use film::pixel::Pixel;
 pub use film::tile::{Tile, tiles};
 pub use render::frame::{RenderError, RenderOptions, Rendered, TileWork, render, render_tiles};

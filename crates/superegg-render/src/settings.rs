@@ -1,9 +1,13 @@
 //! The settings of a render: picture, camera, environment and output.
 
 use superegg_geom::glam::DVec3;
-use superegg_scene::{AmbientOcclusion, Camera, Filter, Floor, Light, Material, Picture, Scene, Sky, Tone};
+use superegg_scene::{
+    AmbientOcclusion, Camera, EnvironmentLight, Filter, Floor, Light, LightModel, Material, Picture, Scene,
+    Sky, Tone,
+};
 use thiserror::Error;
 
+use crate::environment::map::EnvironmentMap;
 use crate::film::buffer::Film;
 use crate::film::develop::Development;
 
@@ -101,18 +105,37 @@ pub struct Environment {
     pub floor: Option<(Floor, Material)>,
     /// Ambient occlusion; `None` for none.
     pub ambient_occlusion: Option<AmbientOcclusion>,
+    /// Light from far away in all directions, which replaces sky and background. [`Environment::of`] has that of
+    /// daylight; a picture in a file is set by whoever reads the file.
+    pub map: Option<EnvironmentMap>,
 }
 
 impl Environment {
-    /// The environment that a scene describes.
+    /// The environment that a scene describes. The default light of a scene that names none does not shine on paths that
+    /// have light from far away.
     pub fn of(scene: &Scene) -> Self {
+        let by_paths = scene.picture.light_model == LightModel::Path;
+        let is_lit_by_surroundings =
+            by_paths && scene.environment.is_some() && scene.named_lights().len() == 0;
         Self {
-            lights: scene.lights(),
+            lights: if is_lit_by_surroundings { Vec::new() } else { scene.lights() },
             background: scene.background,
             sky: scene.sky,
             floor: scene.floor.clone().map(|floor| (floor, scene.floor_material())),
             ambient_occlusion: scene.ambient_occlusion,
+            map: match &scene.environment {
+                Some(EnvironmentLight::Daylight(daylight)) => {
+                    Some(EnvironmentMap::of_daylight(daylight, scene.up()))
+                }
+                Some(EnvironmentLight::Picture(_)) | None => None,
+            },
         }
+    }
+
+    /// Replaces the light from far away.
+    #[must_use]
+    pub fn with_map(self, map: EnvironmentMap) -> Self {
+        Self { map: Some(map), ..self }
     }
 
     /// Replaces the lights.
@@ -290,6 +313,7 @@ impl RenderSettings {
             sky: None,
             floor: self.environment.floor.clone(),
             ambient_occlusion: None,
+            map: None,
         };
         Self { picture, environment, ..self.clone() }
     }

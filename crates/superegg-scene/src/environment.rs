@@ -24,6 +24,38 @@ impl Sky {
     }
 }
 
+/// Light from far away in all directions. It replaces sky and background, and lights surfaces by
+/// [`LightModel::Path`](crate::LightModel).
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentLight {
+    /// Sun and sky.
+    Daylight(Daylight),
+    /// A picture of the surroundings.
+    Picture(EnvironmentPicture),
+}
+
+/// Sun and sky, by the formulas of Preetham et al. (1999).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Daylight {
+    /// The angle of the sun above the horizon in degrees, 0 to 90.
+    pub elevation_deg: f64,
+    /// How hazy the air is, 1.7 to 10: 2 is clear, 6 hazy.
+    pub turbidity: f64,
+    /// The angle of the sun to the right of the direction -z (where y is up), in degrees.
+    pub azimuth_deg: f64,
+}
+
+/// A picture of the surroundings, in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvironmentPicture {
+    /// The name of the file, as it was given.
+    pub file: Arc<str>,
+    /// The angle by which it is turned to the right around the up direction, in degrees.
+    pub rotation_deg: f64,
+    /// The factor of its values, >= 0.
+    pub scale: f64,
+}
+
 /// An infinite two-sided plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Floor {

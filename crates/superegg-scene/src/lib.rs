@@ -28,7 +28,7 @@ mod view_settings;
 pub use animation::{Key, Track, TrackSubject, TrackWord};
 pub use camera::{Camera, Lens};
 pub use decimal::short_decimal;
-pub use environment::{AmbientOcclusion, Floor, Sky};
+pub use environment::{AmbientOcclusion, Daylight, EnvironmentLight, EnvironmentPicture, Floor, Sky};
 pub use light::{Light, LightKind};
 pub use naming::numbered_name;
 pub use nesting::object_heights;

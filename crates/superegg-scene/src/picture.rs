@@ -35,6 +35,12 @@ pub enum Tone {
     /// A filmic curve in each channel (Narkowicz's fit of ACES, 2015): more contrast, and bright
     /// colours desaturate.
     Filmic,
+    /// Hill's fit of the reference rendering transform of ACES 1.0: channels are mixed before and after the curve, so that
+    /// bright colours turn white.
+    Aces,
+    /// AgX (Sobotka) in Wrensch's approximation: soft contrast over sixteen stops, and bright colours that fade to white
+    /// without a turn of hue.
+    Agx,
 }
 
 /// How light reaches a surface.
@@ -73,6 +79,11 @@ pub struct Picture {
     pub tone: Tone,
     /// Bits per channel in a PNG file: 8 or 16.
     pub bits: u32,
+    /// Whether a file of 8 bits is dithered, so that gradients have no bands.
+    pub dither: bool,
+    /// The depth of pixels without a hit in OpenEXR files, in world units; 0 for infinity, which other programs make NaN
+    /// of when they scale a picture.
+    pub far_depth: f64,
     /// Whether the background is transparent.
     pub transparent: bool,
     /// How light reaches a surface.
@@ -117,6 +128,8 @@ impl Default for Picture {
             exposure: 0.0,
             tone: Tone::None,
             bits: 8,
+            dither: false,
+            far_depth: 0.0,
             transparent: false,
             light_model: LightModel::Course,
             bounces: 16,

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::animation::{Track, TrackSubject};
 use crate::camera::Camera;
-use crate::environment::{AmbientOcclusion, Floor, Sky};
+use crate::environment::{AmbientOcclusion, EnvironmentLight, Floor, Sky};
 use crate::light::Light;
 use crate::object::{Child, Object};
 use crate::ordered_map::OrderedMap;
@@ -137,6 +137,8 @@ pub struct Scene {
     pub background: DVec3,
     /// The sky, which replaces the background.
     pub sky: Option<Sky>,
+    /// Light from far away in all directions, which replaces sky and background.
+    pub environment: Option<EnvironmentLight>,
     /// The floor, an infinite plane.
     pub floor: Option<Floor>,
     /// Ambient occlusion; `None` if off.
@@ -167,6 +169,7 @@ impl PartialEq for Scene {
             && self.up == other.up
             && self.background == other.background
             && self.sky == other.sky
+            && self.environment == other.environment
             && self.floor == other.floor
             && self.ambient_occlusion == other.ambient_occlusion
             && self.depth == other.depth
@@ -186,6 +189,7 @@ impl Default for Scene {
             up: DVec3::Y,
             background: DVec3::ZERO,
             sky: None,
+            environment: None,
             floor: None,
             ambient_occlusion: None,
             depth: DEFAULT_DEPTH,

@@ -41,6 +41,9 @@ pub(crate) struct RenderArgs {
     /// Choose the reconstruction filter
     #[arg(long, value_enum)]
     pub(crate) filter: Option<FilterArg>,
+    /// Keep the text of the scene in the picture file, where 'superegg info OUT.png' finds it; the settings are there always
+    #[arg(long)]
+    pub(crate) scene_text: bool,
     /// Choose how light reaches surfaces; default: that of the scene, or course
     #[arg(long, value_enum)]
     pub(crate) light: Option<LightModelArg>,
@@ -153,6 +156,12 @@ pub(crate) struct DevelopArgs {
     /// Set the bits per channel of a PNG file
     #[arg(long, value_name = "8|16", visible_alias = "bit-depth", value_parser = bits)]
     pub(crate) bits: Option<u32>,
+    /// Dither a PNG file of 8 bits, so that gradients have no bands
+    #[arg(long)]
+    pub(crate) dither: bool,
+    /// Set the depth of pixels without a hit in an .exr; 0 is infinity
+    #[arg(long, value_name = "Z", value_parser = non_negative)]
+    pub(crate) far_depth: Option<f64>,
 }
 
 impl DevelopArgs {
@@ -163,6 +172,8 @@ impl DevelopArgs {
             exposure: self.exposure.unwrap_or(picture.exposure),
             tone: self.tone.map_or(picture.tone, Into::into),
             bits: self.bits.unwrap_or(picture.bits),
+            dither: self.dither || picture.dither,
+            far_depth: self.far_depth.unwrap_or(picture.far_depth),
             ..picture
         }
     }
@@ -369,7 +380,7 @@ pub(crate) struct MeasureArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct InfoArgs {
-    /// The scene file
+    /// The scene file; or a picture of superegg, .png or .exr, which says how it was made
     pub(crate) scene: PathBuf,
     /// Show the details of these primitives and objects; 'all' and 'selected' are names too
     #[arg(value_name = "NAME")]

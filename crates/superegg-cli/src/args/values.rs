@@ -82,6 +82,10 @@ pub(crate) enum ToneArg {
     Reinhard,
     /// A film curve: more contrast, bright colours turn white
     Filmic,
+    /// The curve of ACES: bright colours turn white
+    Aces,
+    /// AgX: soft contrast, bright colours fade to white without a turn of hue
+    Agx,
 }
 
 impl From<ToneArg> for Tone {
@@ -90,6 +94,8 @@ impl From<ToneArg> for Tone {
             ToneArg::None => Self::None,
             ToneArg::Reinhard => Self::Reinhard,
             ToneArg::Filmic => Self::Filmic,
+            ToneArg::Aces => Self::Aces,
+            ToneArg::Agx => Self::Agx,
         }
     }
 }

@@ -19,8 +19,10 @@ use crate::args::{AnimateArgs, FrameRange};
 use crate::commands::input::still_at;
 use crate::console;
 use crate::files;
+use crate::files::notes::notes;
 use crate::files::scene::load_with;
 use crate::files::series::Series;
+use crate::files::surroundings::settings_with_surroundings;
 use crate::inspect::framing::framed_root;
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::long::shard::ShardArg;
@@ -290,7 +292,8 @@ impl FrameRenderer<'_> {
                 Some(previous) => previous.recompile(&still, self.root, depth),
                 None => CompiledScene::compile(&still, self.root, depth),
             };
-            let settings = RenderSettings::of(&still).with_layers(false);
+            let folder_of_scene = self.args.scene.parent();
+            let settings = settings_with_surroundings(&still, folder_of_scene)?.with_layers(false);
             self.annotations.check(&settings)?;
             if previous.is_none() {
                 warn_of_frame(frame, &compiled, &settings, &bar);
@@ -303,7 +306,11 @@ impl FrameRenderer<'_> {
                 break;
             }
             folder.check_replaceable(frame)?;
-            folder.write(frame, signature, &self.annotations.png(&rendered.film, &settings)?)?;
+            folder.write(
+                frame,
+                signature,
+                &self.annotations.png(&rendered.film, &settings, &notes(&settings, None))?,
+            )?;
             counts.rendered += 1;
             previous = Some(compiled);
         }

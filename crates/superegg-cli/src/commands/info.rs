@@ -1,13 +1,18 @@
-//! `superegg info`: the contents of a scene.
+//! `superegg info`: the contents of a scene, or how a picture was made.
 
 use anyhow::{Result, bail};
 
 use crate::args::InfoArgs;
 use crate::console;
+use crate::files::notes::described;
 use crate::files::scene::load;
 use crate::outcome::Outcome;
 
 pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
+    if let Some(text) = described(&args.scene)? {
+        console::print(text.trim_end())?;
+        return Ok(Outcome::Fine);
+    }
     let loaded = load(&args.scene)?;
     loaded.print_diagnostics();
     match loaded.session.describe(&args.names) {

@@ -11,7 +11,8 @@ use superegg_scene::{Picture, Scene};
 use crate::args::MergeArgs;
 use crate::console;
 use crate::files;
-use crate::files::picture::PictureFormat;
+use crate::files::notes::notes;
+use crate::files::picture::{PictureFormat, with_far_depth};
 use crate::long::checkpoint::{CheckpointData, describe_difference, read};
 use crate::long::resumable::tile_progress;
 use crate::outcome::Outcome;
@@ -40,7 +41,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
         "not all tiles have depth and normals, because some were made for a .png: name a .png file, or render them again for an .exr"
     );
     let file = match missing {
-        None => format.encode(&merged.into_film(settings.film()), &settings)?,
+        None => format.encode(&merged.into_film(settings.film()), &settings, &notes(&settings, None))?,
         Some(_) => merged.encode_incomplete(format, &settings)?,
     };
     files::write(&args.output, &file)?;
@@ -143,9 +144,11 @@ impl MergedTiles {
             let across = width.div_ceil(tile_width);
             let pixel = |x: u32, y: u32| {
                 let index = y / tile_height * across + x / tile_width;
-                self.tiles.get(&(index as usize))?.pixel(x % tile_width, y % tile_height)
+                let tile = self.tiles.get(&(index as usize));
+                let pixel = tile.and_then(|tile| tile.pixel(x % tile_width, y % tile_height));
+                Some(with_far_depth(pixel.unwrap_or(Pixel::EMPTY), settings.picture.far_depth))
             };
-            return Ok(exr_of_pixels((width, height), pixel)?);
+            return Ok(exr_of_pixels((width, height), pixel, &notes(settings, None))?);
         }
         let coloring = settings.output.coloring(self.tiles.values());
         let mut first = 0;
@@ -154,7 +157,7 @@ impl MergedTiles {
             first += row.len();
             coloring.apply(&strip).into_owned()
         });
-        Ok(settings.development().png_of_strips((width, height), strips)?)
+        Ok(settings.development().png_of_strips((width, height), strips, &notes(settings, None))?)
     }
 
     /// The film of one row of tiles; the first one has this index.

@@ -18,8 +18,10 @@ use crate::commands::input::still_at;
 use crate::console;
 use crate::files;
 use crate::files::maker::check_maker;
+use crate::files::notes::notes;
 use crate::files::picture::PictureFormat;
 use crate::files::scene::{Loaded, load_with};
+use crate::files::surroundings::settings_with_surroundings;
 use crate::inspect::framing::{framed, framing_note};
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::long::checkpoint::{checkpoint_path, has_layers};
@@ -149,7 +151,7 @@ impl<'a> Job<'a> {
         // file.
         let resumes_layers = args.long.resume && has_layers(&checkpoint_path(&self.output));
         let layers = self.shard.is_some() || self.format == Some(PictureFormat::Exr) || resumes_layers;
-        let settings = settings_of(args, &scene).with_layers(layers);
+        let settings = settings_of(args, &scene)?.with_layers(layers);
         Ok(Prepared { scene, root, depth, compiled, settings })
     }
 
@@ -207,7 +209,9 @@ impl<'a> Job<'a> {
         let render_seconds = clock.lap();
         let message = work.finish(&self.output, &film, || match self.format {
             Some(format) => {
-                files::write(&self.output, &format.encode_annotated(&film, settings, annotations)?)
+                let text = || fingerprint_text(scene, loaded.session.selected());
+                let notes = notes(settings, self.args.scene_text.then(text));
+                files::write(&self.output, &format.encode_annotated(&film, settings, annotations, &notes)?)
             }
             None => Ok(()),
         })?;
@@ -238,7 +242,7 @@ fn check_annotations(args: &RenderArgs, format: Option<PictureFormat>) -> Result
 }
 
 /// The settings of the scene, overridden by the arguments.
-fn settings_of(args: &RenderArgs, scene: &Scene) -> RenderSettings {
+fn settings_of(args: &RenderArgs, scene: &Scene) -> Result<RenderSettings> {
     let of_scene = args.develop.apply(scene.picture);
     let (width, height) =
         args.size.map_or((of_scene.width, of_scene.height), |size| (size.width, size.height));
@@ -255,7 +259,9 @@ fn settings_of(args: &RenderArgs, scene: &Scene) -> RenderSettings {
         ..of_scene
     };
     let output = args.aov.map_or(Output::Light, Into::into);
-    RenderSettings::of(scene).with_picture(picture).with_output(output)
+    let mut scene = scene.clone();
+    scene.picture = picture;
+    Ok(settings_with_surroundings(&scene, args.scene.parent())?.with_output(output))
 }
 
 /// The line about a finished render.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use superegg_render::{Film, RenderSettings, exr_file};
+use superegg_render::{Film, PictureNote, Pixel, RenderSettings, exr_of_pixels};
 
 use crate::annotate::Annotations;
 
@@ -55,8 +55,13 @@ impl PictureFormat {
     ///
     /// # Errors
     /// The encoder fails.
-    pub(crate) fn encode(self, film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
-        self.encode_annotated(film, settings, &Annotations::default())
+    pub(crate) fn encode(
+        self,
+        film: &Film,
+        settings: &RenderSettings,
+        notes: &[PictureNote],
+    ) -> Result<Vec<u8>> {
+        self.encode_annotated(film, settings, &Annotations::default(), notes)
     }
 
     /// As [`PictureFormat::encode`], with what is drawn into a PNG picture. OpenEXR has none of it.
@@ -68,12 +73,23 @@ impl PictureFormat {
         film: &Film,
         settings: &RenderSettings,
         annotations: &Annotations,
+        notes: &[PictureNote],
     ) -> Result<Vec<u8>> {
         match self {
-            Self::Png => annotations.png(film, settings),
-            Self::Exr => Ok(exr_file(film)?),
+            Self::Png => annotations.png(film, settings, notes),
+            Self::Exr => {
+                let far = settings.picture.far_depth;
+                let size = (film.width(), film.height());
+                Ok(exr_of_pixels(size, |x, y| Some(with_far_depth(film.pixel(x, y)?, far)), notes)?)
+            }
         }
     }
+}
+
+/// A pixel with a depth of its own where nothing was hit, unless `far` is 0.
+pub(crate) fn with_far_depth(pixel: Pixel, far: f64) -> Pixel {
+    let is_far = far > 0.0 && !pixel.depth.is_finite();
+    Pixel { depth: if is_far { far as f32 } else { pixel.depth }, ..pixel }
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use superegg_lang::{
     Diagnostic, Effect, Fault, FaultCode, Flow, Request, Session, Settings, Severity, find_command, nearest,
     run_script, write_session,
 };
+use superegg_scene::EnvironmentLight;
 
 use crate::annotate::Legend;
 use crate::console;
@@ -20,6 +21,7 @@ use crate::files::binary_scene::{self, open_input};
 use crate::files::data::{self, DataOptions, FileKind, LoadedData, Note};
 use crate::files::folders::Folders;
 use crate::files::no_scene::kind_of_no_scene;
+use crate::files::surroundings::pixels_of;
 
 /// The maximum nesting of sourced files.
 const MOST_NESTED: usize = 16;
@@ -270,6 +272,9 @@ impl Loader<'_> {
                 self.is_interrupted = true;
                 return Ok(Flow::Stop);
             }
+            if let Some(fault) = unreadable_surroundings(session, line, &effect, &folder) {
+                return Err(fault);
+            }
             // Nearly every line.
             if self.kept == Lines::Dropped && matches!(effect, Effect::Changed(None)) {
                 return Ok(Flow::Continue);
@@ -405,6 +410,26 @@ impl Loader<'_> {
         }
         Ok(path.clone())
     }
+}
+
+/// The fault of a line whose picture of the surroundings cannot be read. It is taken back.
+fn unreadable_surroundings(
+    session: &mut Session,
+    line: &str,
+    effect: &Effect,
+    folder: &Path,
+) -> Option<Fault> {
+    const COMMAND: &str = "environment";
+    let is_named =
+        line.trim_start().get(..COMMAND.len()).is_some_and(|word| word.eq_ignore_ascii_case(COMMAND));
+    if !is_named || !matches!(effect, Effect::Changed(_)) {
+        return None;
+    }
+    let Some(EnvironmentLight::Picture(picture)) = &session.scene().environment else { return None };
+    let error = pixels_of(picture, Some(folder)).err()?;
+    // Cannot fail.
+    let _ = session.run_line("unenvironment");
+    Some(unreadable(&error))
 }
 
 /// Reads a scene file that another one names.

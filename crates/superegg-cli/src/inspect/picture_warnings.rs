@@ -66,7 +66,8 @@ fn shines_alone(compiled: &CompiledScene, settings: &RenderSettings) -> bool {
     let environment = &settings.environment;
     let of_floor = environment.floor.iter().map(|(_, material)| material);
     let sky = environment.sky.map_or(environment.background, |sky| sky.horizon.max(sky.zenith));
-    sky.max_element() > 0.0
+    environment.map.is_some()
+        || sky.max_element() > 0.0
         || compiled.materials().iter().chain(of_floor).any(|material| material.emission > 0.0)
 }
 

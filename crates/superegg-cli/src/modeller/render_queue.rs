@@ -6,12 +6,14 @@ use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use superegg_render::{RenderOptions, RenderSettings, render};
+use superegg_render::{RenderOptions, render};
 use superegg_scene::{Picture, Scene};
 use superegg_trace::CompiledScene;
 
 use crate::files;
+use crate::files::notes::notes;
 use crate::files::picture::PictureFormat;
+use crate::files::surroundings::settings_with_surroundings;
 use crate::inspect::framing::{framed, framing_note};
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::modeller::reporter::{Message, Reporter};
@@ -136,7 +138,11 @@ fn run_job(job: &RenderJob, cancel: &AtomicBool, reporter: &Reporter) -> Message
     if let Some(scene) = &framed {
         let _ = reporter(Message::Done(format!("{}: {}", job.name, framing_note(scene))));
     }
-    let settings = RenderSettings::of(framed.as_ref().unwrap_or(&job.scene))
+    let settings = match settings_with_surroundings(framed.as_ref().unwrap_or(&job.scene), None) {
+        Ok(settings) => settings,
+        Err(error) => return Message::Failed(format!("{}: {error:#}", job.name)),
+    };
+    let settings = settings
         .with_picture(Picture { width, height, ..job.scene.picture })
         .with_layers(PictureFormat::of(&job.path).is_ok_and(|format| format == PictureFormat::Exr));
     for warning in picture_warnings(&compiled, &settings) {
@@ -158,7 +164,7 @@ fn run_job(job: &RenderJob, cancel: &AtomicBool, reporter: &Reporter) -> Message
         return stopped();
     }
     let written = PictureFormat::of(&job.path)
-        .and_then(|format| format.encode(&rendered.film, &settings))
+        .and_then(|format| format.encode(&rendered.film, &settings, &notes(&settings, None)))
         .and_then(|file| files::write(&job.path, &file));
     let seconds = start.elapsed().as_secs_f64();
     match written {

@@ -214,3 +214,57 @@ fn options_out_of_range_are_refused() {
         sandbox().run(&format!("render ball.scn {options} -o a.png")).failed(2);
     }
 }
+
+#[test]
+fn a_picture_says_how_it_was_made() {
+    let sandbox = Sandbox::new();
+    sandbox.write("s.scn", "set size 16x12\nset tone agx\nset dither on\nprm ball\ncolor .5 .2 .1\n");
+    for name in ["a.png", "a.exr"] {
+        assert_eq!(
+            sandbox.run(&format!("render s.scn --scene-text --samples 3 -o {name} --quiet")).code,
+            Some(0)
+        );
+        let said = sandbox.run(&format!("info {name}")).out;
+        for line in [
+            "superegg ",
+            "set samples 3",
+            "set tone agx",
+            "set dither on",
+            "prm ball",
+            "primitive ball",
+            "setColor 0.5 0.2 0.1",
+        ] {
+            let is_there = said.lines().any(|found| found.starts_with(line));
+            assert_eq!(is_there, line != "prm ball", "{name}: {line}\n{said}");
+        }
+        assert_eq!(sandbox.run(&format!("render s.scn -o b{name} --quiet")).code, Some(0));
+        assert!(!sandbox.run(&format!("info b{name}")).out.contains("ball"));
+    }
+    std::fs::write(sandbox.path("worse.png"), b"\x89PNG\r\n\x1a\n1234").unwrap();
+    assert!(sandbox.run("info worse.png").failed(2).contains("worse.png"));
+}
+
+#[test]
+fn surroundings_are_found_beside_the_scene_and_missing_ones_are_faults() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("far")).unwrap();
+    let mut grey = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n".to_vec();
+    grey.extend([128, 64, 128, 128].repeat(2));
+    sandbox.write("far/grey.hdr", &grey);
+    sandbox.write("far/s.scn", "set size 8x6\nprm ball\nenvironment grey.hdr 0 .5\n");
+    let corner = |name: &str| picture(&sandbox, name).to_rgb8().get_pixel(0, 0).0;
+    sandbox.run("render far/s.scn -o a.png --encoding linear --quiet").fine();
+    assert_eq!(corner("a.png"), [64, 32, 64]);
+    // Saved and loaded again it is the same scene, and sun and sky have two spellings.
+    sandbox.run_with("", "load far/s.scn\nunenvironment\nsky sun 30 3 180\nsave b.scn\nstop\n");
+    assert!(sandbox.read("b.scn").contains("daylight 30 3 180"), "{}", sandbox.read("b.scn"));
+    sandbox.run("render b.scn -o b.png --size 8x6 --quiet").fine();
+    let [r, _, b] = corner("b.png");
+    assert!(b > r, "{r} {b}");
+    for (file, cause) in [("none.hdr", "none.hdr"), ("s.scn", "neither a Radiance picture")] {
+        sandbox.write("far/bad.scn", format!("environment {file}\nprm ball\n"));
+        let said = sandbox.run("check far/bad.scn");
+        assert_eq!(said.code, Some(1), "{}", said.out);
+        assert!((said.out + &said.err).contains(cause), "{cause}");
+    }
+}

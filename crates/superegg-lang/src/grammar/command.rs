@@ -6,7 +6,9 @@
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{AmbientOcclusion, Camera, Light, MaterialWeight, Patches};
+use superegg_scene::{
+    AmbientOcclusion, Camera, Daylight, EnvironmentPicture, Light, MaterialWeight, Patches,
+};
 
 /// One command with its arguments, each within its range.
 #[derive(Clone, Debug, PartialEq)]
@@ -162,6 +164,12 @@ pub enum SceneCommand {
     },
     /// Remove the sky.
     RemoveSky,
+    /// Set a picture of the surroundings.
+    SetEnvironment(EnvironmentPicture),
+    /// Set sun and sky.
+    SetDaylight(Daylight),
+    /// Remove both.
+    RemoveEnvironment,
     /// Set the floor.
     SetFloor {
         /// The height along `up`, in world units.

@@ -450,6 +450,10 @@ impl<'a> Args<'a> {
         self.numbers[i] as u32
     }
 
+    pub(crate) fn optional_number(&self, i: usize) -> Option<f64> {
+        self.numbers.get(i).copied()
+    }
+
     pub(crate) fn optional_whole(&self, i: usize) -> Option<u32> {
         self.numbers.get(i).map(|&number| number as u32)
     }

@@ -4,7 +4,10 @@ use std::sync::LazyLock;
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{AmbientOcclusion, Camera, Light, LightKind, MAX_DEPTH, MaterialWeight, Patches};
+use superegg_scene::{
+    AmbientOcclusion, Camera, Daylight, EnvironmentPicture, Light, LightKind, MAX_DEPTH, MaterialWeight,
+    Patches,
+};
 
 use crate::grammar::command::{
     ObjectCommand, PrimitiveCommand, Recovery, Request, SceneCommand, SessionCommand,
@@ -975,6 +978,54 @@ pub const COMMANDS: &[CommandSpec] = &[
             let zenith = args.optional_vector(3).unwrap_or(horizon);
             SceneCommand::SetSky { horizon, zenith, up: args.optional_vector(6) }
         }),
+    },
+    CommandSpec {
+        name: "daylight",
+        spellings: &[],
+        group: Group::Scene,
+        options: &[],
+        args: &[
+            &[number("elevation", Range::Within(0.0, 90.0)), number("turbidity", Range::Within(1.7, 10.0))],
+            &[number("azimuth", Range::Any)],
+        ],
+        summary: "sets sun and sky as light of the surroundings, also as 'sky sun': the sun's elevation in degrees, the haze of the air (2 clear, 6 hazy), and the angle of the sun to the right of the direction -z (y, if z is up)",
+        default: "none; azimuth 0",
+        example: "daylight 30 3 120",
+        build: Build::Scene(|args| {
+            SceneCommand::SetDaylight(Daylight {
+                elevation_deg: args.number(0),
+                turbidity: args.number(1),
+                azimuth_deg: args.optional_number(2).unwrap_or(0.0),
+            })
+        }),
+    },
+    CommandSpec {
+        name: "environment",
+        spellings: &[],
+        group: Group::Scene,
+        options: &[],
+        args: &[&[FILE], &[number("rotation", Range::Any)], &[number("scale", Range::NonNegative)]],
+        summary: "sets a picture of the surroundings (.hdr or .exr, equirectangular), which is seen instead of sky and background and lights the scene by 'set light path'; rotation in degrees turns it to the right",
+        default: "none; rotation 0, scale 1",
+        example: "environment studio.hdr 90",
+        build: Build::Scene(|args| {
+            SceneCommand::SetEnvironment(EnvironmentPicture {
+                file: args.text(0).into(),
+                rotation_deg: args.optional_number(0).unwrap_or(0.0),
+                scale: args.optional_number(1).unwrap_or(1.0),
+            })
+        }),
+    },
+    CommandSpec {
+        name: "unenvironment",
+        spellings: &["undaylight"],
+        group: Group::Scene,
+        options: &[],
+        args: &[],
+        summary: "removes environment or daylight and their keys: sky or background show again",
+        default: "",
+        example: "unenvironment",
+        build: Build::Scene(|_| SceneCommand::RemoveEnvironment),
     },
     CommandSpec {
         name: "unsky",

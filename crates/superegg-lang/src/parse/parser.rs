@@ -143,6 +143,16 @@ pub(crate) fn parse_words<'a>(
     rest: &[Word<'a>],
     suggestions: Suggestions,
 ) -> Result<Parsed, Fault> {
+    // 'sky sun 30 3' reads well; the command has a name of its own.
+    if let ("sky", Some((sun, rest))) = (&*first.text.to_ascii_lowercase(), rest.split_first())
+        && sun.text.eq_ignore_ascii_case("sun")
+    {
+        return parse_words(
+            &Word { text: "daylight", columns: first.columns.start..sun.columns.end },
+            rest,
+            suggestions,
+        );
+    }
     let spec = command_of(first.text, rest).ok_or_else(|| unknown_command(first, suggestions))?;
     if let Some(args) = read_plain(spec, first, rest) {
         let columns = std::iter::once(first).chain(rest).map(|word| word.columns.clone()).collect();

@@ -68,6 +68,8 @@ pub(crate) const TOPICS: &[Topic] = &[
             "lightRadius",
             "unlight",
             "sky",
+            "daylight",
+            "environment",
             "background",
             "ambientOcclusion",
             "setEmission",

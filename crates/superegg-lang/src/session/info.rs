@@ -2,7 +2,8 @@
 
 use superegg_geom::TransformStep;
 use superegg_scene::{
-    Entity, InstanceTable, Light, LightKind, Material, Object, Pattern, Primitive, Scene, Track, TrackWord,
+    Daylight, Entity, EnvironmentLight, EnvironmentPicture, InstanceTable, Light, LightKind, Material,
+    Object, Pattern, Primitive, Scene, Track, TrackWord,
 };
 
 use crate::diagnostic::{Fault, FaultCode};
@@ -162,11 +163,22 @@ fn camera_words(scene: &Scene) -> String {
     words
 }
 
-/// Sky, floor and ambient occlusion, if set.
+/// Sky, surroundings, floor and ambient occlusion, if set.
 fn environment_words(scene: &Scene) -> Vec<String> {
     let sky = scene.sky.map(|sky| {
         let (horizon, zenith) = (vector(sky.horizon), vector(sky.zenith));
         format!("sky {horizon} at the horizon, {zenith} at the zenith, up {}", vector(sky.up))
+    });
+    let surroundings = scene.environment.as_ref().map(|environment| match environment {
+        EnvironmentLight::Picture(EnvironmentPicture { file, rotation_deg, scale }) => {
+            let [rotation, scale] = [rotation_deg, scale].map(|number| format_number(*number));
+            format!("environment '{file}', turned by {rotation} degrees, times {scale}")
+        }
+        EnvironmentLight::Daylight(Daylight { elevation_deg, turbidity, azimuth_deg }) => {
+            let [elevation, haze, azimuth] =
+                [elevation_deg, turbidity, azimuth_deg].map(|number| format_number(*number));
+            format!("daylight: sun at elevation {elevation}, azimuth {azimuth}, turbidity {haze}")
+        }
     });
     let floor = scene.floor.as_ref().map(|floor| {
         let surface = floor.surface.as_ref().map_or(String::new(), |name| format!(", surface of {name}"));
@@ -176,7 +188,7 @@ fn environment_words(scene: &Scene) -> Vec<String> {
         let distance = format_number(occlusion.distance);
         format!("ambient occlusion: {} samples, distance {distance}", occlusion.samples)
     });
-    [sky, floor, occlusion].into_iter().flatten().collect()
+    [sky, surroundings, floor, occlusion].into_iter().flatten().collect()
 }
 
 fn light_words(light: &Light) -> String {

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, ShapeError, Superquadric, TransformStep};
-use superegg_scene::{Camera, Entity, Floor, Lens, Light, Scene, SceneError, Sky, TrackSubject};
+use superegg_scene::{
+    Camera, Entity, EnvironmentLight, Floor, Lens, Light, Scene, SceneError, Sky, TrackSubject,
+};
 
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::{
@@ -269,6 +271,17 @@ impl Session {
             SceneCommand::RemoveSky => {
                 self.scene.sky = None;
                 self.scene.remove_keys(None, |subject| &*subject.command == "sky");
+            }
+            SceneCommand::SetEnvironment(picture) => {
+                self.scene.environment = Some(EnvironmentLight::Picture(picture.clone()));
+            }
+            SceneCommand::SetDaylight(daylight) => {
+                self.scene.environment = Some(EnvironmentLight::Daylight(*daylight));
+            }
+            SceneCommand::RemoveEnvironment => {
+                self.scene.environment = None;
+                let is_own = |command: &str| matches!(command, "environment" | "daylight");
+                self.scene.remove_keys(None, |subject| is_own(&subject.command));
             }
             SceneCommand::SetFloor { height, surface, up } => {
                 if let Some(name) = surface {

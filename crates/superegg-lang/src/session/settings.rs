@@ -240,11 +240,29 @@ pub const SETTINGS: &[SettingSpec] = &[
         "exposure in stops: linear values are multiplied by 2^exposure"
     ),
     choice!("tone", true, |picture, _settings| picture.tone, "the tone mapping operator; saved with the scene",
-        "none" => Tone::None, "reinhard" => Tone::Reinhard, "filmic" => Tone::Filmic),
+        "none" => Tone::None, "reinhard" => Tone::Reinhard, "filmic" => Tone::Filmic, "aces" => Tone::Aces, "agx" => Tone::Agx),
     choice!("encoding", true, |picture, _settings| picture.encoding, "the transfer function of the file; saved with the scene",
         "srgb" => Encoding::Srgb, "linear" => Encoding::Linear),
     choice!("bits", true, |picture, _settings| picture.bits, "bits per channel of a PNG file; saved with the scene",
         "8" => 8, "16" => 16),
+    SettingSpec {
+        name: "dither",
+        kind: SettingKind::Switch,
+        summary: "8 bits are dithered, so that gradients have no bands; saved with the scene",
+        is_of_scene: true,
+        get: |picture, _| Value::Switch(picture.dither),
+        set: |picture, _, value| {
+            if let Value::Switch(on) = value {
+                picture.dither = on;
+            }
+        },
+    },
+    picture_number!(
+        "farDepth",
+        far_depth as f64,
+        Range::NonNegative,
+        "the depth of pixels without a hit in an .exr, which programs that scale pictures need; 0 is infinity"
+    ),
     SettingSpec {
         name: "transparent",
         kind: SettingKind::Switch,

@@ -40,6 +40,8 @@ _SETTINGS = {
     "filter": "filter",
     "exposure": "exposure",
     "tone": "tone",
+    "dither": "dither",
+    "far_depth": "farDepth",
     "encoding": "encoding",
     "bits": "bits",
     "transparent": "transparent",
@@ -310,6 +312,36 @@ class Scene:
         """Set the sky: one colour, or a gradient from the horizon to the zenith. Linear values."""
         line = f"sky {triple(horizon, 'horizon')} {triple(horizon if zenith is None else zenith, 'zenith')}"
         self._core.run([line if up is None else f"{line} {triple(up, 'up')}"])
+
+    def set_daylight(self, elevation: float, turbidity: float = 3.0, azimuth: float = 0.0) -> None:
+        """Set sun and sky as light of the surroundings, for ``light="path"``.
+
+        Parameters
+        ----------
+        elevation : float
+            The angle of the sun above the horizon in degrees, 0 to 90.
+        turbidity : float
+            The haze of the air, 1.7 to 10: 2 is clear, 6 hazy.
+        azimuth : float
+            The angle of the sun to the right of the direction -z (y, if z is up), in degrees.
+        """
+        numbers = (number(elevation, "elevation"), number(turbidity, "turbidity"), number(azimuth, "azimuth"))
+        self._core.run([f"daylight {' '.join(repr(x) for x in numbers)}"])
+
+    def set_environment(self, path: PathLike, rotation: float = 0.0, scale: float = 1.0) -> None:
+        """Set a picture of the surroundings (.hdr or .exr, equirectangular), which is read when the scene is rendered.
+
+        Parameters
+        ----------
+        path : str or path
+            The picture.
+        rotation : float
+            The angle by which it is turned to the right around the up direction, in degrees.
+        scale : float
+            The factor of its values.
+        """
+        line = f'environment "{os.fspath(path)}" {number(rotation, "rotation")!r} {number(scale, "scale")!r}'
+        self._core.run([line])
 
     def set_floor(self, height: float, up: ArrayLike | None = None, *, material: Material | None = None) -> None:
         """Add an infinite floor at this height along its normal ``up``."""

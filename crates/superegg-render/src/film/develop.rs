@@ -1,7 +1,7 @@
 //! Development: from linear light to encoded values and PNG files.
 //!
 //! ```text
-//! colour / alpha -> times 2^exposure -> tone mapping -> clamp to [0, 1] -> encoding -> 8, 16 bits
+//! colour / alpha -> times 2^exposure -> tone mapping -> clamp to [0, 1] -> encoding -> dither -> 8, 16 bits
 //! ```
 //!
 //! The division by alpha applies to transparent backgrounds only. The colour of PNG files is not
@@ -10,7 +10,9 @@
 use superegg_scene::{Encoding, Picture, Tone};
 
 use crate::film::buffer::Film;
-use crate::film::encoded::{EncodedPicture, ImageError, png_of_strips};
+use crate::film::dither;
+use crate::film::encoded::{EncodedPicture, ImageError, PictureNote, png_of_strips};
+use crate::film::tone::ToneCurve;
 
 /// How a film becomes a picture: exposure, tone mapping, encoding and the layout of the file.
 ///
@@ -34,6 +36,8 @@ pub struct Development {
     pub bits: u32,
     /// Whether a PNG file has an alpha channel.
     pub transparent: bool,
+    /// Whether 8 bits are dithered, so that gradients have no bands.
+    pub dither: bool,
 }
 
 impl Development {
@@ -45,12 +49,19 @@ impl Development {
             encoding: picture.encoding,
             bits: picture.bits,
             transparent: picture.transparent,
+            dither: picture.dither,
         }
     }
 
     /// The development for values that are no light: they go to the file unchanged.
     pub fn undeveloped(picture: &Picture) -> Self {
-        Self { exposure: 0.0, tone: Tone::None, encoding: Encoding::Linear, ..Self::of(picture) }
+        Self {
+            exposure: 0.0,
+            tone: Tone::None,
+            encoding: Encoding::Linear,
+            dither: false,
+            ..Self::of(picture)
+        }
     }
 
     /// The encoded value of a linear colour, with each channel in [0, 1], after exposure and tone
@@ -82,6 +93,15 @@ impl Development {
 
     /// The picture in 8 bits: red, green and blue of each pixel. A transparent background is black.
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
+        self.rgb8_from(film, 0)
+    }
+
+    /// [`Development::rgb8`] of rows of a picture, from this one on.
+    fn rgb8_from(&self, film: &Film, first_row: u32) -> Vec<u8> {
+        if self.dither {
+            let developed = film.colors().iter().map(|&color| self.value(color));
+            return self.dithered(film.width(), first_row, developed).flatten().collect();
+        }
         let (table, curve) = (ByteTable::new(self.encoding), self.tone_curve());
         let mut bytes = vec![0; 3 * film.colors().len()];
         for (to, &color) in bytes.as_chunks_mut().0.iter_mut().zip(film.colors()) {
@@ -91,8 +111,26 @@ impl Development {
         bytes
     }
 
+    /// The bytes of encoded colours, row by row from this row on, dithered.
+    fn dithered(
+        &self,
+        width: u32,
+        first_row: u32,
+        colors: impl Iterator<Item = [f32; 3]>,
+    ) -> impl Iterator<Item = [u8; 3]> {
+        let pixels = (first_row..).flat_map(move |y| (0..width).map(move |x| (x, y)));
+        pixels.zip(colors).map(|((x, y), color)| color.map(|value| dither::byte(value, x, y)))
+    }
+
     /// Red, green, blue and alpha of each pixel in 8 bits. The colour is not premultiplied.
-    fn rgba8(&self, film: &Film) -> Vec<u8> {
+    fn rgba8(&self, film: &Film, first_row: u32) -> Vec<u8> {
+        if self.dither {
+            let encode = |value| encoded(value, self.encoding);
+            let colors = self.developed(film).map(|(color, _)| color.map(encode));
+            let alphas = self.developed(film).map(|(_, alpha)| (255.0 * alpha).round() as u8);
+            let dithered = self.dithered(film.width(), first_row, colors);
+            return dithered.zip(alphas).flat_map(|([r, g, b], alpha)| [r, g, b, alpha]).collect();
+        }
         let table = ByteTable::new(self.encoding);
         self.developed(film)
             .flat_map(|([r, g, b], alpha)| {
@@ -114,13 +152,24 @@ impl Development {
 
     /// The encoded picture.
     pub fn encode(&self, film: &Film) -> EncodedPicture {
+        self.encode_from(film, 0)
+    }
+
+    /// Rows of the encoded picture, from this one on.
+    fn encode_from(&self, film: &Film, first_row: u32) -> EncodedPicture {
         let values = match (self.bits > 8, self.transparent) {
-            (false, false) => self.rgb8(film),
-            (false, true) => self.rgba8(film),
+            (false, false) => self.rgb8_from(film, first_row),
+            (false, true) => self.rgba8(film, first_row),
             (true, _) => self.channels16(film),
         };
         let size = (film.width(), film.height());
-        EncodedPicture { size, is_deep: self.bits > 8, has_alpha: self.transparent, values }
+        EncodedPicture {
+            size,
+            is_deep: self.bits > 8,
+            has_alpha: self.transparent,
+            encoding: self.encoding,
+            values,
+        }
     }
 
     /// Encodes the picture as a PNG file.
@@ -128,7 +177,7 @@ impl Development {
     /// # Errors
     /// The encoder rejects the picture, for instance for its size.
     pub fn png(&self, film: &Film) -> Result<Vec<u8>, ImageError> {
-        self.encode(film).png()
+        self.encode(film).png(&[])
     }
 
     /// Encodes strips of whole rows, from the top, as one PNG file of this width and height. Only one
@@ -140,49 +189,16 @@ impl Development {
         &self,
         size: (u32, u32),
         strips: impl Iterator<Item = Film>,
+        notes: &[PictureNote],
     ) -> Result<Vec<u8>, ImageError> {
-        png_of_strips(size, strips.map(|strip| self.encode(&strip)))
+        let mut next_row = 0;
+        let rows = strips.map(|strip| {
+            let first_row = next_row;
+            next_row += strip.height();
+            self.encode_from(&strip, first_row)
+        });
+        png_of_strips(size, rows, notes)
     }
-}
-
-/// Exposure and tone mapping.
-#[derive(Clone, Copy)]
-struct ToneCurve {
-    /// The factor of the exposure.
-    gain: f32,
-    tone: Tone,
-}
-
-impl ToneCurve {
-    /// Applies both to a linear colour. The result may exceed [0, 1].
-    fn apply(self, [r, g, b]: [f32; 3]) -> [f32; 3] {
-        let exposed = [r * self.gain, g * self.gain, b * self.gain];
-        match self.tone {
-            Tone::None => exposed,
-            Tone::Reinhard => reinhard(exposed),
-            Tone::Filmic => exposed.map(filmic),
-        }
-    }
-}
-
-/// The luminance that [`reinhard`] maps to white.
-const REINHARD_WHITE: f32 = 4.0;
-
-/// Scales a colour so that its luminance x becomes x (1 + x / w^2) / (1 + x) (Reinhard et al. 2002,
-/// equation 4). The hue does not change.
-fn reinhard(color: [f32; 3]) -> [f32; 3] {
-    let [r, g, b] = color;
-    let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    let scale = (1.0 + luminance / (REINHARD_WHITE * REINHARD_WHITE)) / (1.0 + luminance);
-    // The scale is NaN for infinite light, which stays infinite and so white.
-    if luminance > 0.0 && scale > 0.0 { color.map(|value| value * scale) } else { color }
-}
-
-/// The fit of Narkowicz (2015) to the ACES film curve, for one channel.
-fn filmic(value: f32) -> f32 {
-    // The squares of large values would overflow; the curve is constant there.
-    let x = value.clamp(0.0, 1e6);
-    (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
 /// A table from linear values to bytes. Gives the same bytes as [`byte_of`].
@@ -280,6 +296,7 @@ mod tests {
         encoding: Encoding::Srgb,
         bits: 8,
         transparent: false,
+        dither: false,
     };
 
     fn film(pixels: &[([f32; 3], f32)]) -> Film {
@@ -359,10 +376,57 @@ mod tests {
         assert!((r / g - 2.0).abs() < 1e-5 && (g / b - 2.0).abs() < 1e-5);
     }
 
+    #[test]
+    fn curves_of_film_keep_greys_grey_and_end_in_white() {
+        let of =
+            |tone, value: [f32; 3]| Development { tone, encoding: Encoding::Linear, ..PLAIN }.value(value);
+        for (tone, grey) in [(Tone::Aces, 0.1063), (Tone::Agx, 0.2145)] {
+            assert!(of(tone, [0.0; 3]).iter().all(|x| *x < 1e-3), "{tone:?}");
+            let [r, g, b] = of(tone, [0.18; 3]);
+            assert!(
+                (r - grey).abs() < 5e-3 && (r - g).abs() < 1e-3 && (g - b).abs() < 1e-3,
+                "{tone:?} {r} {g} {b}"
+            );
+            assert!(of(tone, [1e6; 3]).iter().all(|x| *x > 0.98), "{tone:?}");
+            // Bright colours go to white.
+            let [r, g, b] = of(tone, [300.0, 30.0, 3.0]);
+            assert!(r > 0.9 && g > 0.6 && b > 0.3, "{tone:?} {r} {g} {b}");
+            for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                assert!(of(tone, [odd, 1.0, 0.5]).iter().all(|x| (0.0..=1.0).contains(x)), "{tone:?} {odd}");
+            }
+        }
+    }
+
+    #[test]
+    fn dither_keeps_the_mean_and_what_is_a_whole_byte() {
+        let dithered = Development { dither: true, encoding: Encoding::Linear, ..PLAIN };
+        for value in [0.0, 1.0, 128.0 / 255.0, 100.3 / 255.0, 7.75 / 255.0] {
+            let film = Film::of_pixels(64, 64, vec![Pixel { color: [value; 3], ..Pixel::EMPTY }; 64 * 64]);
+            let bytes = dithered.rgb8(&film);
+            let mean = bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64;
+            assert!((mean - 255.0 * f64::from(value)).abs() < 0.01, "{value}: {mean}");
+            let (least, most) = (bytes.iter().min().unwrap(), bytes.iter().max().unwrap());
+            assert!(most - least <= u8::from((255.0 * value).fract() > 1e-3), "{value}: {least} {most}");
+        }
+        // Strips have the pattern of the whole.
+        let gradient = |rows: std::ops::Range<u32>| {
+            let values = rows.flat_map(|y| (0..16).map(move |x| (x + 16 * y) as f32 / 3000.0));
+            Film::of_pixels(16, 8, values.map(|value| Pixel { color: [value; 3], ..Pixel::EMPTY }))
+        };
+        let whole = {
+            let values = (0..256u32).map(|i| Pixel { color: [i as f32 / 3000.0; 3], ..Pixel::EMPTY });
+            dithered.png(&Film::of_pixels(16, 16, values)).unwrap()
+        };
+        let strips =
+            dithered.png_of_strips((16, 16), [gradient(0..8), gradient(8..16)].into_iter(), &[]).unwrap();
+        let pixels = |file: &[u8]| image::load_from_memory(file).unwrap().to_rgb8();
+        assert_eq!(pixels(&whole), pixels(&strips));
+    }
+
     proptest! {
         #[test]
         fn every_curve_rises_and_stays_within_bounds(a in 0f32..20.0, b in 0f32..20.0, exposure in -4f64..4.0) {
-            for tone in [Tone::None, Tone::Reinhard, Tone::Filmic] {
+            for tone in [Tone::None, Tone::Reinhard, Tone::Filmic, Tone::Aces, Tone::Agx] {
                 for encoding in [Encoding::Srgb, Encoding::Linear] {
                     let one = Development { exposure, tone, encoding, ..PLAIN };
                     let [low, high] = [a.min(b), a.max(b)].map(|value| one.value([value; 3])[0]);

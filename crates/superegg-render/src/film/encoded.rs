@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use png::{BitDepth, ColorType};
+use superegg_scene::Encoding;
 use thiserror::Error;
 
 /// The PNG encoder rejected a picture.
@@ -30,8 +31,19 @@ pub struct EncodedPicture {
     /// Whether each pixel has an alpha value behind red, green and blue, which are not
     /// premultiplied.
     pub(crate) has_alpha: bool,
+    /// The encoding of the values, which the file states.
+    pub(crate) encoding: Encoding,
     /// The values, row by row.
     pub(crate) values: Vec<u8>,
+}
+
+/// A text in a picture file, such as how it was made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PictureNote {
+    /// The keyword: 1 to 79 characters of ASCII.
+    pub name: &'static str,
+    /// The text.
+    pub text: String,
 }
 
 impl EncodedPicture {
@@ -95,16 +107,21 @@ impl EncodedPicture {
         }
     }
 
-    /// Encodes the picture as a PNG file.
+    /// Encodes the picture as a PNG file. It states its encoding in an `sRGB` chunk, or as gamma 1 with the primaries of
+    /// sRGB. Notes become `iTXt` chunks.
     ///
     /// # Errors
     /// The encoder rejects the picture, for instance for its size.
-    pub fn png(&self) -> Result<Vec<u8>, ImageError> {
+    pub fn png(&self, notes: &[PictureNote]) -> Result<Vec<u8>, ImageError> {
         let mut file = Vec::new();
-        encoder(&mut file, self.size, self.has_alpha, self.is_deep)?
-            .write_header()?
-            .write_image_data(&self.values)?;
+        let mut writer = header(&mut file, self.size, &self.layout(), notes)?;
+        writer.write_image_data(&self.values)?;
+        writer.finish()?;
         Ok(file)
+    }
+
+    fn layout(&self) -> Layout {
+        Layout { has_alpha: self.has_alpha, is_deep: self.is_deep, encoding: self.encoding }
     }
 }
 
@@ -112,19 +129,58 @@ impl EncodedPicture {
 /// `software` of OpenEXR.
 pub const SOFTWARE: &str = "superegg";
 
-fn encoder(
-    file: &mut Vec<u8>,
-    size: (u32, u32),
+/// What a file says of its values.
+struct Layout {
     has_alpha: bool,
     is_deep: bool,
-) -> Result<png::Encoder<'_, &mut Vec<u8>>, ImageError> {
+    encoding: Encoding,
+}
+
+/// The texts of a PNG file in its `iTXt` chunks before the picture, as [`EncodedPicture::png`] writes them.
+///
+/// # Errors
+/// It is no PNG file, or a text is damaged.
+pub fn notes_of_png(file: &[u8]) -> Result<Vec<(String, String)>, NotesError> {
+    let reader = png::Decoder::new(std::io::Cursor::new(file)).read_info()?;
+    let texts = &reader.info().utf8_text;
+    texts.iter().map(|chunk| Ok((chunk.keyword.clone(), chunk.get_text()?))).collect()
+}
+
+/// Why the texts of a PNG file cannot be read.
+#[derive(Debug, Error)]
+#[error("the picture cannot be read: {0}")]
+pub struct NotesError(#[from] png::DecodingError);
+
+/// Begins a file: its header, its colour chunks and its notes.
+fn header<'f>(
+    file: &'f mut Vec<u8>,
+    size: (u32, u32),
+    layout: &Layout,
+    notes: &[PictureNote],
+) -> Result<png::Writer<&'f mut Vec<u8>>, ImageError> {
     let mut encoder = png::Encoder::new(file, size.0, size.1);
-    encoder.set_color(if has_alpha { ColorType::Rgba } else { ColorType::Rgb });
-    encoder.set_depth(if is_deep { BitDepth::Sixteen } else { BitDepth::Eight });
+    encoder.set_color(if layout.has_alpha { ColorType::Rgba } else { ColorType::Rgb });
+    encoder.set_depth(if layout.is_deep { BitDepth::Sixteen } else { BitDepth::Eight });
     encoder.set_compression(png::Compression::Fast);
     encoder.set_filter(png::Filter::Adaptive);
     encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned())?;
-    Ok(encoder)
+    match layout.encoding {
+        Encoding::Srgb => encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual),
+        Encoding::Linear => {
+            encoder.set_source_gamma(png::ScaledFloat::new(1.0));
+            encoder.set_source_chromaticities(png::SourceChromaticities::new(
+                (0.3127, 0.3290),
+                (0.64, 0.33),
+                (0.30, 0.60),
+                (0.15, 0.06),
+            ));
+        }
+    }
+    let mut writer = encoder.write_header()?;
+    for PictureNote { name, text } in notes {
+        writer.write_text_chunk(&png::text_metadata::ITXtChunk::new(*name, text.clone()))?;
+    }
+    Ok(writer)
 }
 
 /// Encodes strips of whole rows, from the top, as one PNG file. Only one strip has to be in memory.
@@ -135,24 +191,27 @@ fn encoder(
 pub(crate) fn png_of_strips(
     size: (u32, u32),
     strips: impl Iterator<Item = EncodedPicture>,
+    notes: &[PictureNote],
 ) -> Result<Vec<u8>, ImageError> {
     let mut file = Vec::new();
     let mut strips = strips.peekable();
-    let (has_alpha, is_deep) = strips.peek().map_or((false, false), |first| (first.has_alpha, first.is_deep));
-    let mut header = encoder(&mut file, size, has_alpha, is_deep)?.write_header()?;
-    let mut rows = header.stream_writer()?;
+    let none = Layout { has_alpha: false, is_deep: false, encoding: Encoding::Srgb };
+    let layout = strips.peek().map_or(none, EncodedPicture::layout);
+    let mut writer = header(&mut file, size, &layout, notes)?;
+    let mut rows = writer.stream_writer()?;
     for strip in strips {
         rows.write_all(&strip.values).map_err(png::EncodingError::from)?;
     }
     rows.finish()?;
-    header.finish()?;
+    writer.finish()?;
     Ok(file)
 }
 
 #[cfg(test)]
 mod tests {
-    use superegg_scene::Picture;
+    use superegg_scene::{Encoding, Picture};
 
+    use super::{PictureNote, notes_of_png};
     use crate::film::buffer::Film;
     use crate::film::develop::Development;
     use crate::film::pixel::Pixel;
@@ -185,6 +244,25 @@ mod tests {
             same.blend(0, 0, [1.0; 3], f32::NAN);
             assert_eq!(same, before);
         }
+    }
+
+    #[test]
+    fn a_file_states_its_encoding_and_its_notes() {
+        let long = "box ball \u{e9}\n".repeat(500);
+        let notes =
+            ["short", &long].map(|text| PictureNote { name: "superegg:scene", text: text.to_owned() });
+        for encoding in [Encoding::Srgb, Encoding::Linear] {
+            let development = Development { encoding, ..Development::of(&Picture::default()) };
+            let file = development.encode(&Film::new(5, 3)).png(&notes).unwrap();
+            let texts: Vec<String> = notes_of_png(&file).unwrap().into_iter().map(|(_, text)| text).collect();
+            assert_eq!(texts, ["short", &long]);
+            let has = |chunk: &[u8]| file.windows(4).any(|window| window == chunk);
+            assert_eq!(
+                (has(b"sRGB"), has(b"cHRM")),
+                (encoding == Encoding::Srgb, encoding == Encoding::Linear)
+            );
+        }
+        assert!(notes_of_png(b"no picture").is_err());
     }
 
     #[test]

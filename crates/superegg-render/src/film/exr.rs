@@ -2,12 +2,12 @@
 
 use std::io::Cursor;
 
-use exr::meta::attribute::Chromaticities;
+use exr::meta::attribute::{Chromaticities, Text};
 use exr::prelude::{Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
 use thiserror::Error;
 
 use crate::film::buffer::Film;
-use crate::film::encoded::SOFTWARE;
+use crate::film::encoded::{PictureNote, SOFTWARE};
 use crate::film::pixel::Pixel;
 
 /// Why an OpenEXR file could not be made.
@@ -35,10 +35,22 @@ const REC_709: Chromaticities = Chromaticities {
 /// | `id` | [`crate::Pixel::id`], a whole number |
 /// | `samples` | [`crate::Pixel::samples`], a whole number |
 ///
+/// Notes are in the attribute `comments`, each as a line with its name and the lines of its text.
+///
 /// # Errors
 /// The encoder rejects the film, for instance for its size.
-pub fn exr_file(film: &Film) -> Result<Vec<u8>, ExrError> {
-    exr_of_pixels((film.width(), film.height()), |x, y| film.pixel(x, y))
+pub fn exr_file(film: &Film, notes: &[PictureNote]) -> Result<Vec<u8>, ExrError> {
+    exr_of_pixels((film.width(), film.height()), |x, y| film.pixel(x, y), notes)
+}
+
+/// The attribute `comments` of an OpenEXR file.
+///
+/// # Errors
+/// It is no OpenEXR file, or it is damaged.
+pub fn notes_of_exr(file: &[u8]) -> Result<Option<String>, ExrError> {
+    let meta = exr::meta::MetaData::read_from_buffered(file, false)?;
+    let comments = meta.headers.iter().find_map(|header| header.own_attributes.comments.as_ref());
+    Ok(comments.map(ToString::to_string))
 }
 
 /// As [`exr_file`], of pixels that need not be in one film. A pixel of `None` is [`Pixel::EMPTY`].
@@ -48,6 +60,7 @@ pub fn exr_file(film: &Film) -> Result<Vec<u8>, ExrError> {
 pub fn exr_of_pixels(
     size: (u32, u32),
     pixel: impl Fn(u32, u32) -> Option<Pixel> + Sync,
+    notes: &[PictureNote],
 ) -> Result<Vec<u8>, ExrError> {
     let channels = SpecificChannels::build()
         .with_channel("R")
@@ -68,7 +81,14 @@ pub fn exr_of_pixels(
             let ([r, g, b], [x, y, z], [ar, ag, ab]) = (pixel.color, pixel.normal, pixel.albedo);
             (r, g, b, pixel.alpha, pixel.depth, x, y, z, ar, ag, ab, pixel.id, pixel.samples)
         });
-    let attributes = LayerAttributes { software_name: Some(SOFTWARE.into()), ..LayerAttributes::default() };
+    let comments: String =
+        notes.iter().map(|PictureNote { name, text }| format!("{name}\n{text}\n")).collect();
+    let attributes = LayerAttributes {
+        software_name: Some(SOFTWARE.into()),
+        // `None` for a text that is not of Latin letters.
+        comments: Text::new_or_none(&comments).filter(|_| !notes.is_empty()),
+        ..LayerAttributes::default()
+    };
     let size = (size.0 as usize, size.1 as usize);
     let layer = Layer::new(size, attributes, exr::prelude::Encoding::SMALL_LOSSLESS, channels);
     let mut image = Image::from_layer(layer);
@@ -103,7 +123,9 @@ mod tests {
             };
             film.set(x, y, pixel);
         }
-        let file = exr_file(&film).unwrap();
+        let note = PictureNote { name: "superegg:scene", text: "prm ball".to_owned() };
+        let file = exr_file(&film, &[note]).unwrap();
+        assert_eq!(notes_of_exr(&file).unwrap().unwrap(), "superegg:scene\nprm ball\n");
         let image = read()
             .no_deep_data()
             .largest_resolution_level()

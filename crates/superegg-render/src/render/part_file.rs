@@ -346,7 +346,7 @@ const OUTPUT: &str = "view";
 /// The name of the field for layers.
 const LAYERS: &str = "layers";
 /// The names of the fields that are floating-point values.
-const NUMBERS: [&str; 3] = ["noise", "exposure", "least_weight"];
+const NUMBERS: [&str; 4] = ["noise", "exposure", "least_weight", "far_depth"];
 
 /// The prefix of values that are hashes.
 const HASHED: &str = "xxh3:";
@@ -365,6 +365,8 @@ fn picture_fields(picture: &Picture) -> Vec<(&'static str, String)> {
         exposure,
         tone,
         bits,
+        dither,
+        far_depth,
         transparent,
         light_model,
         bounces,
@@ -394,6 +396,12 @@ fn picture_fields(picture: &Picture) -> Vec<(&'static str, String)> {
     if light_model != LightModel::default() {
         fields.push(("light", word_of(light_model, &LIGHT_MODELS).to_owned()));
     }
+    if dither {
+        fields.push(("dither", word_of(dither, &FLAGS).to_owned()));
+    }
+    if far_depth != 0.0 {
+        fields.push(("far_depth", number(far_depth)));
+    }
     fields
 }
 
@@ -415,8 +423,15 @@ fn read_picture<'a>(version: Version, field: &dyn Fn(&str) -> Option<&'a str>) -
         None => LightModel::default(),
         word => value_of_word(word, &LIGHT_MODELS).ok_or_else(|| wrong("light"))?,
     };
+    let dither = match field("dither") {
+        None => false,
+        word => value_of_word(word, &FLAGS).ok_or_else(|| wrong("dither"))?,
+    };
+    let far_depth = if field("far_depth").is_some() { number("far_depth")? } else { 0.0 };
     let picture = Picture {
         light_model,
+        dither,
+        far_depth,
         width: whole("width", 1..=Picture::LONGEST_SIDE)?,
         height: whole("height", 1..=Picture::LONGEST_SIDE)?,
         samples: whole("samples", 1..=Picture::MOST_SAMPLES)?,

@@ -36,8 +36,13 @@ pub(crate) const FILTERS: Words<Filter, 5> = [
 pub(crate) const ENCODINGS: Words<Encoding, 2> = [(Encoding::Srgb, "Srgb"), (Encoding::Linear, "Linear")];
 
 /// The words of tone curves.
-pub(crate) const TONES: Words<Tone, 3> =
-    [(Tone::None, "None"), (Tone::Reinhard, "Reinhard"), (Tone::Filmic, "Filmic")];
+pub(crate) const TONES: Words<Tone, 5> = [
+    (Tone::None, "None"),
+    (Tone::Reinhard, "Reinhard"),
+    (Tone::Filmic, "Filmic"),
+    (Tone::Aces, "Aces"),
+    (Tone::Agx, "Agx"),
+];
 
 /// The words of light models.
 pub(crate) const LIGHT_MODELS: Words<LightModel, 2> =
@@ -110,7 +115,7 @@ pub(crate) fn camera_bytes(camera: &Camera) -> Vec<u8> {
 
 /// The bytes of an environment.
 pub(crate) fn environment_bytes(environment: &Environment) -> Vec<u8> {
-    let Environment { lights, background, sky, floor, ambient_occlusion } = environment;
+    let Environment { lights, background, sky, floor, ambient_occlusion, map } = environment;
     let mut bytes = Bytes::default();
     bytes.count(lights.len() as u32);
     lights.iter().for_each(|light| write_light(&mut bytes, light));
@@ -131,6 +136,11 @@ pub(crate) fn environment_bytes(environment: &Environment) -> Vec<u8> {
         bytes.count(samples);
         bytes.number(distance);
     });
+    // Older programs knew none.
+    if let Some(map) = map {
+        bytes.word("map");
+        bytes.0.extend(map.fingerprint().to_le_bytes());
+    }
     bytes.0
 }
 
@@ -214,7 +224,10 @@ fn write_material(bytes: &mut Bytes, material: &Material) {
 mod tests {
     use std::collections::HashSet;
 
+    use superegg_scene::Daylight;
+
     use super::*;
+    use crate::environment::map::EnvironmentMap;
 
     /// Words as literals: a table whose words change fails.
     #[test]
@@ -234,8 +247,10 @@ mod tests {
             [Encoding::Srgb, Encoding::Linear].map(|encoding| word_of(encoding, &ENCODINGS)).to_vec(),
         );
         words(
-            &["None", "Reinhard", "Filmic"],
-            [Tone::None, Tone::Reinhard, Tone::Filmic].map(|tone| word_of(tone, &TONES)).to_vec(),
+            &["None", "Reinhard", "Filmic", "Aces", "Agx"],
+            [Tone::None, Tone::Reinhard, Tone::Filmic, Tone::Aces, Tone::Agx]
+                .map(|tone| word_of(tone, &TONES))
+                .to_vec(),
         );
         words(&["false", "true"], [false, true].map(|flag| word_of(flag, &FLAGS)).to_vec());
         for output in Output::ALL {
@@ -270,6 +285,7 @@ mod tests {
         };
         let with_light = |light: Light| Environment { lights: vec![light], ..plain.clone() };
         let position = DVec3::X;
+        let daylight = Daylight { elevation_deg: 30.0, turbidity: 3.0, azimuth_deg: 0.0 };
         let environments = [
             plain.clone(),
             Environment { lights: Vec::new(), ..plain.clone() },
@@ -282,6 +298,8 @@ mod tests {
                 ambient_occlusion: Some(AmbientOcclusion { samples: 1, distance: 2.0 }),
                 ..plain.clone()
             },
+            plain.clone().with_map(EnvironmentMap::of_daylight(&daylight, DVec3::Y)),
+            plain.clone().with_map(EnvironmentMap::of_daylight(&daylight, DVec3::Z)),
             with_light(Light { kind: LightKind::Point { position }, ..Light::DEFAULT }),
             with_light(Light { kind: LightKind::Sun { direction: position }, ..Light::DEFAULT }),
             with_light(Light {

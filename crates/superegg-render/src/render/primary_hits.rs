@@ -160,7 +160,7 @@ impl<'a> PrimaryHits<'a> {
         colors: &mut Vec<DVec3>,
     ) {
         let RenderContext { environment, ground, .. } = camera.context;
-        if ground.is_none() && environment.sky.is_none() {
+        if ground.is_none() && environment.sky.is_none() && environment.map.is_none() {
             colors.resize(samples.len(), environment.background);
             return;
         }

@@ -71,6 +71,9 @@ impl<'a> RenderContext<'a> {
 
     /// The sky or background in a direction of any length.
     pub(crate) fn sky(&self, direction: DVec3) -> DVec3 {
+        if let Some(map) = &self.environment.map {
+            return map.radiance(direction.normalize_or_zero());
+        }
         match &self.environment.sky {
             Some(sky) => sky.color(direction.normalize_or_zero()),
             None => self.environment.background,

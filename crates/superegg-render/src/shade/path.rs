@@ -3,7 +3,7 @@
 //! At each point of a path the lights are sampled, as in the course's model, and a point of a shape that shines. The path
 //! goes on in one direction until chance ends it. A first hit goes on in one direction for each of its lobes. Light of
 //! shapes that shine is found in both ways, by samples of their area and by paths that meet them, each weighted by its
-//! share of the probability (the balance heuristic of Veach 1997).
+//! share of the probability (the balance heuristic of Veach 1997), and so is that of a picture of the surroundings.
 //!
 //! A matt surface reflects `local * diffuse * color` of the light that arrives, whatever its direction: the light of a lamp
 //! of colour C that shines straight onto it counts as C, and so does that of a sky of colour C. `ambient` and ambient
@@ -19,6 +19,7 @@ use superegg_geom::glam::DVec3;
 use superegg_trace::{InstancePath, TraceRay};
 
 use crate::camera::sobol::cosine_direction;
+use crate::environment::map::EnvironmentSample;
 use crate::shade::context::RenderContext;
 use crate::shade::direct;
 use crate::shade::emitters::EmitterSample;
@@ -48,6 +49,7 @@ const CHOICE: u32 = LOBES + 8;
 const ROULETTE: u32 = LOBES + 9;
 const EMITTER: u32 = LOBES + 10;
 const FACETS: u32 = LOBES + 11;
+const SURROUNDINGS: u32 = LOBES + 12;
 
 /// Paths of fewer bounces are not ended by chance.
 const LEAST_BOUNCES: u32 = 3;
@@ -108,6 +110,7 @@ fn matt_share(point: &SurfacePoint<'_>) -> DVec3 {
 }
 
 /// What a surface scatters of light from any direction, without sharp mirrors and glass.
+#[expect(clippy::large_enum_variant, reason = "it lives on the stack for one sample")]
 enum Receiver<'a> {
     /// A matt surface, with the part of the light that it scatters.
     Matt(DVec3),
@@ -166,6 +169,7 @@ pub(crate) fn add_indirect_light<'a>(
     let mut paths = PathRays::new(context);
     direct::add_emission(first, shading);
     paths.add_samples_of_emitters(first, shading);
+    paths.add_samples_of_surroundings(first, shading);
     first.iter().for_each(|point| paths.push_all(point, shading));
     for bounce in 1..MOST_BOUNCES {
         if paths.rays.is_empty() {
@@ -175,6 +179,7 @@ pub(crate) fn add_indirect_light<'a>(
         direct::add_light(context, &points, &context.lights(), false, shading);
         let mut next = PathRays::new(context);
         next.add_samples_of_emitters(&points, shading);
+        next.add_samples_of_surroundings(&points, shading);
         points.iter().for_each(|point| next.push_one(point, bounce, shading));
         paths = next;
     }
@@ -218,6 +223,46 @@ impl<'a> PathRays<'a> {
             if let Some(found) = found.filter(is_sample) {
                 direct::add_emission(std::slice::from_ref(&found), shading);
             }
+        }
+    }
+
+    /// Adds the light of one sample of a picture of the surroundings to each point.
+    fn add_samples_of_surroundings(&self, points: &[SurfacePoint<'a>], shading: &mut ShadingState<'_, 'a>) {
+        let Some(map) = &self.context.environment.map else { return };
+        let (mut rays, mut lights) = (Vec::new(), Vec::new());
+        for point in points {
+            let Some(receiver) = Receiver::at(&self.context, point) else { continue };
+            let square = point.state.key.branch(SURROUNDINGS).point(0, 1);
+            let Some(EnvironmentSample { direction, radiance, density }) = map.sample(square) else { return };
+            let scattered = receiver.scattered(point, direction);
+            let light = scattered.light * radiance / (density + scattered.density);
+            let ray = toward(point, direction);
+            let past = self.context.transmittance_past_floor(&ray.ray, point.is_on_floor(), f64::INFINITY);
+            // What shines through a floor is found by paths, and so is what shines through a medium that absorbs.
+            if light.max_element() > 0.0 && past == 1.0 && !point.state.media.absorbs() {
+                rays.push(ray);
+                lights.push((point.state.pixel, point.state.weight * light));
+            }
+        }
+        shading.stats.rays.shadow += rays.len() as u64;
+        let coarsened = &mut shading.stats.coarsened;
+        let occluded = self.context.scene.occluded_many_counted(&rays, f64::INFINITY, coarsened);
+        for ((pixel, light), occluded) in lights.into_iter().zip(occluded) {
+            if !occluded {
+                shading.colors[pixel] += light;
+            }
+        }
+    }
+
+    /// The light that a ray brings which meets nothing.
+    fn light_of_surroundings(&self, ray: &TraceRay, density: Option<f64>) -> DVec3 {
+        let sky = self.context.sky(ray.ray.direction);
+        match (&self.context.environment.map, density) {
+            (Some(map), Some(density)) => {
+                let of_sample = map.density(ray.ray.direction.normalize_or_zero());
+                sky * (density / (density + of_sample))
+            }
+            _ => sky,
         }
     }
 
@@ -323,7 +368,7 @@ impl<'a> PathRays<'a> {
         for (((ray, state), hit), &density) in rays.iter().zip(states).zip(hits).zip(&self.densities) {
             let (pixel, weight) = (state.pixel, state.weight);
             let Some(point) = self.context.surface_point(ray, hit.as_ref(), state, shading) else {
-                shading.colors[pixel] += weight * self.context.sky(ray.ray.direction);
+                shading.colors[pixel] += weight * self.light_of_surroundings(ray, density);
                 continue;
             };
             if point.material.emission > 0.0 {

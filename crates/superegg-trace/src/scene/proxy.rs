@@ -34,7 +34,8 @@ impl Proxy {
     /// The mean material of what is seen. It neither reflects nor refracts.
     pub(crate) fn material(&self, primitives: &[CompiledPrimitive], materials: &[Material]) -> Material {
         let seen = |primitive: u32| &materials[primitives[primitive as usize].material as usize];
-        let has_facets = self.weights.iter().any(|&(primitive, _)| seen(primitive).facet_roughness().is_some());
+        let has_facets =
+            self.weights.iter().any(|&(primitive, _)| seen(primitive).facet_roughness().is_some());
         let nothing = Material {
             color: DVec3::ZERO,
             ambient: 0.0,

@@ -99,6 +99,8 @@ pub(super) fn frame_uniform(space: &EyeSpace, picture: &Picture<'_>) -> FrameUni
         Tone::None => 0,
         Tone::Reinhard => 1,
         Tone::Filmic => 2,
+        Tone::Aces => 3,
+        Tone::Agx => 4,
     };
     let background = picture.background;
     let sky = picture.sky.unwrap_or(Sky { horizon: background, zenith: background, up: DVec3::Y });

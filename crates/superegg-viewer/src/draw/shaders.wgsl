@@ -18,7 +18,7 @@ struct Frame {
     // Cotangents of half the angles of view in x and y, or for parallel rays reciprocals of half the
     // extents; near plane; 1 for the sRGB curve.
     projection: vec4<f32>,
-    // x: number of lights. y: 1 for parallel rays. z: tone mapping, 1 Reinhard, 2 filmic. w: 1 if
+    // x: number of lights. y: 1 for parallel rays. z: tone mapping, 1 Reinhard, 2 filmic, 3 ACES, 4 AgX. w: 1 if
     // there is a floor.
     counts: vec4<u32>,
     // x: factor of the exposure. y: size of a pixel at distance 1, or for parallel rays at any.
@@ -61,6 +61,21 @@ fn developed(linear: vec3<f32>) -> vec3<f32> {
     if frame.counts.z == 2u {
         let x = clamp(c, vec3(0.0), vec3(1e6));
         return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
+    }
+    if frame.counts.z == 3u {
+        // Rows of the matrix are the columns of the transposed one.
+        let m = clamp(c, vec3(0.0), vec3(1e6)) * mat3x3(0.59719, 0.35458, 0.04823, 0.076, 0.90834, 0.01566, 0.0284, 0.13383, 0.83777);
+        let x = (m * (m + 0.0245786) - 0.000090537) / (m * (0.983729 * m + 0.432951) + 0.238081);
+        return x * mat3x3(1.60475, -0.53108, -0.07367, -0.10208, 1.10813, -0.00605, -0.00327, -0.07276, 1.07602);
+    }
+    if frame.counts.z == 4u {
+        let m = clamp(c, vec3(0.0), vec3(1e6)) * mat3x3(0.84247906, 0.0784336, 0.079223745, 0.042328242, 0.87846864, 0.07916613, 0.042375655, 0.0784336, 0.87914297);
+        let x = clamp((log2(max(m, vec3(1e-10))) + 12.47393) / 16.5, vec3(0.0), vec3(1.0));
+        let x2 = x * x;
+        let x4 = x2 * x2;
+        let bent = 15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x - 0.00232;
+        let apart = bent * mat3x3(1.196879, -0.09802088, -0.09902974, -0.05289685, 1.1519031, -0.09896118, -0.052971635, -0.09804345, 1.1510737);
+        return pow(max(apart, vec3(0.0)), vec3(2.2));
     }
     return c;
 }

@@ -7,7 +7,7 @@ use superegg_geom::Ray;
 use superegg_geom::Superquadric;
 use superegg_geom::glam::DVec3;
 use superegg_render::measure::camera_tiles;
-use superegg_render::{RenderOptions, RenderSettings, View, render};
+use superegg_render::{RenderOptions, View, render};
 use superegg_scene::{Picture, Scene};
 use superegg_trace::measure::{CameraTile, ShadowTiming, TileProbe, find_many};
 use superegg_trace::{CompiledScene, TraceRay};
@@ -15,6 +15,7 @@ use superegg_trace::{CompiledScene, TraceRay};
 use crate::args::BenchArgs;
 use crate::commands::bench::generated_scene::Random;
 use crate::commands::bench::row::Row;
+use crate::files::surroundings::settings_with_surroundings;
 use crate::system::memory::{peak_rss_bytes, reset_peak};
 use crate::system::processor::{process_seconds, thread_seconds};
 
@@ -135,7 +136,7 @@ impl ShadowRound {
 fn picture_seconds(scene: &Scene, compiled: &CompiledScene, args: &BenchArgs) -> Result<f64> {
     let picture =
         Picture { width: args.size.width, height: args.size.height, samples: 1, noise: 0.0, ..scene.picture };
-    let settings = RenderSettings::of(scene).with_picture(picture).with_layers(false);
+    let settings = settings_with_surroundings(scene, None)?.with_picture(picture).with_layers(false);
     let options = RenderOptions::default().with_threads(1);
     let before = process_seconds();
     render(compiled, &settings, &options)?;

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use superegg_lang::{Fault, FaultCode, scene_at};
-use superegg_render::{Development, RenderOptions, RenderSettings, render};
+use superegg_render::{Development, RenderOptions, render};
 use superegg_scene::{Encoding, Picture};
 use superegg_trace::CompiledScene;
 
 use crate::files::maker::check_maker;
 use crate::files::picture::PictureFormat;
+use crate::files::surroundings::settings_with_surroundings;
 use crate::files::{self, Overwrite};
 use crate::inspect::framing::{framed, framing_note};
 use crate::inspect::picture_warnings::picture_warnings;
@@ -114,7 +115,12 @@ impl Modeller {
         let framed = framed(scene, &compiled, (picture.width, picture.height));
         let scene = framed.as_ref().unwrap_or(scene);
         let note = framed.as_ref().map(framing_note);
-        let settings = RenderSettings::of(scene).with_picture(picture).with_layers(false);
+        let unreadable = |error: anyhow::Error| {
+            Fault::new(FaultCode::Preview, format!("{error:#}"))
+                .help("'environment FILE' names another picture, 'unenvironment' none")
+        };
+        let settings = settings_with_surroundings(scene, None).map_err(unreadable)?;
+        let settings = settings.with_picture(picture).with_layers(false);
         let development = Development::of(&picture);
         let threads = match session.settings.threads {
             0 => available_threads(),

@@ -60,7 +60,8 @@ impl Ggx {
     /// A random normal of a facet that a direction with z > 0 sees, by a point of the unit square (Dupuy and Benyoub
     /// 2023). Its density is [`Ggx::density_of_visible`].
     pub(crate) fn visible_facet(self, direction: DVec3, square: DVec2) -> DVec3 {
-        let stretched = DVec3::new(self.alpha * direction.x, self.alpha * direction.y, direction.z).normalize();
+        let stretched =
+            DVec3::new(self.alpha * direction.x, self.alpha * direction.y, direction.z).normalize();
         let z = (1.0 - square.y) * (1.0 + stretched.z) - stretched.z;
         let around = DVec2::from_angle(TAU * square.x) * (1.0 - z * z).max(0.0).sqrt();
         let sum = around.extend(z) + stretched;
@@ -106,7 +107,11 @@ mod tests {
                 }
                 let mean = |sum: f64| sum / f64::from(count);
                 assert!((mean(area) - 1.0).abs() < 2e-2, "{roughness} {}", mean(area));
-                assert!((mean(projected) / cos - 1.0).abs() < 2e-2, "{roughness} {cos} {}", mean(projected) / cos);
+                assert!(
+                    (mean(projected) / cos - 1.0).abs() < 2e-2,
+                    "{roughness} {cos} {}",
+                    mean(projected) / cos
+                );
             }
         }
     }
@@ -123,7 +128,8 @@ mod tests {
                 assert!((facet.length() - 1.0).abs() < 1e-12 && facet.z >= 0.0);
                 drawn.iter_mut().zip(test(facet)).for_each(|(sum, x)| *sum += x / f64::from(count));
                 let square = sobol(i, 2);
-                let facet = (DVec2::from_angle(TAU * square.y) * (1.0 - square.x * square.x).sqrt()).extend(square.x);
+                let facet =
+                    (DVec2::from_angle(TAU * square.y) * (1.0 - square.x * square.x).sqrt()).extend(square.x);
                 let weight = TAU * ggx.density_of_visible(eye, facet) / f64::from(count);
                 integral.iter_mut().zip(test(facet)).for_each(|(sum, x)| *sum += weight * x);
             }

@@ -143,17 +143,21 @@ impl<'a> Microfacets<'a> {
 
     /// The light that arrives from a unit direction in the world and is scattered to the eye.
     pub(crate) fn scattered(&self, direction: DVec3) -> Scattered {
-        self.scattered_locally(self.to_local(direction))
+        self.scattered_locally(self.in_frame(direction))
     }
 
     /// The part of the light of a lamp without a size that is scattered to the eye, with the cosine. Lamps have no image in
     /// a surface that is nearly smooth, and none beyond glass.
     pub(crate) fn lit_by_lamp(&self, direction: DVec3) -> DVec3 {
-        let to_lamp = self.to_local(direction);
+        let to_lamp = self.in_frame(direction);
         if to_lamp.z <= 0.0 {
             return DVec3::ZERO;
         }
-        let light = if self.ggx.has_highlights() { self.scattered_locally(to_lamp).light } else { self.diffuse(to_lamp.z) };
+        let light = if self.ggx.has_highlights() {
+            self.scattered_locally(to_lamp).light
+        } else {
+            self.diffuse(to_lamp.z)
+        };
         PI * light
     }
 
@@ -198,7 +202,7 @@ impl<'a> Microfacets<'a> {
         Some(phong::mirror(-self.eye, facet)).filter(|direction| direction.z > 0.0)
     }
 
-    fn to_local(&self, direction: DVec3) -> DVec3 {
+    fn in_frame(&self, direction: DVec3) -> DVec3 {
         DVec3::from_array(self.axes.map(|axis| axis.dot(direction)))
     }
 
@@ -240,7 +244,8 @@ impl<'a> Microfacets<'a> {
         let mut reflectance = *metal * metal_color.map(toward_one) + *coat * toward_one(*coat_reflectance);
         let mut chance = chances[0];
         if let Some(Glass { weight, ratio, .. }) = &self.glass {
-            let of_facet = phong::refract(-*eye, facet, ratio.recip()).map_or(1.0, |(_, reflectance)| reflectance);
+            let of_facet =
+                phong::refract(-*eye, facet, ratio.recip()).map_or(1.0, |(_, reflectance)| reflectance);
             reflectance += weight * of_facet;
             chance += chances[1] * of_facet;
         }

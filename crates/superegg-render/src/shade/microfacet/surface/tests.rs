@@ -22,7 +22,13 @@ fn point(material: &Material, cos: f64, leaving: bool) -> SurfacePoint<'_> {
     let (across, down) = normal.any_orthonormal_pair();
     let facing = if leaving { -normal } else { normal };
     SurfacePoint {
-        state: PathState { pixel: 0, weight: DVec3::ONE, key: SampleKey::new((0, 0), 0), media, is_from_floor: false },
+        state: PathState {
+            pixel: 0,
+            weight: DVec3::ONE,
+            key: SampleKey::new((0, 0), 0),
+            media,
+            is_from_floor: false,
+        },
         owner: SurfaceOwner::Instance(path),
         position: DVec3::ZERO,
         position_error: 0.0,
@@ -39,10 +45,22 @@ fn point(material: &Material, cos: f64, leaving: bool) -> SurfacePoint<'_> {
 fn materials() -> Vec<Material> {
     let mut all = Vec::new();
     for roughness in [0.0, 0.1, 0.33, 0.7, 1.0] {
-        for (metallic, refracted, index) in
-            [(1.0, None, 1.5), (0.0, None, 1.5), (0.4, None, 2.4), (0.0, Some(1.0), 1.5), (0.0, Some(1.0), 1.33), (0.2, Some(0.6), 1.7)]
-        {
-            all.push(Material { roughness: Some(roughness), metallic, refracted, index, diffuse: 1.0, ..Material::default() });
+        for (metallic, refracted, index) in [
+            (1.0, None, 1.5),
+            (0.0, None, 1.5),
+            (0.4, None, 2.4),
+            (0.0, Some(1.0), 1.5),
+            (0.0, Some(1.0), 1.33),
+            (0.2, Some(0.6), 1.7),
+        ] {
+            all.push(Material {
+                roughness: Some(roughness),
+                metallic,
+                refracted,
+                index,
+                diffuse: 1.0,
+                ..Material::default()
+            });
         }
     }
     all
@@ -58,7 +76,9 @@ fn on_sphere(square: DVec2) -> DVec3 {
 fn white_surfaces_in_a_white_world_are_white() {
     let tables = AlbedoTables::new();
     for material in materials() {
-        for (cos, leaving) in [(1.0, false), (0.7, false), (0.2, false), (0.03, false), (0.9, true), (0.5, true), (0.1, true)] {
+        for (cos, leaving) in
+            [(1.0, false), (0.7, false), (0.2, false), (0.03, false), (0.9, true), (0.5, true), (0.1, true)]
+        {
             let point = point(&material, cos, leaving);
             let surface = Microfacets::of(&tables, &point).unwrap();
             let count = 1 << 15;
@@ -122,7 +142,10 @@ fn light_may_go_either_way() {
             // Radiance is squeezed by the square of the index.
             let squeeze = if cos < 0.0 { material.index * material.index } else { 1.0 };
             let difference = (forward - squeeze * backward).abs().max_element();
-            assert!(difference <= 1e-6 * (1e-3 + forward.max_element()), "{material:?} {cos}: {forward} {backward}");
+            assert!(
+                difference <= 1e-6 * (1e-3 + forward.max_element()),
+                "{material:?} {cos}: {forward} {backward}"
+            );
         }
     }
 }

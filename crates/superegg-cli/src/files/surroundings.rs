@@ -1,0 +1,44 @@
+//! Pictures of the surroundings that scenes name.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, Result, anyhow};
+use superegg_render::{EnvironmentMap, EnvironmentPixels, RenderSettings};
+use superegg_scene::{EnvironmentLight, EnvironmentPicture, Scene};
+
+use crate::files::folders::Folders;
+use crate::files::read;
+
+/// The settings of a scene's picture with the picture of its surroundings, which is searched in the working folder and
+/// then in `folder`.
+///
+/// # Errors
+/// The picture of the surroundings cannot be read.
+pub(crate) fn settings_with_surroundings(scene: &Scene, folder: Option<&Path>) -> Result<RenderSettings> {
+    let settings = RenderSettings::of(scene);
+    let Some(EnvironmentLight::Picture(picture)) = &scene.environment else { return Ok(settings) };
+    let pixels = pixels_of(picture, folder)?;
+    let map = EnvironmentMap::new(Arc::new(pixels), scene.up(), picture.rotation_deg, picture.scale);
+    let environment = settings.environment.clone().with_map(map);
+    Ok(settings.with_environment(environment))
+}
+
+/// Reads a picture of surroundings.
+///
+/// # Errors
+/// It cannot be read.
+pub(crate) fn pixels_of(picture: &EnvironmentPicture, folder: Option<&Path>) -> Result<EnvironmentPixels> {
+    let path = found(&Folders::of_user().expand(&picture.file), folder);
+    let bytes = read(&path).context("the scene's environment is missing")?;
+    EnvironmentPixels::of_file(&bytes)
+        .map_err(|error| anyhow!("'{}' is no picture of surroundings: {error}", path.display()))
+}
+
+/// A file that a scene names: in the working folder, else in the folder of the scene.
+fn found(name: &Path, folder: Option<&Path>) -> PathBuf {
+    // The prefix makes '-' a file, not standard input.
+    let here = Path::new(".").join(name);
+    let beside = folder.map(|folder| folder.join(name));
+    beside.filter(|beside| !here.exists() && beside.exists()).unwrap_or(here)
+}
