@@ -5,11 +5,12 @@
 //! is 0.53 degrees wide, and as bright as air of the turbidity lets it through.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use superegg_geom::glam::{DMat3, DVec2, DVec3};
 use superegg_scene::Daylight;
 
-use crate::environment::map::EnvironmentPixels;
+use crate::environment::map::{EnvironmentMap, EnvironmentPixels};
 
 const WIDTH: usize = 1024;
 const HEIGHT: usize = 512;
@@ -116,8 +117,15 @@ fn through_air(sun_angle: f64, turbidity: f64) -> DVec3 {
     })
 }
 
+impl EnvironmentMap {
+    /// The light of sun and sky.
+    pub fn of_daylight(daylight: &Daylight, up: DVec3) -> Self {
+        Self::new(Arc::new(daylight_pixels(daylight)), up, daylight.azimuth_deg, 1.0)
+    }
+}
+
 /// The picture of sun and sky. The sun is in its middle column.
-pub(crate) fn daylight_pixels(daylight: &Daylight) -> EnvironmentPixels {
+fn daylight_pixels(daylight: &Daylight) -> EnvironmentPixels {
     let sun_angle = (90.0 - daylight.elevation_deg).clamp(0.0, 90.0).to_radians();
     let sun = DVec3::new(sun_angle.sin(), 0.0, sun_angle.cos());
     let sky = PreethamSky::new(daylight.turbidity, sun_angle);
@@ -162,7 +170,6 @@ pub(crate) fn daylight_pixels(daylight: &Daylight) -> EnvironmentPixels {
 mod tests {
     use super::*;
     use crate::camera::sobol::{cosine_direction, sobol};
-    use crate::environment::map::EnvironmentMap;
 
     /// The light on a level plane, as a colour of a white surface.
     fn on_ground(elevation_deg: f64, turbidity: f64) -> (DVec3, DVec3) {

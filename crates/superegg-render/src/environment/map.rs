@@ -5,10 +5,7 @@ use std::sync::Arc;
 
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_geom::unit_vector;
-use superegg_scene::Daylight;
 use twox_hash::XxHash3_128;
-
-use crate::environment::daylight::daylight_pixels;
 
 /// A picture of all directions, and its position.
 ///
@@ -176,11 +173,6 @@ impl EnvironmentMap {
         let centre = up.cross(right);
         let (sin, cos) = rotation_deg.to_radians().sin_cos();
         Self { pixels, axes: [cos * centre + sin * right, cos * right - sin * centre, up], scale }
-    }
-
-    /// The light of sun and sky.
-    pub fn of_daylight(daylight: &Daylight, up: DVec3) -> Self {
-        Self::new(Arc::new(daylight_pixels(daylight)), up, daylight.azimuth_deg, 1.0)
     }
 
     /// A number that identifies the light.
