@@ -23,7 +23,9 @@ pub enum EnvironmentError {
         reason: String,
     },
     /// The picture has no pixels, or too many.
-    #[error("it has {width} x {height} pixels; expected 1 to 134217728")]
+    #[error(
+        "it has {width} x {height} pixels; expected 1 to 134217728, and not far more than its bytes can hold"
+    )]
     Size {
         /// Its width.
         width: usize,
@@ -51,6 +53,12 @@ impl EnvironmentPixels {
 
 type Pixels = (usize, usize, Vec<[f32; 3]>);
 
+/// An OpenEXR picture has at most this many pixels, and more for each of its bytes: one colour takes next to nothing.
+#[cfg(feature = "exr")]
+const MOST_UNSEEN: usize = 1 << 23;
+#[cfg(feature = "exr")]
+const MOST_PER_BYTE: usize = 64;
+
 fn of_radiance(bytes: &[u8]) -> Result<Pixels, EnvironmentError> {
     let picture = image::load_from_memory_with_format(bytes, ImageFormat::Hdr);
     let picture = picture
@@ -62,7 +70,18 @@ fn of_radiance(bytes: &[u8]) -> Result<Pixels, EnvironmentError> {
 
 #[cfg(feature = "exr")]
 fn of_exr(bytes: &[u8]) -> Result<Pixels, EnvironmentError> {
-    use exr::prelude::{ReadChannels, ReadLayers, Vec2, read};
+    use exr::prelude::{MetaData, ReadChannels, ReadLayers, Vec2, read};
+    let damaged = |error: exr::error::Error| EnvironmentError::Damaged {
+        kind: "an OpenEXR picture",
+        reason: error.to_string(),
+    };
+    // Memory is reserved by the sizes that the file claims.
+    let claimed = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
+    for Vec2(width, height) in claimed.headers.iter().map(|header| header.layer_size) {
+        if width.saturating_mul(height) > MOST_UNSEEN + MOST_PER_BYTE * bytes.len() {
+            return Err(EnvironmentError::Size { width, height });
+        }
+    }
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -75,10 +94,7 @@ fn of_exr(bytes: &[u8]) -> Result<Pixels, EnvironmentError> {
         .first_valid_layer()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|error| EnvironmentError::Damaged {
-            kind: "an OpenEXR picture",
-            reason: error.to_string(),
-        })?;
+        .map_err(damaged)?;
     let size = image.layer_data.size;
     Ok((size.width(), size.height(), image.layer_data.channel_data.pixels.1))
 }
@@ -109,6 +125,12 @@ mod tests {
             let film = Film::of_pixels(3, 2, vec![Pixel { color: [0.5, 7.0, 0.25], ..Pixel::EMPTY }; 6]);
             let file = crate::film::exr::exr_file(&film, &[]).unwrap();
             assert_eq!(of(&file), made(3, 2, vec![[0.5, 7.0, 0.25]; 6]));
+            // A small file that claims 65536 x 65536 pixels.
+            let name = b"dataWindow\0box2i\0\x10\0\0\0";
+            let mut large = file;
+            let at = large.windows(name.len()).position(|part| part == name).unwrap() + name.len() + 8;
+            large[at..at + 8].copy_from_slice(&[0xff, 0xff, 0, 0, 0xff, 0xff, 0, 0]);
+            assert!(EnvironmentPixels::of_file(&large).is_err());
         }
         for bad in
             [&b"P6 1 1 255 abc"[..], b"#?RADIANCE\n\n-Y 9 +X 9\n\x01", &[0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0]]
