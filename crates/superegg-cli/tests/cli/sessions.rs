@@ -122,7 +122,7 @@ fn a_scene_goes_to_povray() {
     let warnings = sandbox.run("export grains.scn -o grains.pov").failed(0);
     assert!(warnings.contains("1000 times those of the scene"), "{warnings}");
     let text = sandbox.read("grains.pov");
-    for part in ["location <0, 0, 10>", "light_source { <20, 0, 10>", "object { S_o_1 scale 1000 }"] {
+    for part in ["location <0, 0, 10>", "light_source { <20, 0, 10>", "\nobject { S_o_0 scale 1000 }"] {
         assert!(text.contains(part), "no {part} in {text}");
     }
     for bad in ["export tree.scn -o tree.xyzw", "export tree.scn -o no/tree.pov", "export gone.scn -o t.pov"]
