@@ -26,6 +26,7 @@ mod prompt;
 mod commands;
 
 pub mod load;
+pub mod save;
 
 use std::ffi::OsString;
 

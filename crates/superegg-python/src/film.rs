@@ -1,12 +1,12 @@
 //! A rendered picture.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use superegg::Rendering;
-use superegg::render::Development;
+use superegg::render::{Development, RenderSettings};
 use superegg::scene::{Encoding, Picture, Tone};
+use superegg_cli::save::{exr_file, png_file};
 
 use crate::columns::{Array, Column, array, rows};
 use crate::errors;
@@ -14,72 +14,85 @@ use crate::work::detached;
 
 /// A rendered picture.
 #[pyclass(frozen, module = "superegg._superegg")]
-pub(crate) struct Film(pub(crate) Rendering);
+pub(crate) struct Film {
+    pub(crate) film: superegg::render::Film,
+    pub(crate) settings: RenderSettings,
+}
 
 #[pymethods]
 impl Film {
     /// Height and width in pixels.
     #[getter]
     fn size(&self) -> (u32, u32) {
-        (self.0.film.height(), self.0.film.width())
+        (self.film.height(), self.film.width())
     }
 
     #[getter]
     fn has_layers(&self) -> bool {
-        self.0.film.has_layers()
+        self.film.has_layers()
     }
 
     fn color<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f32>> {
-        let colors = detached(py, || self.0.film.colors().as_flattened().to_vec())?;
+        let colors = detached(py, || self.film.colors().as_flattened().to_vec())?;
         Ok(array(py, colors))
     }
 
     fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f32>> {
-        Ok(array(py, detached(py, || self.0.film.alphas().collect())?))
+        Ok(array(py, detached(py, || self.film.alphas().collect())?))
     }
 
     fn depth<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f32>> {
-        Ok(array(py, detached(py, || self.0.film.depths().collect())?))
+        Ok(array(py, detached(py, || self.film.depths().collect())?))
     }
 
     fn normal<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f32>> {
-        Ok(array(py, detached(py, || self.0.film.normals().flatten().collect())?))
+        Ok(array(py, detached(py, || self.film.normals().flatten().collect())?))
     }
 
     fn albedo<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f32>> {
-        Ok(array(py, detached(py, || self.0.film.albedos().flatten().collect())?))
+        Ok(array(py, detached(py, || self.film.albedos().flatten().collect())?))
     }
 
     fn instance_id<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, u32>> {
-        Ok(array(py, detached(py, || self.0.film.ids().collect())?))
+        Ok(array(py, detached(py, || self.film.ids().collect())?))
     }
 
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, u32>> {
-        Ok(array(py, detached(py, || self.0.film.sample_counts().collect())?))
+        Ok(array(py, detached(py, || self.film.sample_counts().collect())?))
     }
 
     /// The developed picture: three bytes a pixel.
     fn rgb8<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, u8>> {
-        Ok(array(py, detached(py, || self.0.development.rgb8(&self.0.film))?))
+        Ok(array(py, detached(py, || self.settings.development().rgb8(&self.film))?))
     }
 
     fn to_png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = detached(py, || self.0.to_png())?.map_err(errors::value)?;
+        let bytes = detached(py, || png_file(&self.film, &self.settings))?.map_err(errors::value)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     fn to_exr<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = detached(py, || self.0.to_exr())?.map_err(errors::value)?;
+        let bytes = detached(py, || exr_file(&self.film, &self.settings))?.map_err(errors::value)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let name = path.display().to_string();
-        detached(py, || self.0.save(&path))?.map_err(|error| match error {
-            superegg::Error::File { .. } => errors::of_file(&error.into(), &name),
-            other => errors::value(other),
-        })
+        let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
+        let encode = match ending.as_deref() {
+            Some("png") => png_file,
+            Some("exr") => exr_file,
+            _ => return Err(errors::value(superegg::Error::Ending(path))),
+        };
+        let bytes = detached(py, || encode(&self.film, &self.settings))?.map_err(errors::value)?;
+        write(&path, &bytes)
     }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> PyResult<()> {
+    std::fs::write(path, bytes).map_err(|error| {
+        let error = superegg::Error::File { action: "write", path: path.to_owned(), error };
+        errors::of_file(&error.into(), &path.display().to_string())
+    })
 }
 
 /// Linear colours as bytes of sRGB, by the curve of pictures.

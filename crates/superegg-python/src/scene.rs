@@ -20,7 +20,7 @@ use superegg::lang::{Effect, Fault, Session, key_frames, scene_at, write_scene, 
 use superegg::render::{EnvironmentMap, EnvironmentPixels, Framing, Output, RenderOptions, RenderSettings};
 use superegg::scene::{Entity, EnvironmentLight, InstanceTable, Material, TableBuilder};
 use superegg::trace::{BatchOptions, CompiledScene, InstancePath};
-use superegg::{Model, Part, Rendering};
+use superegg::{Model, Part};
 use superegg_cli::load::{self as program, LoadedScene, frame_data};
 
 use crate::columns::{Array, Column, Rays, array, flat, points, rows};
@@ -548,7 +548,7 @@ impl Scene {
             progress.call1(py, (total, total))?;
         }
         let film = settings.output.into_colored(rendered.film);
-        Ok(Film(Rendering { film, development: settings.development(), stats: rendered.stats }))
+        Ok(Film { film, settings })
     }
 }
 
