@@ -17,8 +17,8 @@ use superegg::exchange::write::written::Written;
 use superegg::geom::glam::{DAffine3, DMat3, DQuat, DVec3};
 use superegg::geom::{Aabb, Exponents};
 use superegg::lang::{Effect, Fault, Session, key_frames, scene_at, write_scene, write_without_tables};
-use superegg::render::{EnvironmentMap, EnvironmentPixels, Framing, Output, RenderOptions, RenderSettings};
-use superegg::scene::{Entity, EnvironmentLight, InstanceTable, Material, TableBuilder};
+use superegg::render::{EnvironmentPixels, Framing, Output, RenderOptions, RenderSettings};
+use superegg::scene::{Entity, EnvironmentPicture, InstanceTable, Material, TableBuilder};
 use superegg::trace::{BatchOptions, CompiledScene, InstancePath};
 use superegg::{Model, Part};
 use superegg_cli::load::{self as program, LoadedScene, frame_data};
@@ -589,19 +589,15 @@ impl Scene {
         }
         frame(&mut scene, &compiled, data);
         let settings = RenderSettings::of(&scene).with_output(output).with_layers(request.layers);
-        Ok((compiled, with_surroundings(settings, &scene)?))
+        Ok((compiled, settings.with_surroundings(&scene, pixels_of)?))
     }
 }
 
-/// Settings with the picture of the surroundings that the scene names.
-fn with_surroundings(settings: RenderSettings, scene: &superegg::scene::Scene) -> PyResult<RenderSettings> {
-    let Some(EnvironmentLight::Picture(picture)) = &scene.environment else { return Ok(settings) };
+/// Reads a picture of the surroundings.
+fn pixels_of(picture: &EnvironmentPicture) -> PyResult<EnvironmentPixels> {
     let wrong = |reason: String| errors::value(format!("the environment '{}': {reason}", picture.file));
     let bytes = std::fs::read(&*picture.file).map_err(|error| wrong(error.to_string()))?;
-    let pixels = EnvironmentPixels::of_file(&bytes).map_err(|error| wrong(error.to_string()))?;
-    let map = EnvironmentMap::new(Arc::new(pixels), scene.up(), picture.rotation_deg, picture.scale);
-    let environment = settings.environment.clone().with_map(map);
-    Ok(settings.with_environment(environment))
+    EnvironmentPixels::of_file(&bytes).map_err(|error| wrong(error.to_string()))
 }
 
 /// Sets the camera of data, and of a scene that sets none and is not in sight.

@@ -1,13 +1,15 @@
 //! The settings of a render: picture, camera, environment and output.
 
+use std::sync::Arc;
+
 use superegg_geom::glam::DVec3;
 use superegg_scene::{
-    AmbientOcclusion, Camera, EnvironmentLight, Filter, Floor, Light, LightModel, Material, Picture, Scene,
-    Sky, Tone,
+    AmbientOcclusion, Camera, EnvironmentLight, EnvironmentPicture, Filter, Floor, Light, LightModel,
+    Material, Picture, Scene, Sky, Tone,
 };
 use thiserror::Error;
 
-use crate::environment::map::EnvironmentMap;
+use crate::environment::map::{EnvironmentMap, EnvironmentPixels};
 use crate::film::buffer::Film;
 use crate::film::develop::Development;
 
@@ -196,6 +198,22 @@ impl RenderSettings {
     #[must_use]
     pub fn with_environment(self, environment: Environment) -> Self {
         Self { environment, ..self }
+    }
+
+    /// Replaces the light from far away by the picture of the surroundings that a scene names; other settings, and those of
+    /// a scene that names none, stay. `read` gets the pixels of the file.
+    ///
+    /// # Errors
+    /// Those of `read`.
+    pub fn with_surroundings<E>(
+        self,
+        scene: &Scene,
+        read: impl FnOnce(&EnvironmentPicture) -> Result<EnvironmentPixels, E>,
+    ) -> Result<Self, E> {
+        let Some(EnvironmentLight::Picture(picture)) = &scene.environment else { return Ok(self) };
+        let pixels = Arc::new(read(picture)?);
+        let map = EnvironmentMap::new(pixels, scene.up(), picture.rotation_deg, picture.scale);
+        Ok(Self { environment: self.environment.with_map(map), ..self })
     }
 
     /// Replaces the quantity that the picture has.

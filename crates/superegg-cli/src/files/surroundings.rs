@@ -1,11 +1,10 @@
 //! Pictures of the surroundings that scenes name.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow};
-use superegg_render::{EnvironmentMap, EnvironmentPixels, RenderSettings};
-use superegg_scene::{EnvironmentLight, EnvironmentPicture, Scene};
+use superegg_render::{EnvironmentPixels, RenderSettings};
+use superegg_scene::{EnvironmentPicture, Scene};
 
 use crate::files::folders::Folders;
 use crate::files::read;
@@ -16,12 +15,7 @@ use crate::files::read;
 /// # Errors
 /// The picture of the surroundings cannot be read.
 pub(crate) fn settings_with_surroundings(scene: &Scene, folder: Option<&Path>) -> Result<RenderSettings> {
-    let settings = RenderSettings::of(scene);
-    let Some(EnvironmentLight::Picture(picture)) = &scene.environment else { return Ok(settings) };
-    let pixels = pixels_of(picture, folder)?;
-    let map = EnvironmentMap::new(Arc::new(pixels), scene.up(), picture.rotation_deg, picture.scale);
-    let environment = settings.environment.clone().with_map(map);
-    Ok(settings.with_environment(environment))
+    RenderSettings::of(scene).with_surroundings(scene, |picture| pixels_of(picture, folder))
 }
 
 /// Reads a picture of surroundings.
