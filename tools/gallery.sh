@@ -18,19 +18,12 @@ touch "$pictures/times.txt"
 # A number in a file of --stats; 0 where it has none of this name.
 stat() { awk -F'[:,]' -v key="\"$2\"" '{ gsub(/^ +/, "") } $1 == key { found = $2 } END { print found + 0 }' "$1"; }
 
-# Packs a picture as tightly as PNG can, where ImageMagick is; its pixels stay.
-squeeze() {
-    command -v convert >/dev/null || return 0
-    convert "$1" -define png:compression-level=9 -define png:compression-filter=5 -define png:color-type=2 "$1.small"
-    if [ "$(wc -c <"$1.small")" -lt "$(wc -c <"$1")" ]; then mv "$1.small" "$1"; else rm "$1.small"; fi
-}
-
 render() {
     local name=$1 stats sized=()
     stats=$(mktemp)
     grep -qi '^set size' "scenes/$name.scn" || sized=(--size "$size")
     nice target/release/superegg render "scenes/$name.scn" "${sized[@]}" --quiet -o "$pictures/$name.png" --stats "$stats"
-    squeeze "$pictures/$name.png"
+    tools/squeeze.sh "$pictures/$name.png"
     local rays=0 kind
     for kind in camera shadow ambient reflection refraction; do rays=$((rays + $(stat "$stats" "$kind"))); done
     grep -v "^$name " "$pictures/times.txt" >"$stats.times" || true

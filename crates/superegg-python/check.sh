@@ -30,5 +30,5 @@ pyright --project .
 # Outside of the source, so that the installed package is tested; `--import-mode` keeps it that way.
 installed=$(cd "$scratch" && python -c 'import superegg, pathlib; print(pathlib.Path(superegg.__file__).parent)')
 python -m pytest -q --import-mode=importlib -p no:cacheprovider --override-ini=testpaths= \
-    tests README.md ../../docs/python.md "$installed"
+    tests README.md ../../README.md ../../docs/python.md "$installed"
 "$scratch/venv/bin/superegg" --version

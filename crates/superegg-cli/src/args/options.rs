@@ -85,7 +85,7 @@ pub(crate) struct RenderArgs {
     pub(crate) data: DataArgs,
 }
 
-/// What is drawn into finished pictures.
+/// Annotations on finished pictures.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Annotations")]
 pub(crate) struct AnnotationArgs {

@@ -150,7 +150,7 @@ impl From<GridValueArg> for GridValue {
     }
 }
 
-/// What an output may replace.
+/// Whether an output may replace any file.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct OverwriteArgs {
     /// Replace existing files even if they are read-only, or if frames are of another maker

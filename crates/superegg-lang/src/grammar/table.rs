@@ -124,7 +124,7 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Session,
         options: &[],
         args: &[&[], &[arg("WORD", ArgKind::Words(NameKind::HelpWord))]],
-        summary: "shows the first steps, or explains commands, groups and settings, or finds what speaks of a word; 'help all' lists the commands",
+        summary: "shows the first steps, or explains commands, groups and settings, or searches for a word; 'help all' lists the commands",
         default: "",
         example: "help setColor",
         build: Build::Session(|args| SessionCommand::Help(args.texts())),

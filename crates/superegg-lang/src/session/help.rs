@@ -93,7 +93,7 @@ fn overview(width: usize) -> String {
     text.push_str("\n\n");
     text.push_str(&two_columns("  help setColor, ? setColor", "explains a command or a setting", width));
     text.push('\n');
-    text.push_str(&two_columns("  help soft shadows", "finds what speaks of words", width));
+    text.push_str(&two_columns("  help soft shadows", "searches the help for words", width));
     text.push('\n');
     text.push_str(&two_columns("  help TOPIC", &format!("explains one of: {topics}"), width));
     text
@@ -158,21 +158,21 @@ fn explain_setting(setting: &SettingSpec, width: usize) -> String {
     text
 }
 
-/// What speaks of all these words; `None` if nothing does.
+/// The commands, settings and topics that mention all these words; `None` if there are none.
 fn search(words: &[&str], width: usize) -> Option<String> {
     let wanted: Vec<String> = words.iter().map(|word| stem(word)).collect();
-    let speaks = |texts: &[&str]| {
+    let mentions = |texts: &[&str]| {
         let all = folded(&texts.join(" "));
         wanted.iter().all(|word| all.contains(word.as_str()))
     };
     let commands = COMMANDS.iter().filter(|spec| {
         let spellings = spec.all_spellings().collect::<Vec<_>>().join(" ");
-        speaks(&[&spellings, spec.summary, spec.default, spec.example, &spec.usage()])
+        mentions(&[&spellings, spec.summary, spec.default, spec.example, &spec.usage()])
     });
-    let settings = SETTINGS.iter().filter(|setting| speaks(&[setting.name, setting.summary]));
+    let settings = SETTINGS.iter().filter(|setting| mentions(&[setting.name, setting.summary]));
     let topics = TOPICS.iter().filter(|topic| {
         let lines = topic.lines.iter().map(|(left, right)| format!("{left} {right}")).collect::<Vec<_>>();
-        speaks(&[topic.title, &topic.words.join(" "), &lines.join(" ")])
+        mentions(&[topic.title, &topic.words.join(" "), &lines.join(" ")])
     });
     let found: Vec<String> = commands
         .map(|spec| command_line(spec, width))

@@ -179,6 +179,20 @@ mod tests {
         assert!(BINDINGS.iter().all(|row| row.keys.iter().all(|key| action_of(key) == Some(row.action))));
     }
 
+    /// The book is beside the crate in the repository, and not in its package.
+    #[test]
+    fn the_page_of_the_window_has_every_key() {
+        let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/window.md");
+        let Ok(page) = std::fs::read_to_string(page) else { return };
+        let section = page.split("## Keys").nth(1).unwrap().split("\n## ").next().unwrap();
+        let cells = section.lines().filter_map(|line| line.strip_prefix("| `")?.split(" |").next());
+        let mut listed: Vec<&str> = cells.flat_map(|cell| cell.split('`').step_by(2)).collect();
+        let mut bound: Vec<&str> = BINDINGS.iter().flat_map(|row| row.keys).copied().collect();
+        listed.retain(|key| !key.is_empty());
+        (listed.sort_unstable(), bound.sort_unstable());
+        assert_eq!(listed, bound);
+    }
+
     #[test]
     fn keys_of_the_course_program() {
         for key in ["q", "Escape", "b", "m", "w", "s", "r", "t", "n", "o", "i", "p"] {
