@@ -29,6 +29,8 @@ fn main() {
     let is_half = words.iter().any(|word| word == "half");
     let faults = Faults { noise: number(2, 0.01), outliers: number(3, 0.2), is_half };
     let (mut errors, mut seconds) = (Vec::new(), 0.0);
+    // Fits without and with a warning, good ones and others.
+    let mut warned = [[0; 2]; 2];
     for seed in 0..trials {
         let mut random = SplitMix::new(seed);
         let placed = Placed::random(&mut random);
@@ -40,14 +42,21 @@ fn main() {
         if error >= 0.01 {
             println!("{seed}: error {error:.4}\n  {placed:?}\n  {found:?}");
         }
+        let is_warned = found.is_ok_and(|found| !found.warnings.is_empty());
+        warned[usize::from(error >= 0.01)][usize::from(is_warned)] += 1;
         errors.push(error);
     }
     errors.sort_by(f64::total_cmp);
     let good = errors.partition_point(|error| *error < 0.01) as f64 / trials as f64;
     println!(
-        "{faults:?}: {:.1} % good, median error {:.3} %, {:.2} ms each",
+        "{faults:?}: {:.1} % good, median error {:.3} %, {:.2} ms each; warnings for {} of {} \
+         good fits and {} of {} others",
         100.0 * good,
         100.0 * errors[errors.len() / 2],
-        1e3 * seconds / trials as f64
+        1e3 * seconds / trials as f64,
+        warned[0][1],
+        warned[0][0] + warned[0][1],
+        warned[1][1],
+        warned[1][0] + warned[1][1]
     );
 }

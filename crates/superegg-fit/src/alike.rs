@@ -24,8 +24,7 @@ pub(crate) fn alike(shape: &Parameters, middle: DVec3, bounds: Bounds) -> Vec<Pa
     shapes.extend([*shape, exchanged[0], exchanged[1]].map(|shape| with_turned_section(&shape, bounds)));
     let turned = shapes[2];
     shapes.push(Parameters { exponents: [bounds.clamp(BETWEEN), turned.exponents[1]], ..turned });
-    let mean_radius = shape.size();
-    if (middle - shape.center).length() > ONE_SIDED * mean_radius {
+    if is_one_sided(shape, middle) {
         shapes.extend(SIZES.map(|size| scaled_from(shape, middle, size)));
     }
     shapes
@@ -38,6 +37,27 @@ fn scaled_from(shape: &Parameters, side: DVec3, size: f64) -> Parameters {
     let reach = own / (own / shape.radii).length();
     let fixed = shape.center + shape.axes * reach;
     Parameters { center: fixed + size * (shape.center - fixed), radii: size * shape.radii, ..*shape }
+}
+
+/// Factors on one semi-axis, where the far side is hidden.
+const STRETCHES: [f64; 2] = [0.87, 1.15];
+
+/// Whether points whose middle is given lie on one side of the shape.
+pub(crate) fn is_one_sided(shape: &Parameters, middle: DVec3) -> bool {
+    (middle - shape.center).length() > ONE_SIDED * shape.size()
+}
+
+/// Shapes of other extents along one axis each, with the surface where it is on the side of a point.
+pub(crate) fn stretched(shape: &Parameters, side: DVec3) -> Vec<Parameters> {
+    let own = shape.axes.transpose() * (side - shape.center);
+    let stretch = |axis: usize, factor: f64| {
+        let mut other = *shape;
+        other.radii[axis] *= factor;
+        let shift = (shape.radii[axis] - other.radii[axis]) * 1.0_f64.copysign(own[axis]);
+        other.center += shape.axes.col(axis) * shift;
+        other
+    };
+    (0..3).flat_map(|axis| STRETCHES.map(|factor| stretch(axis, factor))).collect()
 }
 
 /// The same axes in another order: the axis `z` becomes the third one.

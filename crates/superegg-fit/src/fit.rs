@@ -13,6 +13,7 @@ use crate::refine::{Candidate, Measure, Residual};
 use crate::residuals::{Residuals, distances};
 use crate::rows::Points;
 use crate::search::{Question, search};
+use crate::surface::distance;
 use crate::uncertainty::Uncertainty;
 use crate::warning::FitWarning;
 
@@ -73,7 +74,9 @@ pub fn fit(points: &[DVec3], options: &FitOptions) -> Result<Fit, FitError> {
     let bounds = Bounds { least, most };
     let question = Question { bounds, outliers: options.outliers, seed: options.seed };
     let found = search(&cloud.points, &question);
-    Ok(Fit::of(&cloud, &found, bounds))
+    let mut fit = Fit::of(&cloud, &found.best, bounds);
+    fit.warnings.extend(found.rival.and_then(|rival| ambiguous(&found.best, &rival, &fit, &cloud)));
+    Ok(fit)
 }
 
 /// The standard error of a rotation from which on it is undetermined, in radians.
@@ -84,6 +87,8 @@ const ROUND: f64 = 0.25;
 const UNCERTAIN: f64 = 0.01;
 /// The share of outliers that is worth a warning.
 const MANY: f64 = 0.5;
+/// The distance between two shapes that are no errors of each other, in standard errors of the surface.
+const APART: f64 = 5.0;
 /// The ratio of semi-axes below which a shape is thin.
 const THIN: f64 = 0.01;
 /// The relative noise that is worth a warning.
@@ -183,6 +188,19 @@ fn in_units_of_points(
     };
     let half = product(&jacobian, &|k, j| covariance[k][j]);
     product(&half, &|k, j| jacobian[j][k])
+}
+
+/// The warning that another shape fits as well, if its surface is farther away than the standard error of the
+/// surface explains.
+fn ambiguous(best: &Candidate, rival: &Candidate, fit: &Fit, cloud: &Cloud) -> Option<FitWarning> {
+    let distance = distance(&rival.shape, &best.shape);
+    let is_other = cloud.scale * distance > APART * fit.surface_error;
+    is_other.then(|| FitWarning::Ambiguous {
+        relative_distance: distance / best.shape.size(),
+        other: shape_of(&rival.shape, cloud.scale),
+        rotation: rotation_of(&rival.shape.axes),
+        center: cloud.origin + cloud.scale * rival.shape.center,
+    })
 }
 
 fn warnings(

@@ -18,6 +18,7 @@ mod residuals;
 mod rows;
 mod search;
 mod starts;
+mod surface;
 mod tangent;
 mod uncertainty;
 mod warning;

@@ -9,6 +9,7 @@ use crate::normal_equations::NormalEquations;
 use crate::parameters::{Bounds, Parameters};
 use crate::project::Projection;
 use crate::rows::Points;
+use crate::surface::inscribed_area;
 use crate::tangent::Linearization;
 
 /// A shape, its noise and their cost.
@@ -106,7 +107,7 @@ pub(crate) fn refine(points: &Points, start: &Candidate, limits: &Limits) -> Can
             break;
         }
     }
-    let area = shape.rough_area();
+    let area = inscribed_area(&shape);
     let cost = mixture.with_area(area).cost(points, &current.linear.distances, area);
     Candidate { shape, mixture, cost }
 }

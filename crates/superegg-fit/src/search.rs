@@ -3,13 +3,14 @@
 use superegg_geom::SplitMix;
 use superegg_geom::glam::DVec3;
 
-use crate::alike::alike;
+use crate::alike::{alike, is_one_sided, stretched};
 use crate::dense::{DensePoints, dense_points};
 use crate::mixture::Mixture;
 use crate::parameters::{Bounds, Parameters};
 use crate::refine::{Candidate, Limits, Residual, refine};
 use crate::rows::Points;
 use crate::starts::{is_round, random_starts, robust_ellipsoid, starts};
+use crate::surface::{distance, inscribed_area};
 
 /// The points of the first stage, and of the second.
 const FEW: usize = 200;
@@ -31,6 +32,16 @@ const ROUNDS: usize = 3;
 const LAST: usize = 5;
 /// The cost by which few points may differ from many.
 const DOUBT: f64 = 0.02;
+/// The noise, as a part of the size, below which points are exact: no other shape has them, and distances to
+/// tangent planes are the true ones.
+const EXACT: f64 = 1e-3;
+/// The difference of log-likelihoods below which two shapes explain points equally well: likelihoods differ
+/// by a factor of less than 150.
+const EVIDENCE: f64 = 5.0;
+/// The distance between the surfaces of two different shapes, as a part of the size.
+const OTHER: f64 = 0.02;
+/// The most rivals of the best shape that are refined on all points.
+const RIVALS: usize = 3;
 /// The standard deviation to begin with, where the points are at a distance of about 1 from their middle.
 const FIRST_SIGMA: f64 = 0.3;
 /// The share of outliers among dense points to begin with.
@@ -45,8 +56,15 @@ pub(crate) struct Question {
     pub(crate) seed: u64,
 }
 
+/// What a search finds.
+pub(crate) struct Found {
+    pub(crate) best: Candidate,
+    /// Another shape that the points show as well.
+    pub(crate) rival: Option<Candidate>,
+}
+
 /// The best shape for points in random order, at a distance of about 1 from their middle.
-pub(crate) fn search(points: &[DVec3], question: &Question) -> Candidate {
+pub(crate) fn search(points: &[DVec3], question: &Question) -> Found {
     let DensePoints { points: dense, share } = dense_points(points);
     let stages = Stages::new(points, &dense, question.bounds);
     let mut random = SplitMix::new(question.seed);
@@ -54,18 +72,46 @@ pub(crate) fn search(points: &[DVec3], question: &Question) -> Candidate {
     let mut shapes = starts(ellipsoid, question.bounds);
     let more = if is_round(ellipsoid) { RANDOM_STARTS[1] } else { RANDOM_STARTS[0] };
     shapes.extend(random_starts(ellipsoid, question.bounds, more, &mut random));
-    let mut best = stages.best_from(&shapes);
-    if best.mixture.sigma > POOR * best.shape.size() {
+    let mut ranked = stages.best_from(&shapes);
+    if ranked[0].mixture.sigma > POOR * ranked[0].shape.size() {
         let shapes = random_starts(ellipsoid, question.bounds, RANDOM_STARTS[2], &mut random);
-        let other = stages.best_from(&shapes);
-        if other.cost < best.cost {
-            best = other;
+        ranked.extend(stages.best_from(&shapes));
+        ranked.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    }
+    let outliers = question.outliers.max(1.0 - share).clamp(0.01, 0.9);
+    let all = Points::new(points);
+    let on_all = |candidate: &Candidate| {
+        let start = Candidate { mixture: Mixture { outliers, ..candidate.mixture }, ..*candidate };
+        refine(&all, &start, &stages.limits(40, 1e-5))
+    };
+    let (mut best, mut rival) = (on_all(&ranked[0]), None);
+    let is_close = |other: &&Candidate| {
+        misfit(other) < misfit(&ranked[0]) + EVIDENCE / stages.some.total && are_different(other, &ranked[0])
+    };
+    for other in ranked[1..].iter().filter(is_close).take(RIVALS) {
+        let other = on_all(other);
+        let is_as_good = (misfit(&other) - misfit(&best)).abs() < EVIDENCE / all.total;
+        let loser = if other.cost < best.cost { std::mem::replace(&mut best, other) } else { other };
+        if is_as_good && are_different(&loser, &best) {
+            rival = Some(loser);
         }
     }
-    best.mixture.outliers = question.outliers.max(1.0 - share).clamp(0.01, 0.9);
-    let all = Points::new(points);
-    let near = refine(&all, &best, &stages.limits(40, 1e-5));
-    refine(&all, &near, &Limits { residual: Residual::Closest, ..stages.limits(LAST, 1e-6) })
+    if best.mixture.sigma > EXACT * best.shape.size() {
+        let limits = Limits { residual: Residual::Closest, ..stages.limits(LAST, 1e-5) };
+        best = refine(&all, &best, &limits);
+    }
+    Found { best, rival }
+}
+
+/// The cost without the part of the surface's area: how badly the points fit, however large the shape is where
+/// there are none.
+fn misfit(candidate: &Candidate) -> f64 {
+    candidate.cost - (1.0 - candidate.mixture.outliers) * inscribed_area(&candidate.shape).ln()
+}
+
+/// Whether two surfaces are apart.
+fn are_different(a: &Candidate, b: &Candidate) -> bool {
+    distance(&a.shape, &b.shape) > OTHER * a.shape.size()
 }
 
 /// The stages before the last one.
@@ -99,8 +145,8 @@ impl Stages {
         Limits { residual: Residual::Tangent, bounds: self.bounds, iterations, tolerance }
     }
 
-    /// The best candidate that any of the starts leads to.
-    fn best_from(&self, shapes: &[Parameters]) -> Candidate {
+    /// The best candidate that any of the starts leads to, and then others that were refined as far.
+    fn best_from(&self, shapes: &[Parameters]) -> Vec<Candidate> {
         let begin =
             |shape: &Parameters| Candidate { shape: *shape, mixture: self.mixture, cost: f64::INFINITY };
         let few = |candidate: &Candidate, iterations, tolerance| {
@@ -109,35 +155,56 @@ impl Stages {
         let first = shapes.iter().map(|shape| few(&begin(shape), 4, 1e-3));
         let kept = best_of(first.collect(), KEPT);
         let finalists = best_of(kept.iter().map(|candidate| few(candidate, 8, 1e-4)).collect(), FINALISTS);
-        let mut best = self.best_on_some(&finalists);
+        let mut ranked = self.on_some(&finalists);
+        let is_one_sided = is_one_sided(&ranked[0].shape, self.middle);
+        if ranked[0].mixture.sigma < EXACT * ranked[0].shape.size() && !is_one_sided {
+            return ranked;
+        }
+        self.improve(&mut ranked, Self::alike);
+        if is_one_sided {
+            self.improve(&mut ranked, Self::stretched);
+        }
+        ranked
+    }
+
+    /// Adds candidates that begin at shapes made from the best one, while they become better.
+    fn improve(&self, ranked: &mut Vec<Candidate>, made: impl Fn(&Self, &Candidate) -> Vec<Candidate>) {
         for _ in 0..ROUNDS {
-            match self.better_alike(&best) {
-                Some(better) => best = better,
-                None => break,
+            let before = ranked[0].cost;
+            ranked.extend(made(self, &ranked[0]));
+            ranked.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            if ranked[0].cost > before - SAME_COST {
+                break;
             }
         }
-        best
     }
 
-    /// The best of some candidates after they are refined on the points of the second stage.
-    fn best_on_some(&self, candidates: &[Candidate]) -> Candidate {
+    /// Candidates after they are refined on the points of the second stage, the best first.
+    fn on_some(&self, candidates: &[Candidate]) -> Vec<Candidate> {
         let limits = self.limits(12, 1e-5);
-        best_of(candidates.iter().map(|candidate| refine(&self.some, candidate, &limits)).collect(), 1)[0]
+        let mut refined: Vec<Candidate> =
+            candidates.iter().map(|candidate| refine(&self.some, candidate, &limits)).collect();
+        refined.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        refined
     }
 
-    /// A better candidate that begins at a shape similar to this one.
-    fn better_alike(&self, best: &Candidate) -> Option<Candidate> {
+    /// Candidates that begin at shapes similar to this one, those that few points leave in doubt.
+    fn alike(&self, best: &Candidate) -> Vec<Candidate> {
         let sigma = (3.0 * best.mixture.sigma).clamp(0.05, FIRST_SIGMA);
         let mixture = Mixture { sigma, ..best.mixture };
         let found = alike(&best.shape, self.middle, self.bounds).into_iter().map(|shape| {
             refine(&self.few, &Candidate { shape, mixture, cost: f64::INFINITY }, &self.limits(8, 1e-4))
         });
         let enough = refine(&self.few, best, &self.limits(4, 1e-4)).cost + DOUBT;
-        let promising = best_of(found.filter(|found| found.cost < enough).collect(), FINALISTS);
-        if promising.is_empty() {
-            return None;
-        }
-        Some(self.best_on_some(&promising)).filter(|found| found.cost < best.cost - SAME_COST)
+        self.on_some(&best_of(found.filter(|found| found.cost < enough).collect(), FINALISTS))
+    }
+
+    /// Candidates of other extents along one axis.
+    fn stretched(&self, best: &Candidate) -> Vec<Candidate> {
+        let mixture = Mixture { sigma: 2.0 * best.mixture.sigma, ..best.mixture };
+        let start = |shape| Candidate { shape, mixture, cost: f64::INFINITY };
+        let starts: Vec<Candidate> = stretched(&best.shape, self.middle).into_iter().map(start).collect();
+        self.on_some(&starts)
     }
 }
 

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use superegg_geom::Superquadric;
+use superegg_geom::glam::{DQuat, DVec3};
+
 /// What a fit leaves in doubt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -11,6 +14,17 @@ pub enum FitWarning {
     Turnable {
         /// The axis: 0 for x, 1 for y, 2 for z.
         axis: usize,
+    },
+    /// Another shape fits the points as well, as for some views of one side.
+    Ambiguous {
+        /// The distance between both surfaces over the mean semi-axis, its root mean square.
+        relative_distance: f64,
+        /// The other shape.
+        other: Superquadric,
+        /// The rotation from the other shape's own axes to those of the points.
+        rotation: DQuat,
+        /// The centre of the other shape.
+        center: DVec3,
     },
     /// The points leave the surface uncertain, as those of one side do.
     Uncertain {
@@ -49,6 +63,17 @@ impl fmt::Display for FitWarning {
                 "the points do not determine the rotation about the shape's {} axis: it is round there",
                 ["x", "y", "z"][*axis]
             ),
+            Self::Ambiguous { relative_distance, other, .. } => {
+                let ([x, y, z], exponents) = (other.radii().to_array(), other.exponents());
+                write!(
+                    f,
+                    "another shape fits the points as well: semi-axes {x:.4} {y:.4} {z:.4}, exponents {:.3} {:.3}; the \
+                     surfaces are {:.0} % of the size apart",
+                    exponents.e(),
+                    exponents.n(),
+                    100.0 * relative_distance
+                )
+            }
             Self::Uncertain { relative_error } => write!(
                 f,
                 "the points do not determine the shape: its surface is uncertain by {:.1} % of its size, most of \

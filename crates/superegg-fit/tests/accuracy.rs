@@ -34,7 +34,7 @@ fn clouds_of_mostly_outliers() {
 #[test]
 fn half_views() {
     let faults = Faults { noise: 0.01, outliers: 0.2, is_half: true };
-    assert!(share_of_good_fits(30, 2000, faults) >= 0.85);
+    assert!(share_of_good_fits(30, 2000, faults) >= 0.93);
 }
 
 #[test]

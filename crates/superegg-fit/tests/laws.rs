@@ -173,3 +173,31 @@ fn what_the_points_leave_open_is_said() {
     let warnings = fitted(&top).warnings;
     assert!(warnings.iter().any(|warning| matches!(warning, FitWarning::Uncertain { .. })), "{warnings:?}");
 }
+
+#[test]
+fn another_shape_that_fits_as_well_is_a_warning() {
+    let faults = Faults { noise: 0.02, outliers: 0.4, is_half: true };
+    let mut count = 0;
+    for seed in 0..60 {
+        let mut random = SplitMix::new(seed);
+        let cloud = Placed::random(&mut random).cloud(1000, faults, &mut random);
+        let found = fitted(&cloud);
+        for warning in &found.warnings {
+            let FitWarning::Ambiguous { relative_distance, other, rotation, center } = *warning else {
+                continue;
+            };
+            count += 1;
+            assert!(relative_distance > 0.02);
+            let rival = Placed { shape: other, rotation, center };
+            let near = 3.0 * found.noise;
+            let share_near = |placed: &Placed| {
+                let is_near = |point: &&DVec3| placed.distance_of(**point) < near;
+                cloud.iter().filter(is_near).count() as f64 / cloud.len() as f64
+            };
+            let shares = [Placed::of(&found), rival].map(|placed| share_near(&placed));
+            assert!((shares[0] - shares[1]).abs() < 0.03, "{seed} {shares:?} {found:?}");
+            assert!(rival.error_of(&found) > 0.005, "{seed}");
+        }
+    }
+    assert!(count > 0);
+}

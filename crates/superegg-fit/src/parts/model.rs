@@ -6,6 +6,7 @@ use crate::parameters::{COUNT, Parameters};
 use crate::refine::{Candidate, Limits, Residual, refine};
 use crate::rows::{Points, WIDTH};
 use crate::search::{Question, search};
+use crate::surface::inscribed_area;
 use crate::tangent::Linearization;
 
 /// The fewest points of a part.
@@ -28,7 +29,7 @@ pub(super) fn fitted(points: &[DVec3], members: &[usize], question: &Question) -
         return None;
     }
     let own: Vec<DVec3> = group.iter().map(|point| (*point - middle) / unit).collect();
-    let mut found = search(&own, &Question { outliers: OUTLIERS, ..*question });
+    let mut found = search(&own, &Question { outliers: OUTLIERS, ..*question }).best;
     found.shape.center = middle + unit * found.shape.center;
     found.shape.radii *= unit;
     found.mixture.sigma *= unit;
@@ -74,7 +75,8 @@ pub(super) fn described(
         .map(|Candidate { shape, mixture, .. }| {
             let mut linear = Linearization::default();
             linear.set(&rows.rows, shape);
-            let peak = -mixture.with_area(shape.rough_area()).log_layer(shape.rough_area());
+            let area = inscribed_area(shape);
+            let peak = -mixture.with_area(area).log_layer(area);
             let rate = -0.5 / (mixture.sigma * mixture.sigma);
             let distance = |index: usize| linear.distances[index / WIDTH][index % WIDTH];
             (0..group.len()).map(|index| peak + rate * distance(index).powi(2)).collect()

@@ -77,15 +77,17 @@ impl Placed {
         points
     }
 
+    /// The distance of a point from the surface.
+    pub(crate) fn distance_of(&self, point: DVec3) -> f64 {
+        let limits = SearchLimits { relative_tolerance: 1e-4, ..SearchLimits::default() };
+        let own = self.rotation.inverse() * (point - self.center);
+        self.shape.closest_point_within(own, &limits).unwrap().distance.abs()
+    }
+
     /// The mean distance from this surface to another one.
     fn distance_to(&self, other: &Self) -> f64 {
-        let limits = SearchLimits { relative_tolerance: 1e-4, ..SearchLimits::default() };
         let points = self.shape.sample_surface(200, 3);
-        let back = other.rotation.inverse();
-        let distance = |point: DVec3| {
-            let own = back * (self.rotation * point + self.center - other.center);
-            other.shape.closest_point_within(own, &limits).unwrap().distance.abs()
-        };
+        let distance = |point: DVec3| other.distance_of(self.rotation * point + self.center);
         points.iter().map(|at| distance(at.point)).sum::<f64>() / points.len() as f64
     }
 
