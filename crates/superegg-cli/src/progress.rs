@@ -1,4 +1,4 @@
-//! The progress bar of renders.
+//! The progress of renders and of long searches.
 
 use std::fmt::Write;
 
@@ -12,6 +12,15 @@ pub(crate) fn progress_bar(pixels: u64, quiet: bool, detail: &str) -> ProgressBa
     let style = ProgressStyle::with_template(&template);
     ProgressBar::with_draw_target(Some(pixels), target)
         .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key("rate", rate))
+}
+
+/// A line on standard error for work whose extent is not known; hidden where that is no terminal.
+pub(crate) fn spinner(quiet: bool) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let style =
+        ProgressStyle::with_template("{spinner} {msg}, {elapsed} elapsed; ctrl-c keeps what is there");
+    ProgressBar::with_draw_target(None, target)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
 }
 
 /// Writes the rate with three significant digits: "12,300 pixels/s".

@@ -26,6 +26,6 @@ mod warning;
 pub use error::{FitError, LEAST_POINTS};
 pub use fit::{COVARIANCE_ROWS, Fit, fit};
 pub use options::{FitOptions, MOST_PARTS, PartCount};
-pub use parts::fit_parts;
+pub use parts::{PartsProgress, fit_parts, fit_parts_while};
 pub use residuals::Residuals;
 pub use warning::FitWarning;

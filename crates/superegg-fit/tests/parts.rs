@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Faults, Placed};
-use superegg_fit::{FitError, FitOptions, PartCount, fit_parts};
+use superegg_fit::{FitError, FitOptions, PartCount, fit_parts, fit_parts_while};
 use superegg_geom::glam::{DQuat, DVec3};
 use superegg_geom::{Exponents, SplitMix, Superquadric};
 
@@ -99,4 +99,27 @@ fn the_number_of_parts_is_kept_and_the_same_for_a_seed() {
     // Halves of a shape are that shape again.
     assert_eq!(parts(4).unwrap().len(), 3);
     assert!(matches!(parts(0), Err(FitError::Option(_))));
+}
+
+#[test]
+fn a_search_that_is_stopped_returns_what_it_has() {
+    let shapes = apart();
+    let points = cloud(&shapes, 3000, 0.01, 0.0);
+    let all = fit_parts(&points, &FitOptions::default(), PartCount::Auto).unwrap();
+    let mut fits = Vec::new();
+    let watched = fit_parts_while(&points, &FitOptions::default(), PartCount::Auto, &mut |progress| {
+        fits.push(progress.fits);
+        true
+    });
+    assert_eq!(watched.unwrap(), all);
+    assert!(fits.iter().copied().eq(0..fits.len()), "{fits:?}");
+    for most in [0, 1, 2, fits.len() / 2] {
+        let mut calls = 0;
+        let stopped = fit_parts_while(&points, &FitOptions::default(), PartCount::Auto, &mut |progress| {
+            calls += 1;
+            progress.fits < most
+        });
+        assert!(!stopped.unwrap().is_empty());
+        assert_eq!(calls, most + 1);
+    }
 }

@@ -1,12 +1,14 @@
 //! Fits of superquadrics to points.
 
+use std::sync::atomic::Ordering;
+
 use pyo3::prelude::*;
 use superegg::geom::glam::DVec3;
-use superegg_fit::{COVARIANCE_ROWS, FitOptions};
+use superegg_fit::{COVARIANCE_ROWS, FitOptions, PartCount, fit_parts_while};
 
 use crate::columns::{Array, Column, array, points};
 use crate::errors;
-use crate::work::detached;
+use crate::work::{detached, interruptible};
 
 /// A fitted superquadric.
 #[pyclass(frozen, module = "superegg._superegg")]
@@ -85,6 +87,28 @@ pub(crate) fn fit(
     let at = points(&at)?;
     let options = FitOptions { seed, outliers, exponents, most_points };
     detached(py, || superegg_fit::fit(&vectors(at), &options))?.map(Fit).map_err(errors::value)
+}
+
+/// Fits superquadrics to the parts of points; `count` of none for as many as they show.
+#[pyfunction]
+pub(crate) fn fit_parts(
+    py: Python<'_>,
+    at: Column<'_>,
+    count: Option<usize>,
+    seed: u64,
+    outliers: f64,
+    exponents: [f64; 2],
+    most_points: usize,
+) -> PyResult<Vec<Fit>> {
+    let at = vectors(points(&at)?);
+    let options = FitOptions { seed, outliers, exponents, most_points };
+    let count = count.map_or(PartCount::Auto, PartCount::Exactly);
+    let found = interruptible(
+        py,
+        |_| Ok(()),
+        |cancel| fit_parts_while(&at, &options, count, &mut |_| !cancel.load(Ordering::Relaxed)),
+    )?;
+    Ok(found.map_err(errors::value)?.into_iter().map(Fit).collect())
 }
 
 /// The names of the rows of a covariance.

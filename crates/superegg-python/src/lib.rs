@@ -37,6 +37,7 @@ fn _superegg(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<film::Film>()?;
     module.add_function(wrap_pyfunction!(film::srgb8, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_parts, module)?)?;
     module.add_function(wrap_pyfunction!(fit::covariance_rows, module)?)?;
     module.add_function(wrap_pyfunction!(load::formats, module)?)?;
     module.add_function(wrap_pyfunction!(load::colormaps, module)?)?;

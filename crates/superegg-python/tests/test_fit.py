@@ -42,6 +42,14 @@ def test_the_order_of_points_does_not_matter():
     assert np.array_equal(se.fit(points.reshape(50, 10, 3)).center, first.center)
 
 
+def test_parts():
+    points = np.vstack([cloud(800, 0.005, 0), cloud(600, 0.005, 0) + [10, 0, 0]])
+    parts = se.fit_parts(points)
+    assert len(parts) == 2
+    assert np.allclose([part.center for part in parts], [[5, 0, -3], [15, 0, -3]], atol=0.02)
+    assert len(se.fit_parts(points, 1)) == 1 and len(se.fit_parts(points, count=2)) == 2
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -50,6 +58,8 @@ def test_the_order_of_points_does_not_matter():
         (lambda: se.fit(np.c_[np.random.default_rng(1).uniform(size=(50, 2)), np.zeros(50)]), "plane"),
         (lambda: se.fit([[np.nan] * 3] * 20), "finite"),
         (lambda: se.fit(cloud(50), outliers=1.5), "outliers"),
+        (lambda: se.fit_parts(cloud(50), 0), "1 to 64"),
+        (lambda: se.fit_parts(cloud(50), "many"), "auto"),
         (lambda: se.fit(cloud(50), exponents=(2, 1)), "exponents"),
         (lambda: se.fit(cloud(50), most_points=3), "1000"),
     ],

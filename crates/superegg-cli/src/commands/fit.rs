@@ -3,13 +3,14 @@
 mod report;
 
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 use anyhow::{Context, Result, ensure};
 use superegg_exchange::read::{
     Format, MeshSampling, Particles, ReadOptions, SurfacePoints, read_surface_points,
 };
 use superegg_exchange::write::convention::Convention;
-use superegg_fit::{Fit, FitOptions, PartCount, fit, fit_parts};
+use superegg_fit::{Fit, FitOptions, PartCount, PartsProgress, fit, fit_parts_while};
 use superegg_geom::glam::{DQuat, DVec3};
 use superegg_lang::write_session;
 
@@ -20,6 +21,8 @@ use crate::files::binary_scene;
 use crate::files::csv::{fields, write_rows};
 use crate::files::data::{open_data, scene_of_particles};
 use crate::outcome::Outcome;
+use crate::progress::spinner;
+use crate::system::interrupt::Interrupt;
 use crate::text::visible_json;
 use report::{Explained, Report};
 
@@ -51,10 +54,11 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
         "only one of --output -, --residuals - and --json can write to standard output"
     );
     let cloud = read_cloud(args)?;
+    let interrupt = (args.count != PartCount::Exactly(1)).then(Interrupt::listen).transpose()?;
     if !args.quiet {
         console::warn(format_args!("superegg: {}: {}", args.cloud.display(), cloud.reading));
     }
-    let fits = fitted(args, &cloud.points)?;
+    let Fitted { fits, stopped } = fitted(args, &cloud.points, interrupt.as_ref())?;
     let explained = Explained::of(&fits, &cloud.points);
     let convention = args.convention.as_deref().and_then(Convention::by_name);
     let report = Report { fits: &fits, points: &cloud.points, explained: &explained, convention };
@@ -76,7 +80,13 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
             console::print(format_args!("{}: written", output.display()))?;
         }
     }
-    Ok(Outcome::Fine)
+    Ok(stopped.map_or(Outcome::Fine, Outcome::Stopped))
+}
+
+/// The shapes that were found, and the exit code if a signal stopped the search.
+struct Fitted {
+    fits: Vec<Fit>,
+    stopped: Option<u8>,
 }
 
 fn read_cloud(args: &FitArgs) -> Result<SurfacePoints> {
@@ -91,20 +101,39 @@ fn read_cloud(args: &FitArgs) -> Result<SurfacePoints> {
         .with_context(|| format!("cannot read '{}'", args.cloud.display()))
 }
 
-fn fitted(args: &FitArgs, points: &[DVec3]) -> Result<Vec<Fit>> {
+fn fitted(args: &FitArgs, points: &[DVec3], interrupt: Option<&Interrupt>) -> Result<Fitted> {
     let options = FitOptions {
         seed: args.seed,
         outliers: args.outliers,
         exponents: args.exponents.as_slice().try_into().unwrap_or(FitOptions::default().exponents),
         most_points: args.points as usize,
     };
-    let fits = match args.count {
-        PartCount::Exactly(1) => fit(points, &options).map(|one| vec![one]),
-        count => fit_parts(points, &options, count),
+    let found = match interrupt {
+        None => {
+            let fits = fit(points, &options).map(|one| vec![one]);
+            fits.map(|fits| Fitted { fits, stopped: None })
+        }
+        Some(interrupt) => {
+            let progress = spinner(args.quiet);
+            let mut goes_on = |at: PartsProgress| {
+                let parts = if at.parts == 0 { String::new() } else { format!(", {} shapes", at.parts) };
+                progress.set_message(format!("{} fits{parts}", at.fits));
+                progress.tick();
+                !interrupt.flag().load(Ordering::Relaxed)
+            };
+            let fits = fit_parts_while(points, &options, args.count, &mut goes_on);
+            progress.finish_and_clear();
+            interrupt.work_ended();
+            let is_stopped = interrupt.flag().load(Ordering::Relaxed);
+            if is_stopped {
+                console::warn("superegg: stopped; the shapes are those found so far");
+            }
+            fits.map(|fits| Fitted { fits, stopped: is_stopped.then(|| interrupt.exit_code()) })
+        }
     };
-    let fits = fits.with_context(|| format!("cannot fit a shape to '{}'", args.cloud.display()))?;
-    ensure!(!fits.is_empty(), "no part of '{}' has enough points for a shape", args.cloud.display());
-    Ok(fits)
+    let found = found.with_context(|| format!("cannot fit a shape to '{}'", args.cloud.display()))?;
+    ensure!(!found.fits.is_empty(), "no part of '{}' has enough points for a shape", args.cloud.display());
+    Ok(found)
 }
 
 fn write_scene(args: &FitArgs, output: &Path, report: &Report<'_>) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::support::Sandbox;
+use crate::support::{SUPEREGG, Sandbox};
 
 const EGG: &str = "primitive egg\nsetCoeff 1 2 1.5\nsetExponent 0.6 1.2\nobject world\naddPrimitive egg\nrotate z 30\ntranslate 5 0 -2\n";
 
@@ -142,4 +142,35 @@ fn several_shapes() {
     }
     let text = sandbox.run("fit two.ply --count 2").out;
     assert!(text.contains("shape 2: ") && text.ends_with("outliers\n"), "{text}");
+}
+
+/// A search that is stopped writes the shapes that it has.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_shapes_so_far() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    use nix::sys::signal::{Signal, kill};
+    use nix::unistd::Pid;
+
+    let sandbox = Sandbox::new();
+    let row: String = (0..8)
+        .map(|i| format!("addPrimitive egg e{i}\nrotate 1 1 0 {}\ntranslate {i} 0 0\n", 17 * i))
+        .collect();
+    sandbox.write("row.scn", ["primitive egg\nsetExponent 0.4 1.4\nobject world\n", &row].concat());
+    sandbox.run("sample row.scn -n 20000 -o cloud.ply --quiet").fine();
+    let mut child = Command::new(SUPEREGG)
+        .args("fit cloud.ply --count auto -o found.scn".split(' '))
+        .current_dir(sandbox.path(""))
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.next().unwrap().unwrap().contains("cloud.ply"));
+    kill(Pid::from_raw(child.id() as i32), Signal::SIGINT).unwrap();
+    assert!(lines.any(|line| line.unwrap().contains("stopped; the shapes are those found so far")));
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(sandbox.run("info found.scn").fine().contains("fit"));
 }

@@ -4,6 +4,7 @@ use superegg_geom::glam::DVec3;
 
 use super::group::{halves, joined};
 use super::model::{LEAST_MEMBERS, are_close, described, fitted, improved};
+use super::watch::Watch;
 use crate::options::PartCount;
 use crate::refine::Candidate;
 use crate::search::Question;
@@ -24,10 +25,11 @@ pub(super) struct Explainer<'a> {
     /// The volume of the outliers.
     volume: f64,
     reach: f64,
+    watch: Watch<'a>,
 }
 
 impl<'a> Explainer<'a> {
-    pub(super) fn new(points: &'a [DVec3], question: Question) -> Self {
+    pub(super) fn new(points: &'a [DVec3], question: Question, watch: Watch<'a>) -> Self {
         let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
             (low.min(*point), high.max(*point))
         });
@@ -38,7 +40,13 @@ impl<'a> Explainer<'a> {
             question,
             volume: (high - low).max(DVec3::splat(1e-3)).element_product(),
             reach: REACH * spacing,
+            watch,
         }
+    }
+
+    fn fitted(&self, members: &[usize]) -> Option<Candidate> {
+        self.watch.before_fit();
+        fitted(self.points, members, &self.question)
     }
 
     /// The shapes with their points, those of the most points first.
@@ -86,7 +94,7 @@ impl<'a> Explainer<'a> {
 
     /// The shapes that describe a group shortest.
     fn explain(&self, group: &[usize], depth: usize) -> Vec<Candidate> {
-        let Some(one) = fitted(self.points, group, &self.question) else { return Vec::new() };
+        let Some(one) = self.fitted(group) else { return Vec::new() };
         let own = described(self.points, group, &[one], self.volume);
         let rest: Vec<usize> = group
             .iter()
@@ -96,7 +104,7 @@ impl<'a> Explainer<'a> {
             .collect();
         let is_good = (rest.len() as f64) < (1.0 - GOOD) * group.len() as f64
             && one.mixture.sigma < 0.01 * one.shape.size();
-        if is_good || depth == MOST_DEPTH {
+        if is_good || depth == MOST_DEPTH || self.watch.has_stopped() {
             return vec![one];
         }
         let mut best = (vec![one], own.length);
@@ -132,6 +140,7 @@ impl<'a> Explainer<'a> {
     /// Merges pairs of shapes while that shortens the description, or while there are too many.
     fn merged(&self, mut shapes: Vec<Candidate>, all: &[usize], count: PartCount) -> Vec<Candidate> {
         loop {
+            self.watch.described(shapes.len());
             let members = self.members(&shapes, all);
             let now = self.length(&shapes, all);
             let mut best: Option<(Vec<Candidate>, f64)> = None;
@@ -142,7 +151,10 @@ impl<'a> Explainer<'a> {
                     }
                     let mut both = [members[i].as_slice(), members[j].as_slice()].concat();
                     both.sort_unstable();
-                    let Some(one) = fitted(self.points, &both, &self.question) else { continue };
+                    let Some(one) = self.fitted(&both) else { continue };
+                    if self.watch.has_stopped() {
+                        return shapes;
+                    }
                     let mut fewer = shapes.clone();
                     fewer.remove(j);
                     fewer[i] = one;
@@ -169,7 +181,10 @@ impl<'a> Explainer<'a> {
         let members = self.members(shapes, all);
         let mut best: Option<(Vec<Candidate>, f64)> = None;
         for (index, members) in members.iter().enumerate() {
-            let two = halves(self.points, members).map(|half| fitted(self.points, &half, &self.question));
+            let two = halves(self.points, members).map(|half| self.fitted(&half));
+            if self.watch.has_stopped() {
+                return None;
+            }
             let [Some(first), Some(second)] = two else { continue };
             let mut more = shapes.to_vec();
             more[index] = first;

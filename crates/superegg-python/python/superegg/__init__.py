@@ -17,7 +17,7 @@ any real type, any strides, or lists; answers are float64.
 from superegg import _superegg
 from superegg._conventions import CONVENTIONS, Convention
 from superegg._film import Film
-from superegg._fit import COVARIANCE_ROWS, Fit, Residuals, fit
+from superegg._fit import COVARIANCE_ROWS, Fit, Residuals, fit, fit_parts
 from superegg._hits import Closest, Hits, ShapeHits
 from superegg._looks import Camera, Material, PointLight, SpotLight, SunLight
 from superegg._meshes import Mesh, SceneMesh
@@ -58,6 +58,7 @@ __all__ = [
     "SunLight",
     "Superquadric",
     "fit",
+    "fit_parts",
     "load",
     "loads",
 ]

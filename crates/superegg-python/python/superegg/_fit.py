@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from superegg import _superegg
-from superegg._arrays import Floats, count, number, points, vector
+from superegg._arrays import Floats, number, points, vector
+from superegg._arrays import count as whole
 from superegg._rotation import matrices
 from superegg._shape import Superquadric
 
@@ -155,9 +156,65 @@ def fit(
     return Fit(
         _superegg.fit(
             at,
-            count(seed, "seed"),
+            whole(seed, "seed"),
             number(outliers, "outliers"),
             [least, most],
-            count(most_points, "most_points"),
+            whole(most_points, "most_points"),
         )
     )
+
+
+def fit_parts(
+    points_: ArrayLike,
+    /,
+    count: int | Literal["auto"] = "auto",
+    *,
+    seed: int = 0,
+    outliers: float = 0.2,
+    exponents: ArrayLike = (0.05, 2.0),
+    most_points: int = 20_000,
+) -> list[Fit]:
+    """Fit superquadrics to points of several objects, or of one object in parts.
+
+    Parameters
+    ----------
+    points : array_like, shape (..., 3)
+    count : int or "auto"
+        The number of shapes, 1 to 64, fewer where the points do not show as many; or as many as shorten the
+        description of the points.
+    seed, outliers, exponents, most_points
+        As for `fit`.
+
+    Returns
+    -------
+    list of Fit
+        The shapes, those of the most points first. Ctrl-c stops the search.
+
+    Raises
+    ------
+    ValueError
+        As for `fit`, and a number of shapes out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import superegg as se
+    >>> ball, _ = se.Superquadric((1, 1, 1), (1, 1)).sample_surface(600)
+    >>> box, _ = se.Superquadric((1, 2, 1), (0.2, 0.2)).sample_surface(900)
+    >>> parts = se.fit_parts(np.vstack([ball, box + [5, 0, 0]]))
+    >>> [part.center.round(1).tolist() for part in parts]
+    [[5.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    """
+    at, _ = points(points_)
+    least, most = vector(exponents, "exponents", 2)
+    if isinstance(count, str) and count != "auto":
+        raise ValueError(f"count must be 'auto' or a whole number from 1 to 64, not {count!r}")
+    parts = _superegg.fit_parts(
+        at,
+        None if isinstance(count, str) else whole(count, "count"),
+        whole(seed, "seed"),
+        number(outliers, "outliers"),
+        [least, most],
+        whole(most_points, "most_points"),
+    )
+    return [Fit(part) for part in parts]
