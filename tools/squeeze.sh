@@ -7,6 +7,6 @@ command -v convert >/dev/null || exit 0
 small=$(mktemp --suffix=.png)
 trap 'rm -f "$small"' EXIT
 for picture in "$@"; do
-    convert "$picture" -define png:compression-level=9 -define png:compression-filter=5 -define png:color-type=2 "$small"
+    convert "$picture" -strip -define png:compression-level=9 -define png:compression-filter=5 -define png:color-type=2 "$small"
     if [ "$(wc -c <"$small")" -lt "$(wc -c <"$picture")" ]; then cp "$small" "$picture"; fi
 done

@@ -2,7 +2,7 @@
 //!
 //! A picture differs where a whole block of 3 x 3 pixels differs, so that an edge that moved by a rounding error does not count and a lost shape
 //! does. A failed comparison writes `NAME.actual.png`, `NAME.reference.png` and `NAME.diff.png` to `target/golden`. With
-//! `SUPEREGG_BLESS=1` in the environment the actual picture becomes the reference.
+//! `SUPEREGG_BLESS=1` in the environment an actual picture that differs becomes the reference.
 
 use std::path::{Path, PathBuf};
 
@@ -14,18 +14,23 @@ const TOLERANCE: u8 = 12;
 /// Compares a PNG file with the reference of this name in `folder`.
 ///
 /// # Errors
-/// What is different, and where the pictures are to look at.
+/// The difference, and the folder of the pictures to look at.
 pub fn check(folder: &Path, name: &str, actual: &Path) -> Result<(), String> {
     let reference = folder.join(format!("{name}.png"));
-    if std::env::var_os("SUPEREGG_BLESS").is_some() {
+    let compared = compare(name, actual, &reference);
+    if compared.is_err() && std::env::var_os("SUPEREGG_BLESS").is_some() {
         return std::fs::copy(actual, &reference).map(|_| ()).map_err(|error| error.to_string());
     }
+    compared
+}
+
+fn compare(name: &str, actual: &Path, reference: &Path) -> Result<(), String> {
     let read = |path: &Path| {
         image::open(path)
             .map(|picture| picture.to_rgba8())
             .map_err(|error| format!("{}: {error}", path.display()))
     };
-    let (actual, reference) = (read(actual)?, read(&reference)?);
+    let (actual, reference) = (read(actual)?, read(reference)?);
     if actual.dimensions() != reference.dimensions() {
         return Err(format!(
             "{name}: {:?} is not the size {:?}",

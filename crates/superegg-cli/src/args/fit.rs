@@ -25,8 +25,8 @@ pub(crate) struct FitArgs {
     /// Show the points beside the shape in the scene: grey, outliers red
     #[arg(long, requires = "output")]
     pub(crate) with_cloud: bool,
-    /// Write the signed distance of each point from the surface, and the probability that it is no
-    /// outlier, to this file; - for standard output
+    /// Write the signed distance of each point from the surface, and the probability that it is an
+    /// inlier, to this file; - for standard output
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) residuals: Option<PathBuf>,
     /// Print JSON: parameters, covariance, distances and warnings
@@ -38,13 +38,13 @@ pub(crate) struct FitArgs {
     /// Fit this many shapes, or 'auto' for as many as the points show
     #[arg(long, value_name = "K|auto", default_value = "1", value_parser = part_count)]
     pub(crate) count: PartCount,
-    /// Set the share of outliers to begin with, 0 to 0.9; the share of the points is found
+    /// Set the initial share of outliers, 0 to 0.9; the fit estimates the final one
     #[arg(long, value_name = "SHARE", default_value_t = 0.2, allow_negative_numbers = true, value_parser = outlier_share)]
     pub(crate) outliers: f64,
     /// Set the range of both exponents, within 0.01 to 8
     #[arg(long, num_args = 2, value_names = ["MIN", "MAX"], default_values_t = [0.05, 2.0], allow_negative_numbers = true, value_parser = positive)]
     pub(crate) exponents: Vec<f64>,
-    /// Set the most points that are fitted: of more, an even random choice of this many
+    /// Set the maximum number of points to fit; above it, fit an even random choice of this many
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = value_parser!(u32).range(1000..))]
     pub(crate) points: u32,
     /// Set the seed: the same points, in any order, and the same seed give the same fit

@@ -373,7 +373,7 @@ pub(crate) struct MeasureArgs {
     /// Set the seed of the samples
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Set the most instances that are listed one by one; of more there are totals only
+    /// Set the maximum number of instances to list; above it, print totals only
     #[arg(long, value_name = "N", default_value_t = 1000)]
     pub(crate) rows: u32,
 }

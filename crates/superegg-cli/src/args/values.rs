@@ -153,7 +153,7 @@ impl From<GridValueArg> for GridValue {
 /// Whether an output may replace any file.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct OverwriteArgs {
-    /// Replace existing files even if they are read-only, or if frames are of another maker
+    /// Replace existing files even if they are read-only, or frames that another program made
     #[arg(long)]
     force: bool,
 }
