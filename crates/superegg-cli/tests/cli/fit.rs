@@ -2,7 +2,9 @@
 
 use serde_json::Value;
 
-use crate::support::{SUPEREGG, Sandbox};
+use crate::support::Sandbox;
+
+const SUPEREGG: &str = env!("CARGO_BIN_EXE_superegg");
 
 const EGG: &str = "primitive egg\nsetCoeff 1 2 1.5\nsetExponent 0.6 1.2\nobject world\naddPrimitive egg\nrotate z 30\ntranslate 5 0 -2\n";
 

@@ -51,7 +51,8 @@ pub(super) fn help(ui: &Ui, model: &PanelModel<'_>) {
                     ui.visuals_mut().override_text_color = Some(Color32::from_gray(225));
                     ui.heading("Keys");
                     let height = (scene.height() - 90.0).max(60.0);
-                    egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
+                    let keys = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+                    keys.show(ui, |ui| {
                         egui::Grid::new("keys").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
                             for row in BINDINGS {
                                 ui.label(RichText::new(row.keys.join("  ")).strong().monospace());

@@ -148,7 +148,7 @@ pub(super) fn intersection(
             ("Newton steps", steps),
         ] {
             ui.label(label);
-            ui.add(egui::Label::new(RichText::new(text).monospace().small()).wrap());
+            ui.add(egui::Label::new(RichText::new(text).monospace()).wrap());
             ui.end_row();
         }
     });
