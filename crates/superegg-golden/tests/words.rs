@@ -73,7 +73,7 @@ fn sentences(text: &str) -> Vec<String> {
 
 /// Whether a statement has a subject as in "what is exported is closed".
 fn has_what_clause(sentence: &str) -> bool {
-    let words: Vec<String> = sentence.split(' ').map(|word| word.to_lowercase()).collect();
+    let words: Vec<String> = sentence.split(' ').map(str::to_lowercase).collect();
     !sentence.ends_with('?')
         && words.windows(2).enumerate().any(|(at, two)| {
             two == ["what", "is"]
@@ -163,14 +163,13 @@ impl Visit<'_> for Texts {
     }
 
     fn visit_attribute(&mut self, attribute: &syn::Attribute) {
-        if let (true, syn::Meta::NameValue(pair)) =
-            (self.has_help && attribute.path().is_ident("doc"), &attribute.meta)
+        if self.has_help
+            && attribute.path().is_ident("doc")
+            && let syn::Meta::NameValue(pair) = &attribute.meta
+            && let syn::Expr::Lit(literal) = &pair.value
+            && let syn::Lit::Str(text) = &literal.lit
         {
-            if let syn::Expr::Lit(literal) = &pair.value {
-                if let syn::Lit::Str(text) = &literal.lit {
-                    self.found.push(text.value());
-                }
-            }
+            self.found.push(text.value());
         }
     }
 
