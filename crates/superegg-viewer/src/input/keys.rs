@@ -189,7 +189,8 @@ mod tests {
         let mut listed: Vec<&str> = cells.flat_map(|cell| cell.split('`').step_by(2)).collect();
         let mut bound: Vec<&str> = BINDINGS.iter().flat_map(|row| row.keys).copied().collect();
         listed.retain(|key| !key.is_empty());
-        (listed.sort_unstable(), bound.sort_unstable());
+        listed.sort_unstable();
+        bound.sort_unstable();
         assert_eq!(listed, bound);
     }
 
