@@ -101,6 +101,16 @@ fn the_number_of_parts_is_kept_and_the_same_for_a_seed() {
     assert!(matches!(parts(0), Err(FitError::Option(_))));
 }
 
+/// Errors of a mesh are not normal: two shapes of different noise would describe one surface shorter.
+#[test]
+fn one_surface_with_two_noises_is_one_part() {
+    let board = placed([1.0, 1.2, 0.3], [0.3, 0.5], [0.0, 0.0, 0.0]);
+    let mut random = SplitMix::new(3);
+    let mut points = board.cloud(2000, Faults { noise: 1e-3, ..Faults::default() }, &mut random);
+    points.extend(board.cloud(2000, Faults { noise: 1e-4, ..Faults::default() }, &mut random));
+    assert_found(&[board], &points, PartCount::Auto, 0.01);
+}
+
 #[test]
 fn a_search_that_is_stopped_returns_what_it_has() {
     let shapes = apart();

@@ -8,6 +8,7 @@ use super::watch::Watch;
 use crate::options::PartCount;
 use crate::refine::Candidate;
 use crate::search::Question;
+use crate::surface::distance;
 
 /// The most times that a group is split.
 const MOST_DEPTH: usize = 5;
@@ -15,6 +16,8 @@ const MOST_DEPTH: usize = 5;
 const GOOD: f64 = 0.97;
 /// The rounds in which points choose their part and shapes are refined.
 const ROUNDS: usize = 4;
+/// The distance between surfaces that are the same, as a part of the size.
+const SAME: f64 = 0.01;
 /// Neighbours of a point that is not alone are nearer than this many mean spacings.
 const REACH: f64 = 4.0;
 
@@ -125,14 +128,15 @@ impl<'a> Explainer<'a> {
         best.0
     }
 
-    /// Lets points choose their shape and refines the shapes, in turns.
+    /// Lets points choose their shape and refines the shapes, in turns. Of shapes with the same surface one
+    /// is left: with different noises they would describe noise that is not normal better than one does.
     fn settled(&self, mut shapes: Vec<Candidate>, all: &[usize]) -> Vec<Candidate> {
         for _ in 0..ROUNDS {
             let members = self.members(&shapes, all);
             let refined = shapes.iter().zip(&members).filter(|(_, members)| members.len() >= LEAST_MEMBERS);
             shapes = refined
                 .map(|(shape, members)| improved(self.points, members, shape, &self.question))
-                .collect();
+                .fold(Vec::new(), with_new);
         }
         shapes
     }
@@ -196,4 +200,16 @@ impl<'a> Explainer<'a> {
         }
         best.map(|(more, _)| more)
     }
+}
+
+/// The shapes with another one, if none of them has its surface.
+fn with_new(mut shapes: Vec<Candidate>, another: Candidate) -> Vec<Candidate> {
+    let is_copy = |shape: &Candidate| {
+        let enough = SAME * shape.shape.size().min(another.shape.size());
+        distance(&shape.shape, &another.shape) < enough && distance(&another.shape, &shape.shape) < enough
+    };
+    if !shapes.iter().any(is_copy) {
+        shapes.push(another);
+    }
+    shapes
 }
