@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use superegg::render::{Development, RenderSettings};
+use superegg::render::{Development, LightPasses, RenderSettings};
 use superegg::scene::{Encoding, Picture, Tone};
 use superegg_cli::save::{exr_file, png_file};
 
@@ -55,6 +55,24 @@ impl Film {
 
     fn instance_id<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, u32>> {
         Ok(array(py, detached(py, || self.film.ids().collect())?))
+    }
+
+    fn instance_number<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, u32>> {
+        Ok(array(py, detached(py, || self.film.pixels().map(|pixel| pixel.instance).collect())?))
+    }
+
+    fn object_number<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, u32>> {
+        Ok(array(py, detached(py, || self.film.pixels().map(|pixel| pixel.object).collect())?))
+    }
+
+    /// One of the parts of light; empty if the film does not keep them.
+    fn light_pass<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Array<'py, f32>> {
+        let of: fn(&LightPasses) -> [f32; 3] = match name {
+            "emission" => |passes| passes.emission,
+            "direct" => |passes| passes.direct,
+            _ => |passes| passes.indirect,
+        };
+        Ok(array(py, detached(py, || self.film.all_passes().iter().flat_map(of).collect())?))
     }
 
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, u32>> {

@@ -22,8 +22,9 @@ pub use film::buffer::Film;
 pub use film::develop::Development;
 pub use film::encoded::{EncodedPicture, ImageError, NotesError, PictureNote, SOFTWARE, notes_of_png};
 #[cfg(feature = "exr")]
-pub use film::exr::{ExrError, exr_file, exr_of_pixels, notes_of_exr};
-pub use film::pixel::Pixel;
+pub use film::exr::{ExrError, ExrPicture, exr_file, notes_of_exr};
+pub use film::matte::{Coverage, MATTE_RANKS, MatteLevel, matte_id};
+pub use film::pixel::{LightPasses, Pixel};
 pub use film::tile::{Tile, tiles};
 pub use render::frame::{RenderError, RenderOptions, Rendered, TileWork, render, render_tiles};
 pub use render::output::OutputColoring;

@@ -303,10 +303,23 @@ impl RenderSettings {
         self.layers || self.output == Output::Depth
     }
 
+    /// Whether the film keeps the parts of light apart ([`Film::passes`]): light by paths with layers has them.
+    pub fn keeps_passes(&self) -> bool {
+        self.layers && self.output == Output::Light && self.picture.light_model == LightModel::Path
+    }
+
+    /// Whether the film keeps mattes ([`Film::matte`]): pictures with layers have them if their settings ask for them.
+    pub fn keeps_mattes(&self) -> bool {
+        self.layers && self.picture.cryptomatte
+    }
+
     /// An empty film for the picture.
     pub fn film(&self) -> Film {
         let Picture { width, height, .. } = self.picture;
-        if self.keeps_layers() { Film::new(width, height) } else { Film::without_layers(width, height) }
+        if !self.keeps_layers() {
+            return Film::without_layers(width, height);
+        }
+        Film::new(width, height).keeping(self.keeps_passes(), self.keeps_mattes())
     }
 
     /// The settings without what makes no difference to the output. Outputs that are no light are

@@ -1,4 +1,4 @@
-//! Kept partial files: the format does not change by accident, and files of version 2 stay
+//! Kept partial files: the format does not change by accident, and files of older versions stay
 //! readable.
 
 use superegg_geom::glam::DVec3;
@@ -7,10 +7,12 @@ use superegg_scene::{Camera, Encoding, Filter, Light, LightKind, Picture, Scene,
 
 /// Written by superegg 0.1.0 when the version was 2, of 16 x 12 pixels: one tile.
 const VERSION_2: &[u8] = include_bytes!("data/version2.part");
-/// The same pixels in version 3, with the header of [`header`].
+/// The same pixels in version 3.
 const VERSION_3: &[u8] = include_bytes!("data/version3.part");
+/// The same pixels in version 4, with the header of [`header`].
+const VERSION_4: &[u8] = include_bytes!("data/version4.part");
 
-/// The text of the header of version 3.
+/// The text of the header of versions 3 and 4.
 const TEXT: &str = "share 1/1
 program 0.1.0
 width 16
@@ -95,19 +97,33 @@ fn files_of_two_versions_are_told_apart() {
     let (old, _) = only_tile(VERSION_2);
     let difference = old.difference(&header(&settings())).unwrap();
     assert_eq!(difference.name, "format_version");
-    assert_eq!(difference.values, Some(("2".to_owned(), "3".to_owned())));
+    assert_eq!(difference.values, Some(("2".to_owned(), "4".to_owned())));
     assert_eq!(old.difference(&old.clone()), None);
 }
 
 #[test]
-fn the_bytes_of_version_3_are_pinned() {
-    let (_, film) = only_tile(VERSION_2);
+fn a_file_of_version_3_is_read() {
+    let (header_2, film) = only_tile(VERSION_2);
+    let (header, same) = only_tile(VERSION_3);
+    assert_eq!(same, film);
+    assert_eq!((header.has_layers(), header.has_numbers(), header_2.has_numbers()), (true, false, false));
+    assert_eq!(header.to_bytes(), VERSION_3[..header.to_bytes().len()]);
+    let again = [header.to_bytes(), header.record(0, &film)].concat();
+    assert!(again == VERSION_3);
+}
+
+#[test]
+fn the_bytes_of_version_4_are_pinned() {
+    let (_, mut film) = only_tile(VERSION_2);
+    for x in 0..16 {
+        film.set(x, 3, Pixel { instance: 2 + x, object: x / 2, ..film.pixel(x, 3).unwrap() });
+    }
     let header = header(&settings());
     let bytes = [header.to_bytes(), header.record(0, &film)].concat();
-    assert_eq!(&header.to_bytes()[..16], b"superegg part 3\n");
+    assert_eq!(&header.to_bytes()[..16], b"superegg part 4\n");
     assert_eq!(std::str::from_utf8(&header.to_bytes()[36..]).unwrap(), TEXT);
-    assert!(bytes == VERSION_3);
-    let (read, same) = only_tile(VERSION_3);
+    assert!(bytes == VERSION_4);
+    let (read, same) = only_tile(VERSION_4);
     assert_eq!((read, same), (header, film));
 }
 
@@ -127,7 +143,7 @@ fn numbers_of_the_header_are_exact_and_readable_in_a_difference() {
 }
 
 #[test]
-fn a_record_of_version_2_is_no_record_of_version_3() {
+fn a_record_of_version_2_is_no_record_of_version_4() {
     let (old, film) = only_tile(VERSION_2);
     let mixed = [header(&settings()).to_bytes(), old.record(0, &film)].concat();
     assert_eq!(PartFile::read(&mixed[..]).unwrap().tiles.len(), 0);

@@ -84,6 +84,8 @@ pub struct Picture {
     /// The depth of pixels without a hit in OpenEXR files, in world units; 0 for infinity, which other programs make NaN
     /// of when they scale a picture.
     pub far_depth: f64,
+    /// Whether OpenEXR files have the coverage of each pixel by instances and by objects, as Cryptomatte.
+    pub cryptomatte: bool,
     /// Whether the background is transparent.
     pub transparent: bool,
     /// How light reaches a surface.
@@ -130,6 +132,7 @@ impl Default for Picture {
             bits: 8,
             dither: false,
             far_depth: 0.0,
+            cryptomatte: false,
             transparent: false,
             light_model: LightModel::Course,
             bounces: 16,

@@ -30,6 +30,7 @@ mod mass_properties;
 #[doc(hidden)]
 pub mod measure;
 mod nearest;
+mod numbering;
 #[doc(hidden)]
 pub mod packet;
 mod point;
@@ -51,6 +52,7 @@ pub use batch::{BatchOptions, SceneHitBatch};
 pub use instances::PlacedPrimitive;
 pub use mass_properties::{Estimate, MassProperties, SceneMeasures, UnionProperties};
 pub use nearest::{NearestPrimitive, SceneDistance};
+pub use numbering::InstanceNumbers;
 pub use point::{PointAnswer, PointLimits, PrimitiveAtPoint};
 pub use ray::footprint::{Footprint, LEAST_FOOTPRINT};
 pub use ray::limits::{Coarsened, LimitReached, RayLimits};

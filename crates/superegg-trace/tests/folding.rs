@@ -6,8 +6,8 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::{Ray, Superquadric};
 use superegg_lang::load_text;
 use superegg_scene::{MAX_DEPTH, Scene};
-use superegg_trace::CompiledScene;
 use superegg_trace::reference::{self, FlatInstance};
+use superegg_trace::{CompiledScene, InstanceNumbers};
 
 fn load(text: &str) -> Scene {
     let (session, diagnostics) = load_text("folding.scn", text);
@@ -195,4 +195,49 @@ proptest! {
             prop_assert_eq!(answer(&again), answer(&anew));
         }
     }
+}
+
+#[test]
+fn numbers_follow_the_order_of_children() {
+    let nested = "prm ball\ncoeff .1 .1 .1\nprm box\ncoeff .2 .1 .1\nobj in\nap ball\nap box\nxs 1 0 0\n\
+        obj mid\nao in\nap ball\nxs 0 1 0\nao in second\nxs 0 2 0\nobj all\nap ball\nxs 0 0 -1\nao mid\nao mid m2\nxs 0 0 3\n";
+    let wide: String = (0..300).map(|i| format!("ao in i{i}\nxs 0 {i} 0\n")).collect();
+    let wide = format!("prm ball\ncoeff .1 .1 .1\nobj in\nap ball\nap ball b\nxs 3 0 0\nobj all\n{wide}");
+    for (text, depth, objects) in [(CHAIN, 30, 2), (nested, 9, 3), (&wide, 9, 300)] {
+        let (compiled, flat) = compile(text, depth);
+        let numbers = InstanceNumbers::of(&compiled);
+        let placed = compiled.placed_primitives(10_000).unwrap();
+        let found: Vec<u32> = placed.iter().map(|placed| numbers.instance(&placed.path)).collect();
+        assert!(found.iter().copied().eq(2..2 + flat.len() as u32), "{found:?}");
+        let mut found: Vec<(u32, String)> = placed
+            .iter()
+            .map(|placed| (numbers.object(&placed.path), numbers.object_name(&placed.path)))
+            .collect();
+        found.dedup();
+        assert!(found.iter().map(|(number, _)| *number).eq(2..2 + objects), "{found:?}");
+        for (placed, flat) in placed.iter().zip(&flat) {
+            assert!(flat.path.starts_with(&numbers.object_name(&placed.path)), "{}", flat.path);
+        }
+    }
+}
+
+#[test]
+fn objects_of_one_child_are_passed_by_and_too_many_instances_have_hashes() {
+    let (compiled, _) = compile("prm ball\nobj pair\nap ball\nap ball b\nxs 3 0 0\nobj all\nao pair\n", 9);
+    let numbers = InstanceNumbers::of(&compiled);
+    let hit = compiled.intersect_ray(&Ray::new(DVec3::new(3.0, 0.0, 9.0), DVec3::NEG_Z)).unwrap();
+    assert_eq!((numbers.object(&hit.path), numbers.object_name(&hit.path)), (3, "all/pair/b".to_owned()));
+    let scene = load(
+        "prm leaf\ncoeff .1 .1 .5\nobj all\nap leaf\nao all a\nss .8 .8 .8\nxs 0 0 1\nao all b\nss .7 .7 .7\nxs 1 0 0\n",
+    );
+    let compiled = CompiledScene::compile(&scene, Some("all"), 40);
+    assert!(compiled.instance_count().to_u64().is_none_or(|count| count > 1 << 24));
+    let numbers = InstanceNumbers::of(&compiled);
+    let mut found: Vec<u32> = rays(200, DVec3::Z, 3.0)
+        .filter_map(|ray| Some(numbers.instance(&compiled.intersect_ray(&ray)?.path)))
+        .collect();
+    assert!(found.iter().all(|number| (2..=InstanceNumbers::GREATEST).contains(number)));
+    found.sort_unstable();
+    found.dedup();
+    assert!(found.len() > 10, "{found:?}");
 }

@@ -32,7 +32,7 @@ impl Rendering {
     /// # Errors
     /// The encoder fails.
     pub fn to_exr(&self) -> Result<Vec<u8>, Error> {
-        Ok(exr_file(&self.film, &[])?)
+        Ok(exr_file(&self.film, 0.0, &[])?)
     }
 
     /// Writes a `.png` or `.exr` file.

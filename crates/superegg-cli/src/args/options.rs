@@ -64,6 +64,9 @@ pub(crate) struct RenderArgs {
     /// Make the background transparent
     #[arg(long)]
     pub(crate) transparent: bool,
+    /// Add Cryptomatte to an .exr: how much of each pixel every instance and every object covers, with their names
+    #[arg(long)]
+    pub(crate) cryptomatte: bool,
     /// Render an AOV (arbitrary output variable, render pass) instead of light
     #[arg(long, value_enum, value_name = "NAME", visible_alias = "view")]
     pub(crate) aov: Option<AovArg>,

@@ -5,14 +5,14 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail, ensure};
-use superegg_render::{Film, PartHeader, Pixel, RenderSettings, Tile, exr_of_pixels};
+use superegg_render::{ExrPicture, Film, PartHeader, Pixel, RenderSettings, Tile};
 use superegg_scene::{Picture, Scene};
 
 use crate::args::MergeArgs;
 use crate::console;
 use crate::files;
 use crate::files::notes::notes;
-use crate::files::picture::{PictureFormat, with_far_depth};
+use crate::files::picture::PictureFormat;
 use crate::long::checkpoint::{CheckpointData, describe_difference, read};
 use crate::long::resumable::tile_progress;
 use crate::outcome::Outcome;
@@ -40,9 +40,12 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
         settings.keeps_layers() || format != PictureFormat::Exr,
         "not all tiles have depth and normals, because some were made for a .png: name a .png file, or render them again for an .exr"
     );
-    let file = match missing {
-        None => format.encode(&merged.into_film(settings.film()), &settings, &notes(&settings, None))?,
-        Some(_) => merged.encode_incomplete(format, &settings)?,
+    let file = match (format, missing) {
+        (PictureFormat::Exr, _) => merged.exr(&settings)?,
+        (PictureFormat::Png, None) => {
+            format.encode(&merged.into_film(settings.film()), &settings, &notes(&settings, None))?
+        }
+        (PictureFormat::Png, Some(_)) => merged.incomplete_png(&settings)?,
     };
     files::write(&args.output, &file)?;
     if !args.quiet && !files::is_standard_stream(&args.output) {
@@ -61,6 +64,8 @@ struct MergedTiles {
     shard_count: Option<u32>,
     /// Whether all pixels have AOV layers.
     has_layers: bool,
+    /// Whether all pixels have small numbers of instances and objects, which older programs did not write.
+    has_numbers: bool,
 }
 
 impl MergedTiles {
@@ -86,12 +91,14 @@ impl MergedTiles {
 
     fn empty(header: &PartHeader) -> Self {
         let shard_count = Some(header.shard.count());
-        Self { header: header.clone(), tiles: HashMap::new(), shard_count, has_layers: true }
+        let (header, tiles) = (header.clone(), HashMap::new());
+        Self { header, tiles, shard_count, has_layers: true, has_numbers: true }
     }
 
     /// Adds the tiles of the file at `path`; `first` is the path of the first file.
     fn add(&mut self, data: CheckpointData, first: &Path, path: &Path) -> Result<()> {
         self.has_layers &= data.header.has_layers();
+        self.has_numbers &= data.header.has_numbers();
         self.shard_count = self.shard_count.filter(|known| *known == data.header.shard.count());
         let (one, two) = (first.display(), path.display());
         if let Some(difference) = self.header.difference_of_light(&data.header) {
@@ -133,23 +140,33 @@ impl MergedTiles {
         Some(format!("{text}; of {count} shards these are missing or not complete: {}", in_ranges(&shards)))
     }
 
-    /// Encodes a picture that lacks tiles, in memory for the tiles that there are: the size of the
-    /// picture is only a claim of the header.
-    fn encode_incomplete(&self, format: PictureFormat, settings: &RenderSettings) -> Result<Vec<u8>> {
+    /// Encodes an OpenEXR file, in memory for the tiles that there are: the size of the picture is only a claim of the
+    /// header.
+    fn exr(&self, settings: &RenderSettings) -> Result<Vec<u8>> {
+        let (width, height) = (settings.picture.width, settings.picture.height);
+        // Every tile but the last of a row or column has the size of the first one.
+        let (tile_width, tile_height) = self.header.tiles().first().map_or((1, 1), Tile::size);
+        let across = width.div_ceil(tile_width);
+        let film_at = |x: u32, y: u32| {
+            let index = y / tile_height * across + x / tile_width;
+            Some((self.tiles.get(&(index as usize))?, x % tile_width, y % tile_height))
+        };
+        let picture = ExrPicture {
+            size: (width, height),
+            film_at: &film_at,
+            films: self.tiles.values().collect(),
+            has_numbers: self.has_numbers,
+            has_passes: self.has_numbers && self.header.has_passes(),
+            has_mattes: self.has_numbers && self.header.has_mattes(),
+            far_depth: settings.picture.far_depth,
+        };
+        Ok(picture.encode(&notes(settings, None))?)
+    }
+
+    /// Encodes a PNG file of a picture that lacks tiles, in memory for one row of tiles.
+    fn incomplete_png(&self, settings: &RenderSettings) -> Result<Vec<u8>> {
         let (width, height) = (settings.picture.width, settings.picture.height);
         let all = self.header.tiles();
-        if format == PictureFormat::Exr {
-            // Every tile but the last of a row or column has the size of the first one.
-            let (tile_width, tile_height) = all.first().map_or((1, 1), Tile::size);
-            let across = width.div_ceil(tile_width);
-            let pixel = |x: u32, y: u32| {
-                let index = y / tile_height * across + x / tile_width;
-                let tile = self.tiles.get(&(index as usize));
-                let pixel = tile.and_then(|tile| tile.pixel(x % tile_width, y % tile_height));
-                Some(with_far_depth(pixel.unwrap_or(Pixel::EMPTY), settings.picture.far_depth))
-            };
-            return Ok(exr_of_pixels((width, height), pixel, &notes(settings, None))?);
-        }
         let coloring = settings.output.coloring(self.tiles.values());
         let mut first = 0;
         let strips = all.chunk_by(|a, b| a.y == b.y).map(|row| {

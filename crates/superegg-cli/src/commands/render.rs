@@ -255,6 +255,7 @@ fn settings_of(args: &RenderArgs, scene: &Scene) -> Result<RenderSettings> {
         filter: args.filter.map_or(of_scene.filter, Into::into),
         light_model: args.light.map_or(of_scene.light_model, Into::into),
         transparent: args.transparent || of_scene.transparent,
+        cryptomatte: args.cryptomatte || of_scene.cryptomatte,
         bounces: args.bounces.unwrap_or(of_scene.bounces),
         ..of_scene
     };

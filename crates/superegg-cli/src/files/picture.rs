@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use superegg_render::{Film, PictureNote, Pixel, RenderSettings, exr_of_pixels};
+use superegg_render::{Film, PictureNote, RenderSettings, exr_file};
 
 use crate::annotate::Annotations;
 
@@ -77,19 +77,9 @@ impl PictureFormat {
     ) -> Result<Vec<u8>> {
         match self {
             Self::Png => annotations.png(film, settings, notes),
-            Self::Exr => {
-                let far = settings.picture.far_depth;
-                let size = (film.width(), film.height());
-                Ok(exr_of_pixels(size, |x, y| Some(with_far_depth(film.pixel(x, y)?, far)), notes)?)
-            }
+            Self::Exr => Ok(exr_file(film, settings.picture.far_depth, notes)?),
         }
     }
-}
-
-/// A pixel with a depth of its own where nothing was hit, unless `far` is 0.
-pub(crate) fn with_far_depth(pixel: Pixel, far: f64) -> Pixel {
-    let is_far = far > 0.0 && !pixel.depth.is_finite();
-    Pixel { depth: if is_far { far as f32 } else { pixel.depth }, ..pixel }
 }
 
 #[cfg(test)]

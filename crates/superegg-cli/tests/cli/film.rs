@@ -1,5 +1,7 @@
 //! Pictures as files: formats, development, sampling, views and warnings.
 
+use std::collections::BTreeMap;
+
 use image::{ColorType, DynamicImage};
 
 use crate::support::Sandbox;
@@ -102,7 +104,7 @@ fn an_exr_file_has_light_depth_and_instances() {
     let image = read_all_flat_layers_from_file(sandbox.path("a.exr")).unwrap();
     let channels = &image.layer_data[0].channel_data.list;
     let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
-    let expected = "A B G N.X N.Y N.Z R Z albedo.B albedo.G albedo.R id samples";
+    let expected = "A B G N.X N.Y N.Z R Z albedo.B albedo.G albedo.R id instance object samples";
     assert_eq!(names.join(" "), expected);
     let floats = |name: &str| match &channels.iter().find(|c| c.name.eq(name)).unwrap().sample_data {
         FlatSamples::F32(values) => values.clone(),
@@ -114,6 +116,89 @@ fn an_exr_file_has_light_depth_and_instances() {
     assert!((floats("Z")[middle] - 9.0).abs() < 0.2 && floats("Z")[0] == f32::INFINITY);
     assert!((floats("albedo.R")[middle] - 0.9).abs() < 1e-6 && floats("N.Z")[middle] > 0.9);
     assert_eq!(floats("A")[0], 1.0);
+}
+
+/// The float channels of an OpenEXR file by name.
+fn float_channels(sandbox: &Sandbox, name: &str) -> BTreeMap<String, Vec<f32>> {
+    use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
+    let image = read_all_flat_layers_from_file(sandbox.path(name)).unwrap();
+    let channels = image.layer_data[0].channel_data.list.iter();
+    let floats = channels.filter_map(|channel| match &channel.sample_data {
+        FlatSamples::F32(values) => Some((channel.name.to_string(), values.clone())),
+        _ => None,
+    });
+    floats.collect()
+}
+
+#[test]
+fn numbers_and_mattes_name_what_covers_a_pixel() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "s.scn",
+        "set size 32x24\nset samples 16\nset cryptomatte on\nset transparent on\nprm ball\ncoeff .6 .6 .6\n\
+         obj pair\nap ball left\nxs -1 0 0\nap ball right\nxs 1 0 0\nobj all\nao pair\nap ball top\nxs 0 2 0\n",
+    );
+    sandbox.run("render s.scn -o a.exr --quiet").fine();
+    let channels = float_channels(&sandbox, "a.exr");
+    let of = |name: &str| &channels[name];
+    let whole = |name: &str| {
+        let mut found: Vec<u32> = of(name).iter().map(|value| *value as u32).collect();
+        assert!(of(name).iter().all(|value| value.fract() == 0.0));
+        found.sort_unstable();
+        found.dedup();
+        found
+    };
+    assert_eq!((whole("instance"), whole("object")), (vec![0, 2, 3, 4], vec![0, 2, 3]));
+    for level in ["CryptoInstance", "CryptoObject"] {
+        for (i, alpha) in of("A").iter().enumerate() {
+            let share = |name: &str| of(&format!("{level}{name}"))[i];
+            let shares = ["00.g", "00.a", "01.g", "01.a", "02.g", "02.a"].map(share);
+            assert!(shares.windows(2).all(|pair| pair[0] >= pair[1]));
+            assert!((shares.iter().sum::<f32>() - alpha).abs() < 1e-6, "{level} {i}");
+        }
+    }
+    // A name's share over the picture is that of its part, and the ids are those of the names.
+    let id = f32::from_bits(superegg_render::matte_id("all/pair/left"));
+    let covered = |id: f32| -> f32 {
+        let [ids, shares] = ["CryptoInstance00.r", "CryptoInstance00.g"].map(of);
+        ids.iter().zip(shares).filter(|(found, _)| **found == id).map(|(_, share)| share).sum()
+    };
+    assert!(covered(id) > 1.0 && covered(-id) == 0.0);
+    let bytes = std::fs::read(sandbox.path("a.exr")).unwrap();
+    let manifest = format!("\"all/pair/left\":\"{:08x}\"", id.to_bits());
+    assert!(bytes.windows(manifest.len()).any(|window| window == manifest.as_bytes()));
+}
+
+#[test]
+fn parts_of_light_add_up_and_survive_shards() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "s.scn",
+        "set size 48x24\nset samples 8\nset light path\nset cryptomatte on\nset filter mitchell\nprm ball\nfloor -1\nprm lamp\n\
+         coeff .3 .3 .3\nsetEmission 4\nobj all\nap ball\nap lamp\nxs 1.5 1 0\nsky .2 .3 .4 .5 .6 .9\n",
+    );
+    sandbox.run("render s.scn -o whole.exr --quiet").fine();
+    let channels = float_channels(&sandbox, "whole.exr");
+    for color in ["R", "G", "B"] {
+        let part = |name: &str| &channels[&format!("{name}.{color}")];
+        let parts = ["emission", "direct", "indirect"].map(part);
+        for (i, whole) in channels[color].iter().enumerate() {
+            let sum: f32 = parts.iter().map(|part| part[i]).sum();
+            assert!((sum - whole).abs() <= 1e-5 * (1.0 + whole.abs()), "{color} {i}: {sum} {whole}");
+        }
+        let total = |part: &[f32]| part.iter().sum::<f32>();
+        assert!(parts.iter().all(|part| total(part) > 1.0), "{color}");
+    }
+    // The same bytes by shards, and without the parts the same light.
+    for k in 1..=2 {
+        sandbox.run(&format!("render s.scn --shard {k}/2 -o {k}.part --quiet")).fine();
+    }
+    sandbox.run("merge 1.part 2.part -o merged.exr --quiet").fine();
+    let file = |name: &str| std::fs::read(sandbox.path(name)).unwrap();
+    assert!(file("merged.exr") == file("whole.exr"));
+    sandbox.run("render s.scn -o whole.png --quiet").fine();
+    sandbox.run("merge 1.part 2.part -o merged.png --quiet").fine();
+    assert!(file("merged.png") == file("whole.png"));
 }
 
 #[test]

@@ -264,6 +264,18 @@ pub const SETTINGS: &[SettingSpec] = &[
         "the depth of pixels without a hit in an .exr, which programs that scale pictures need; 0 is infinity"
     ),
     SettingSpec {
+        name: "cryptomatte",
+        kind: SettingKind::Switch,
+        summary: "an .exr also has Cryptomatte: how much of each pixel every instance and every object covers, with their names; saved with the scene",
+        is_of_scene: true,
+        get: |picture, _| Value::Switch(picture.cryptomatte),
+        set: |picture, _, value| {
+            if let Value::Switch(on) = value {
+                picture.cryptomatte = on;
+            }
+        },
+    },
+    SettingSpec {
         name: "transparent",
         kind: SettingKind::Switch,
         summary: "the background is transparent; saved with the scene",

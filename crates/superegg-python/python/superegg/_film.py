@@ -72,6 +72,47 @@ class Film:
         return self._layer(self._core.instance_id(), ())
 
     @cached_property
+    def instance_number(self) -> NDArray[np.uint32]:
+        """The number of that instance in the order of children, shape (h, w).
+
+        From 2 on, at most 2^24; 1 for the floor, 0 where there is nothing. It is the channel ``instance`` of an .exr.
+        """
+        return self._layer(self._core.instance_number(), ())
+
+    @cached_property
+    def object_number(self) -> NDArray[np.uint32]:
+        """The number of the object that the instance belongs to, shape (h, w).
+
+        It is the child of the selected object, or below objects of a single child, of the first that has several. It is
+        the channel ``object`` of an .exr.
+        """
+        return self._layer(self._core.object_number(), ())
+
+    @cached_property
+    def emission(self) -> Float32s:
+        """Light of the background and of surfaces that shine, straight to the camera, shape (h, w, 3).
+
+        Of a picture with ``light="path"``. `emission`, `direct` and `indirect` add up to `color`.
+        """
+        return self._pass("emission")
+
+    @cached_property
+    def direct(self) -> Float32s:
+        """Light by way of one surface, shape (h, w, 3): see `emission`."""
+        return self._pass("direct")
+
+    @cached_property
+    def indirect(self) -> Float32s:
+        """Light by way of two surfaces or more, shape (h, w, 3): see `emission`."""
+        return self._pass("indirect")
+
+    def _pass(self, name: str) -> Float32s:
+        column = self._core.light_pass(name)
+        if column.size == 0:
+            raise ValueError('only pictures with light="path" and layers keep the parts of light apart')
+        return column.reshape(self.shape)
+
+    @cached_property
     def samples(self) -> NDArray[np.uint32]:
         """The number of samples of each pixel, shape (h, w)."""
         return self._core.samples().reshape(self.shape[:2])

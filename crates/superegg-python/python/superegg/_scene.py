@@ -42,6 +42,7 @@ _SETTINGS = {
     "tone": "tone",
     "dither": "dither",
     "far_depth": "farDepth",
+    "cryptomatte": "cryptomatte",
     "encoding": "encoding",
     "bits": "bits",
     "transparent": "transparent",

@@ -123,7 +123,7 @@ mod tests {
             use crate::film::buffer::Film;
             use crate::film::pixel::Pixel;
             let film = Film::of_pixels(3, 2, vec![Pixel { color: [0.5, 7.0, 0.25], ..Pixel::EMPTY }; 6]);
-            let file = crate::film::exr::exr_file(&film, &[]).unwrap();
+            let file = crate::film::exr::exr_file(&film, 0.0, &[]).unwrap();
             assert_eq!(of(&file), made(3, 2, vec![[0.5, 7.0, 0.25]; 6]));
             // A small file that claims 65536 x 65536 pixels.
             let name = b"dataWindow\0box2i\0\x10\0\0\0";

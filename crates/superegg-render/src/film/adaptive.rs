@@ -67,7 +67,10 @@ mod tests {
 
     fn tile(pixels: &[Vec<f64>]) -> TileAccumulator {
         let mut accumulator = TileAccumulator::new(FilterMass { positive: 1.0, negative: 0.0 });
-        accumulator.start(pixels.len(), AccumulatorLayout { squares: true, layers: false });
+        accumulator.start(
+            pixels.len(),
+            AccumulatorLayout { squares: true, layers: false, passes: false, mattes: false },
+        );
         for (pixel, values) in pixels.iter().enumerate() {
             values.iter().for_each(|&value| accumulator.add(pixel, DVec3::splat(value), None, false));
         }

@@ -1,8 +1,10 @@
 //! The film: the linear values of a picture, or of one tile of it.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
-use crate::film::pixel::{Layers, Pixel};
+use crate::film::matte::{Coverage, MatteLevel, Mattes};
+use crate::film::pixel::{Layers, LightPasses, Pixel};
 use crate::film::tile::Tile;
 
 /// The linear values of a picture, or of one tile of it. Rows go from the top, pixels from the
@@ -27,6 +29,10 @@ pub struct Film {
     samples: SampleCounts,
     /// Empty if the film keeps light alone.
     layers: Vec<Layers>,
+    /// Empty unless the film keeps them.
+    passes: Vec<LightPasses>,
+    /// Empty unless the film keeps them.
+    mattes: Mattes,
 }
 
 /// The alpha of a pixel of an opaque picture.
@@ -97,6 +103,8 @@ impl PartialEq for Film {
             && self.height == other.height
             && self.has_layers() == other.has_layers()
             && self.pixels().eq(other.pixels())
+            && self.passes == other.passes
+            && self.mattes == other.mattes
     }
 }
 
@@ -112,7 +120,7 @@ impl Film {
     pub fn without_layers(width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
         let samples = SampleCounts::Few(vec![0; count]);
-        Self { width, height, colors: vec![[0.0; 3]; count], alphas: Vec::new(), samples, layers: Vec::new() }
+        Self::of_parts((width, height), vec![[0.0; 3]; count], Vec::new(), samples, Vec::new())
     }
 
     /// A film of columns. `alphas` is empty for an opaque picture, `layers` if they are not kept.
@@ -123,7 +131,31 @@ impl Film {
         samples: SampleCounts,
         layers: Vec<Layers>,
     ) -> Self {
-        Self { width, height, colors, alphas, samples, layers }
+        let (passes, mattes) = (Vec::new(), Mattes::default());
+        Self { width, height, colors, alphas, samples, layers, passes, mattes }
+    }
+
+    /// The film with the passes of all pixels, or none.
+    pub(crate) fn with_passes(self, passes: Vec<LightPasses>) -> Self {
+        Self { passes, ..self }
+    }
+
+    /// The film with the mattes of all pixels, or none.
+    pub(crate) fn with_mattes(self, mattes: Mattes) -> Self {
+        Self { mattes, ..self }
+    }
+
+    /// The film with room for passes and mattes.
+    pub(crate) fn keeping(self, passes: bool, mattes: bool) -> Self {
+        let count = self.colors.len();
+        let passes = vec![LightPasses::default(); if passes { count } else { 0 }];
+        let mattes = Mattes::new(if mattes { count } else { 0 });
+        self.with_passes(passes).with_mattes(mattes)
+    }
+
+    /// Adds the names of ids of the mattes.
+    pub(crate) fn add_matte_names<'n>(&mut self, names: impl IntoIterator<Item = (u32, &'n str)>) {
+        self.mattes.add_names(names);
     }
 
     /// A film with layers of these pixels. Missing pixels are empty, surplus ones are ignored.
@@ -148,6 +180,45 @@ impl Film {
     /// Whether the film keeps depth, normals, albedo and ids.
     pub fn has_layers(&self) -> bool {
         self.layers.len() == self.colors.len()
+    }
+
+    /// Whether the film keeps the parts of light: [`Film::passes`].
+    pub fn has_passes(&self) -> bool {
+        !self.passes.is_empty()
+    }
+
+    /// Whether the film keeps mattes: [`Film::matte`].
+    pub fn has_mattes(&self) -> bool {
+        !self.mattes.is_empty()
+    }
+
+    /// The light of the pixel in column `x` and row `y` by the number of surfaces on its way; `None` outside the film, and
+    /// if the film does not keep it.
+    pub fn passes(&self, x: u32, y: u32) -> Option<LightPasses> {
+        (x < self.width && y < self.height).then(|| self.passes.get(self.index(x, y)).copied())?
+    }
+
+    /// The columns of [`Film::passes`], in the order of [`Film::pixels`]; empty if the film does not keep them.
+    pub fn all_passes(&self) -> &[LightPasses] {
+        &self.passes
+    }
+
+    /// What covers the pixel in column `x` and row `y`, most of it first, at most [`crate::MATTE_RANKS`] things. Empty
+    /// outside the film, and if the film does not keep mattes. The shares of all things add up to
+    /// [`Pixel::alpha`] of a transparent picture, unless there are more.
+    pub fn matte(&self, level: MatteLevel, x: u32, y: u32) -> &[Coverage] {
+        if x < self.width && y < self.height { self.mattes.get(self.index(x, y), level) } else { &[] }
+    }
+
+    /// The ids of the mattes of a level.
+    pub(crate) fn matte_ids(&self, level: MatteLevel) -> BTreeSet<u32> {
+        let pixels = 0..self.colors.len();
+        pixels.flat_map(|pixel| self.mattes.get(pixel, level)).map(|coverage| coverage.id).collect()
+    }
+
+    /// The names of the ids of mattes. Those longer than a kilobyte are left out, and those beyond the first 65,536.
+    pub fn matte_names(&self) -> impl ExactSizeIterator<Item = (u32, &str)> {
+        self.mattes.names().iter().map(|(id, name)| (*id, name.as_str()))
     }
 
     /// All pixels, row by row from the top left. The columns below have the same order and length.
@@ -214,9 +285,9 @@ impl Film {
     }
 
     fn pixel_at(&self, index: usize) -> Pixel {
-        let Layers { depth, normal, albedo, id } = self.layers_at(index);
+        let Layers { depth, normal, albedo, id, instance, object } = self.layers_at(index);
         let (color, alpha, samples) = (self.colors[index], self.alpha(index), self.samples.get(index));
-        Pixel { color, alpha, depth, normal, albedo, id, samples }
+        Pixel { color, alpha, depth, normal, albedo, id, instance, object, samples }
     }
 
     /// Replaces the pixel in column `x` and row `y`.
@@ -230,7 +301,7 @@ impl Film {
     }
 
     fn set_at(&mut self, index: usize, pixel: Pixel) {
-        let Pixel { color, alpha, depth, normal, albedo, id, samples } = pixel;
+        let Pixel { color, alpha, depth, normal, albedo, id, instance, object, samples } = pixel;
         if alpha != opaque_alpha(samples) {
             self.store_alphas();
         }
@@ -240,7 +311,7 @@ impl Film {
             *to = alpha;
         }
         if let Some(layers) = self.layers.get_mut(index) {
-            *layers = Layers { depth, normal, albedo, id };
+            *layers = Layers { depth, normal, albedo, id, instance, object };
         }
     }
 
@@ -256,7 +327,15 @@ impl Film {
             let row = self.index(tile.x.start, y)..self.index(tile.x.end, y);
             of_tile.colors.extend_from_slice(&self.colors[row.clone()]);
             of_tile.alphas.extend_from_slice(self.alphas.get(row.clone()).unwrap_or_default());
-            of_tile.layers.extend_from_slice(self.layers.get(row).unwrap_or_default());
+            of_tile.layers.extend_from_slice(self.layers.get(row.clone()).unwrap_or_default());
+            of_tile.passes.extend_from_slice(self.passes.get(row).unwrap_or_default());
+        }
+        if self.has_mattes() {
+            of_tile.mattes = Mattes::new(tile.pixel_count());
+            for (to, (x, y)) in tile.pixels().enumerate() {
+                of_tile.mattes.copy(to, &self.mattes, self.index(x, y));
+            }
+            of_tile.mattes.add_names(self.matte_names());
         }
         let rows = tile.y.clone().flat_map(|y| self.index(tile.x.start, y)..self.index(tile.x.end, y));
         of_tile.samples = rows.map(|index| self.samples.get(index)).collect();
@@ -282,9 +361,20 @@ impl Film {
             if let Some(to) = self.alphas.get_mut(to.clone()) {
                 to.iter_mut().zip(from.clone()).for_each(|(to, from)| *to = pixels.alpha(from));
             }
-            if let (Some(to), Some(from)) = (self.layers.get_mut(to), pixels.layers.get(from)) {
+            if let (Some(to), Some(from)) = (self.layers.get_mut(to.clone()), pixels.layers.get(from.clone()))
+            {
                 to.copy_from_slice(from);
             }
+            if let (Some(to), Some(from)) = (self.passes.get_mut(to.clone()), pixels.passes.get(from.clone()))
+            {
+                to.copy_from_slice(from);
+            }
+            if self.has_mattes() {
+                to.zip(from).for_each(|(to, from)| self.mattes.copy(to, &pixels.mattes, from));
+            }
+        }
+        if self.has_mattes() {
+            self.mattes.add_names(pixels.matte_names());
         }
     }
 
@@ -368,6 +458,8 @@ mod tests {
             normal: [0.0, id as f32, 0.0],
             albedo: [0.0, 0.0, id as f32],
             id,
+            instance: 2 * id,
+            object: 3 * id,
             samples: 100 * id,
         };
         let film = Film::of_pixels(4, 3, (1..=12).map(pixel));

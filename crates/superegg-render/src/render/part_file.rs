@@ -2,13 +2,13 @@
 //! turns them into bytes and back; opening files is up to the caller.
 //!
 //! ```text
-//! superegg part 3\n                                  the format and its version
+//! superegg part 4\n                                  the format and its version
 //! length u32, check u128, `length` bytes of text     the header: lines of a name, a blank and a value
 //! then for each finished tile, in any order:
 //! "TILE", tile u32, length u32, check u32            the head of a record; its check covers the twelve
 //!                                                    bytes before it
-//! `length` bytes, check u128                         the pixels, row by row; the check covers head and
-//!                                                    pixels
+//! `length` bytes, check u128                         the tile ([`crate::render::part_tile`]); the check covers
+//!                                                    head and tile
 //! ```
 //!
 //! Integers are little-endian. Checks are XXH3; those of records are seeded with the fingerprint of
@@ -19,8 +19,8 @@
 //!
 //! A floating-point value of the header is `0x` and its 64 bits in hexadecimal. Camera, environment
 //! and scene are only compared, by hashes of explicit bytes ([`crate::render::part_words`]). In
-//! version 2 floating-point values were decimal, and the hashed bytes were another text. Its files
-//! are read and merged; a render does not continue them, because the hashes cannot be compared.
+//! version 2 floating-point values were decimal, and the hashed bytes were another text. In versions 2 and 3 pixels have no
+//! small numbers, and tiles neither passes nor mattes. These files are read and merged; a render does not continue them.
 
 use std::io::{self, Read};
 use std::ops::RangeInclusive;
@@ -30,8 +30,8 @@ use thiserror::Error;
 use twox_hash::XxHash3_128;
 
 use crate::film::buffer::Film;
-use crate::film::pixel::Pixel;
 use crate::film::tile::{Tile, tiles};
+use crate::render::part_tile::TileParts;
 use crate::render::part_words::{
     self, ENCODINGS, FILTERS, FLAGS, LIGHT_MODELS, OUTPUTS, TONES, value_of_word, word_of,
 };
@@ -43,19 +43,21 @@ use crate::settings::{Output, RenderSettings};
 enum Version {
     Two,
     Three,
+    Four,
 }
 
 impl Version {
     /// The version that is written.
-    const CURRENT: Self = Self::Three;
+    const CURRENT: Self = Self::Four;
     /// All versions that are read.
-    const READ: [Self; 2] = [Self::Two, Self::Three];
+    const READ: [Self; 3] = [Self::Two, Self::Three, Self::Four];
 
     /// The first line of a file; all have the same length.
     const fn first_line(self) -> &'static [u8] {
         match self {
             Self::Two => b"superegg part 2\n",
             Self::Three => b"superegg part 3\n",
+            Self::Four => b"superegg part 4\n",
         }
     }
 
@@ -63,6 +65,7 @@ impl Version {
         match self {
             Self::Two => "2",
             Self::Three => "3",
+            Self::Four => "4",
         }
     }
 
@@ -70,7 +73,7 @@ impl Version {
     fn number_text(self, number: f64) -> String {
         match self {
             Self::Two => number.to_string(),
-            Self::Three => format!("{BITS}{:016x}", number.to_bits()),
+            Self::Three | Self::Four => format!("{BITS}{:016x}", number.to_bits()),
         }
     }
 
@@ -78,7 +81,7 @@ impl Version {
     fn number_of(self, text: &str) -> Option<f64> {
         match self {
             Self::Two => text.parse().ok(),
-            Self::Three => {
+            Self::Three | Self::Four => {
                 let digits = text.strip_prefix(BITS)?;
                 let is_number = digits.len() == 16 && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
                 if !is_number {
@@ -200,6 +203,26 @@ impl PartHeader {
         self.field(LAYERS) == Some(word_of(true, &FLAGS))
     }
 
+    /// Whether the pixels have small numbers of instances and objects.
+    pub fn has_numbers(&self) -> bool {
+        self.version == Version::Four && self.has_layers()
+    }
+
+    /// Whether the tiles have the parts of light ([`Film::passes`]).
+    pub fn has_passes(&self) -> bool {
+        self.has_numbers() && self.output == Output::Light && self.picture.light_model == LightModel::Path
+    }
+
+    /// Whether the tiles have mattes ([`Film::matte`]).
+    pub fn has_mattes(&self) -> bool {
+        self.has_numbers() && self.picture.cryptomatte
+    }
+
+    fn tile_parts(&self) -> TileParts {
+        let (passes, mattes) = (self.has_passes(), self.has_mattes());
+        TileParts { numbers: self.version == Version::Four, passes, mattes }
+    }
+
     /// The tiles of the whole picture.
     pub fn tiles(&self) -> Vec<Tile> {
         tiles(self.picture.width, self.picture.height)
@@ -276,19 +299,20 @@ impl PartHeader {
 
     /// The greatest sensible length of a file of this picture: each tile twice.
     pub fn most_bytes(&self) -> u64 {
-        let record = |tile: &Tile| (HEAD + tile.pixel_count() * Pixel::BYTES + CHECK) as u64;
+        let parts = self.tile_parts();
+        let record = |tile: &Tile| (HEAD + parts.most_bytes(tile.pixel_count()) + CHECK) as u64;
         Self::MOST_BYTES + 2 * self.tiles().iter().map(record).sum::<u64>()
     }
 
     /// The record of a finished tile.
     pub fn record(&self, tile: usize, pixels: &Film) -> Vec<u8> {
-        let length = pixels.pixels().len() * Pixel::BYTES;
-        let mut bytes = Vec::with_capacity(HEAD + length + CHECK);
+        let content = self.tile_parts().to_bytes(pixels);
+        let mut bytes = Vec::with_capacity(HEAD + content.len() + CHECK);
         bytes.extend(MARK);
         bytes.extend((tile as u32).to_le_bytes());
-        bytes.extend((length as u32).to_le_bytes());
+        bytes.extend((content.len() as u32).to_le_bytes());
         bytes.extend(head_check(&bytes).to_le_bytes());
-        pixels.pixels().for_each(|pixel| bytes.extend(pixel.to_bytes()));
+        bytes.extend(content);
         bytes.extend(check(self.fingerprint(), &bytes).to_le_bytes());
         bytes
     }
@@ -367,6 +391,7 @@ fn picture_fields(picture: &Picture) -> Vec<(&'static str, String)> {
         bits,
         dither,
         far_depth,
+        cryptomatte,
         transparent,
         light_model,
         bounces,
@@ -399,6 +424,9 @@ fn picture_fields(picture: &Picture) -> Vec<(&'static str, String)> {
     if dither {
         fields.push(("dither", word_of(dither, &FLAGS).to_owned()));
     }
+    if cryptomatte {
+        fields.push(("cryptomatte", word_of(cryptomatte, &FLAGS).to_owned()));
+    }
     if far_depth != 0.0 {
         fields.push(("far_depth", number(far_depth)));
     }
@@ -423,15 +451,17 @@ fn read_picture<'a>(version: Version, field: &dyn Fn(&str) -> Option<&'a str>) -
         None => LightModel::default(),
         word => value_of_word(word, &LIGHT_MODELS).ok_or_else(|| wrong("light"))?,
     };
-    let dither = match field("dither") {
-        None => false,
-        word => value_of_word(word, &FLAGS).ok_or_else(|| wrong("dither"))?,
+    let flag = |name: &str| match field(name) {
+        None => Ok(false),
+        word => value_of_word(word, &FLAGS).ok_or_else(|| wrong(name)),
     };
+    let (dither, cryptomatte) = (flag("dither")?, flag("cryptomatte")?);
     let far_depth = if field("far_depth").is_some() { number("far_depth")? } else { 0.0 };
     let picture = Picture {
         light_model,
         dither,
         far_depth,
+        cryptomatte,
         width: whole("width", 1..=Picture::LONGEST_SIDE)?,
         height: whole("height", 1..=Picture::LONGEST_SIDE)?,
         samples: whole("samples", 1..=Picture::MOST_SAMPLES)?,
@@ -488,10 +518,12 @@ impl PartFile {
         let (header, start) = PartHeader::read(window.rest())?;
         window.skip(start);
         let all = header.tiles();
-        let lengths: Vec<usize> = all.iter().map(|tile| tile.pixel_count() * Pixel::BYTES).collect();
-        let longest_record = HEAD + lengths.iter().copied().max().unwrap_or(0) + CHECK;
+        let parts = header.tile_parts();
+        let counts: Vec<usize> = all.iter().map(Tile::pixel_count).collect();
+        let most_pixels = counts.iter().copied().max().unwrap_or(0);
+        let longest_record = HEAD + parts.most_bytes(most_pixels) + CHECK;
         let (seed, most_bytes) = (header.fingerprint(), header.most_bytes());
-        let mut is_known = vec![false; lengths.len()];
+        let mut is_known = vec![false; counts.len()];
         let mut part = Self { header, tiles: Vec::new(), end: start as u64, damaged: 0 };
         let mut at = start as u64;
         loop {
@@ -500,13 +532,16 @@ impl PartFile {
             if rest.is_empty() {
                 return Ok(part);
             }
-            let length = match read_record(rest, &lengths, seed) {
-                Some((tile, pixels)) => {
-                    let length = HEAD + pixels.len() + CHECK;
+            let record = read_record(rest, &counts, parts, seed);
+            let film =
+                record.and_then(|(tile, bytes)| Some((tile, bytes, parts.film(all[tile].size(), bytes)?)));
+            let length = match film {
+                Some((tile, bytes, film)) => {
+                    let length = HEAD + bytes.len() + CHECK;
                     part.damaged += at - part.end;
                     part.end = at + length as u64;
                     if !std::mem::replace(&mut is_known[tile], true) {
-                        part.tiles.push((tile, film_of(&all[tile], pixels)));
+                        part.tiles.push((tile, film));
                     }
                     length
                 }
@@ -519,13 +554,6 @@ impl PartFile {
             }
         }
     }
-}
-
-/// The tile that the bytes of its pixels make.
-fn film_of(tile: &Tile, bytes: &[u8]) -> Film {
-    let (width, height) = tile.size();
-    let (pixels, _) = bytes.as_chunks::<{ Pixel::BYTES }>();
-    Film::of_pixels(width, height, pixels.iter().map(Pixel::from_bytes))
 }
 
 /// The number of bytes, at least one, before the next place where a record may begin.
@@ -576,12 +604,17 @@ impl<R: Read> Window<R> {
     }
 }
 
-/// The valid record that some bytes begin with: its tile and the bytes of its pixels.
-fn read_record<'a>(bytes: &'a [u8], lengths: &[usize], seed: u64) -> Option<(usize, &'a [u8])> {
+/// The valid record that some bytes begin with: its tile and the bytes of that. `counts` are the numbers of pixels of tiles.
+fn read_record<'a>(
+    bytes: &'a [u8],
+    counts: &[usize],
+    parts: TileParts,
+    seed: u64,
+) -> Option<(usize, &'a [u8])> {
     let number = |at: usize| bytes.get(at..at + 4)?.try_into().ok().map(u32::from_le_bytes);
     let (tile, length) = (number(4)? as usize, number(8)? as usize);
     if !bytes.starts_with(MARK)
-        || lengths.get(tile) != Some(&length)
+        || !counts.get(tile).is_some_and(|&pixels| parts.is_length(length, pixels))
         || number(12)? != head_check(&bytes[..12])
     {
         return None;
@@ -601,6 +634,7 @@ mod tests {
     use superegg_scene::Scene;
 
     use super::*;
+    use crate::film::pixel::Pixel;
 
     /// A random number generator (xorshift, Marsaglia 2003).
     struct Random(u64);
@@ -753,7 +787,8 @@ mod tests {
         let mut other = own.clone();
         other.environment.background.x = -0.0;
         assert_eq!(with("1.2.3", egg, Some("egg"), 25, &other), Some(("surroundings".to_owned(), None)));
-        let changes: [fn(&mut Picture); 14] = [
+        let changes: [fn(&mut Picture); 15] = [
+            |picture| picture.cryptomatte = true,
             |picture| picture.light_model = LightModel::Path,
             |picture| picture.samples = 9,
             |picture| picture.noise = 0.1,
@@ -815,7 +850,7 @@ mod tests {
         }
         for (bad, error) in [
             (&b"PNG"[..], PartError::NotAPart),
-            (b"superegg part 4\n", PartError::OtherVersion),
+            (b"superegg part 5\n", PartError::OtherVersion),
             (b"superegg part 1\n", PartError::OtherVersion),
             (b"", PartError::BrokenOff),
             (b"superegg par", PartError::BrokenOff),

@@ -9,13 +9,14 @@ use superegg_simd::Arch;
 use superegg_trace::packet::{
     CandidateHit, Columns, LANES, PacketRays, PacketTracer, VisibleSurfaces, bits, first_lanes,
 };
-use superegg_trace::{Footprint, InstancePath, TraceRay};
+use superegg_trace::{Footprint, TraceRay};
 
 use crate::camera::sample::FilmSample;
 use crate::camera::sobol::SampleKey;
 use crate::camera::view::{PacketDirections, View};
 use crate::film::first::{FirstHit, SampleResults};
 use crate::render::surface_cache::SurfaceCache;
+use crate::render::surface_ids::SurfaceIdTable;
 use crate::shade::context::{RenderContext, at_surface};
 use crate::shade::medium::Media;
 use crate::shade::phong::LobeWeights;
@@ -255,26 +256,30 @@ impl<'a> PrimaryHits<'a> {
         }
     }
 
-    /// Writes depth, normal, albedo and instance id of the first hit of each sample.
+    /// Writes depth, normal, albedo and ids of the first hit of each sample.
     pub(crate) fn write_first_hits(
         &self,
         camera: &CameraPaths<'a>,
         samples: usize,
+        table: &mut SurfaceIdTable<'_>,
         results: &mut SampleResults,
     ) {
         results.first_hits.resize(samples, None);
         for (point, &candidate) in self.shaded.points.iter().zip(&self.shaded.candidates) {
-            let id = match &point.owner {
-                SurfaceOwner::Instance(path) => candidate
-                    .and_then(|candidate| self.surfaces.get(candidate))
-                    .map_or_else(|| camera.context.scene.instance_id(path), |surface| surface.id),
-                SurfaceOwner::Floor => InstancePath::FLOOR_ID,
+            let ids = match &point.owner {
+                SurfaceOwner::Instance(path) => {
+                    match candidate.and_then(|candidate| self.surfaces.get(candidate)) {
+                        Some(surface) => surface.ids(table),
+                        None => table.of(path),
+                    }
+                }
+                SurfaceOwner::Floor => table.of_floor(),
             };
             results.first_hits[point.state.pixel] = Some(FirstHit {
                 depth: camera.view.depth(point.position) as f32,
                 normal: point.facing_normal().as_vec3(),
                 albedo: point.albedo.as_vec3(),
-                id,
+                ids,
             });
         }
         for resolved in &self.visible.resolved {
@@ -288,7 +293,7 @@ impl<'a> PrimaryHits<'a> {
                     depth: self.visible.surface_at(pixel).t as f32,
                     normal: Vec3::from_array(normal),
                     albedo: surface.material.color.as_vec3(),
-                    id: surface.id,
+                    ids: surface.ids(table),
                 });
             }
         }

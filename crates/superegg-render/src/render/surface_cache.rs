@@ -7,7 +7,9 @@ use superegg_geom::glam::{DAffine3, DMat3};
 use superegg_trace::packet::{Columns, PacketTracer, f32_columns};
 use superegg_trace::{CompiledScene, InstancePath, Target};
 
+use crate::film::first::SurfaceIds;
 use crate::render::lane_kernels::PlainMaterial;
+use crate::render::surface_ids::SurfaceIdTable;
 use crate::shade::point::MaterialRef;
 
 /// The shading data of the candidates of one tile.
@@ -27,8 +29,8 @@ pub(crate) struct PreparedSurface<'a> {
     /// The index of the primitive; `None` for a proxy.
     pub(crate) primitive: Option<u32>,
     pub(crate) path: Rc<InstancePath>,
-    /// The instance id.
-    pub(crate) id: u32,
+    /// Computed at the first hit whose ids are wanted.
+    ids: OnceCell<SurfaceIds>,
     /// The material and the normal map in f32, if the lane kernels can shade the surface.
     pub(crate) plain: Option<(PlainMaterial, Columns)>,
 }
@@ -37,6 +39,11 @@ impl PreparedSurface<'_> {
     /// The map from the unit shape to the world.
     pub(crate) fn world_from_unit(&self, tracer: &PacketTracer<'_>, candidate: u32) -> &DAffine3 {
         self.world_from_unit.get_or_init(|| tracer.candidate(candidate).world_from_unit())
+    }
+
+    /// The ids of the surface.
+    pub(crate) fn ids(&self, table: &mut SurfaceIdTable<'_>) -> SurfaceIds {
+        *self.ids.get_or_init(|| table.of(&self.path))
     }
 }
 
@@ -83,7 +90,7 @@ impl<'a> SurfaceCache<'a> {
                     .and_then(|plain| Some((plain, f32_columns(&normal_map)?.0))),
                 material,
                 primitive,
-                id: scene.instance_id(&path),
+                ids: OnceCell::new(),
                 path,
             }
         })

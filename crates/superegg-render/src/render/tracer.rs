@@ -7,14 +7,15 @@ use superegg_trace::packet::ShadowRays;
 
 use crate::camera::sample::FilmSample;
 use crate::camera::view::View;
-use crate::film::first::SampleResults;
+use crate::film::first::{FirstLight, SampleResults};
 use crate::render::lane_lighting::LaneLighting;
 use crate::render::point_shadows::PointShadows;
 use crate::render::primary_hits::{CameraPaths, PrimaryHits};
 use crate::render::shadow_queue::ShadowQueue;
+use crate::render::surface_ids::SurfaceIdTable;
 use crate::shade::context::RenderContext;
 use crate::shade::direct;
-use crate::shade::path::add_indirect_light;
+use crate::shade::path::{add_indirect_light, trace_first_paths};
 use crate::shade::shadow_batch::add_transmitted;
 use crate::shade::state::ShadingState;
 use crate::shade::surfaces::Surfaces;
@@ -32,17 +33,28 @@ pub(crate) struct TileTracer<'a> {
     point_shadows: PointShadows,
     shadow_queue: ShadowQueue,
     results: SampleResults,
-    needs_first_hits: bool,
+    needs: SampleNeeds,
+    /// The ids of the tile's surfaces.
+    pub(crate) ids: SurfaceIdTable<'a>,
+}
+
+/// The results that are needed of each sample, beside its colour.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SampleNeeds {
+    /// The first hit.
+    pub(crate) first_hits: bool,
+    /// The light of first surfaces.
+    pub(crate) passes: bool,
 }
 
 impl<'a> TileTracer<'a> {
-    /// For pictures of `samples` samples per pixel. [`SampleResults::first_hits`] stays empty
-    /// without `needs_first_hits`.
+    /// For pictures of `samples` samples per pixel.
     pub(crate) fn new(
         context: RenderContext<'a>,
         view: &'a View,
         samples: u32,
-        needs_first_hits: bool,
+        needs: SampleNeeds,
+        ids: SurfaceIdTable<'a>,
     ) -> Self {
         Self {
             camera: CameraPaths::new(context, view, samples),
@@ -53,7 +65,8 @@ impl<'a> TileTracer<'a> {
             point_shadows: PointShadows::new(),
             shadow_queue: ShadowQueue::default(),
             results: SampleResults::default(),
-            needs_first_hits,
+            needs,
+            ids,
         }
     }
 
@@ -76,11 +89,37 @@ impl<'a> TileTracer<'a> {
     /// [`TileTracer::trace`] by paths.
     fn trace_paths(&mut self, samples: &[FilmSample]) -> &mut SampleResults {
         self.find_primary_hits(samples, false);
-        self.add_light();
         let Self { camera, stats, hits, results, instances, .. } = self;
+        let context = camera.context;
         let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
-        add_indirect_light(camera.context, &hits.shaded.points, &mut shading);
+        direct::add_emission(&hits.shaded.points, &mut shading);
+        self.keep_emission();
+        self.add_light();
+        let Self { stats, hits, results, instances, .. } = self;
+        let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
+        let points = trace_first_paths(context, &hits.shaded.points, &mut shading);
+        self.keep_direct_light();
+        let Self { stats, results, instances, .. } = self;
+        let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
+        add_indirect_light(context, points, &mut shading);
         self.finish(samples.len())
+    }
+
+    /// Keeps the light so far as that of no surface, if passes are needed.
+    fn keep_emission(&mut self) {
+        if self.needs.passes {
+            let SampleResults { colors, passes, .. } = &mut self.results;
+            passes.clear();
+            passes.extend(colors.iter().map(|&emission| FirstLight { emission, direct: DVec3::ZERO }));
+        }
+    }
+
+    /// Keeps the light since then as that of one surface.
+    fn keep_direct_light(&mut self) {
+        let SampleResults { colors, passes, .. } = &mut self.results;
+        for (pass, &color) in passes.iter_mut().zip(&*colors) {
+            pass.direct = color - pass.emission;
+        }
     }
 
     /// The unoccluded fraction of the hemisphere at each first hit as a grey level, and black where
@@ -123,8 +162,8 @@ impl<'a> TileTracer<'a> {
     fn finish(&mut self, samples: usize) -> &mut SampleResults {
         self.stats.coarsened.rays += self.hits.tracer.take_coarsened().rays;
         self.results.first_hits.clear();
-        if self.needs_first_hits {
-            self.hits.write_first_hits(&self.camera, samples, &mut self.results);
+        if self.needs.first_hits {
+            self.hits.write_first_hits(&self.camera, samples, &mut self.ids, &mut self.results);
         }
         &mut self.results
     }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::AmbientOcclusion;
-use superegg_trace::{CompiledScene, TraceRay};
+use superegg_trace::{CompiledScene, InstanceNumbers, TraceRay};
 
 use crate::camera::placement::{SamplePlacement, SamplePosition};
 use crate::camera::sample::FilmSample;
@@ -12,10 +12,12 @@ use crate::camera::view::View;
 use crate::film::accumulate::{AccumulatorLayout, TileAccumulator};
 use crate::film::adaptive::StoppingRule;
 use crate::film::buffer::Film;
-use crate::film::first::{FirstHit, SampleResults};
+use crate::film::first::{FirstHit, FirstLight, SampleResults};
+use crate::film::matte::MatteLevel;
 use crate::film::tile::Tile;
 use crate::render::output::color_of_id;
-use crate::render::tracer::TileTracer;
+use crate::render::surface_ids::SurfaceIdTable;
+use crate::render::tracer::{SampleNeeds, TileTracer};
 use crate::settings::{Output, RenderSettings};
 use crate::shade::context::RenderContext;
 use crate::shade::path_resources::PathResources;
@@ -31,8 +33,9 @@ pub(crate) struct RenderJob<'a> {
     /// The rays of [`Output::Occlusion`].
     occlusion: AmbientOcclusion,
     layout: AccumulatorLayout,
-    /// Whether the first hit of each sample is needed.
-    needs_first_hits: bool,
+    needs: SampleNeeds,
+    /// The small numbers of layers.
+    numbers: Option<InstanceNumbers<'a>>,
     cancel: Option<&'a AtomicBool>,
 }
 
@@ -46,7 +49,12 @@ impl<'a> RenderJob<'a> {
     ) -> Self {
         let picture = &settings.picture;
         let stopping = StoppingRule::of(picture, settings.development());
-        let layout = AccumulatorLayout { squares: !stopping.is_fixed(), layers: settings.keeps_layers() };
+        let layout = AccumulatorLayout {
+            squares: !stopping.is_fixed(),
+            layers: settings.keeps_layers(),
+            passes: settings.keeps_passes(),
+            mattes: settings.keeps_mattes(),
+        };
         let is_first_hit_output = matches!(settings.output, Output::Normal | Output::Albedo | Output::Id);
         Self {
             context: RenderContext::new(scene, settings, paths),
@@ -56,7 +64,11 @@ impl<'a> RenderJob<'a> {
             stopping,
             occlusion: Output::occlusion(settings, scene),
             layout,
-            needs_first_hits: layout.layers || picture.transparent || is_first_hit_output,
+            needs: SampleNeeds {
+                first_hits: layout.layers || picture.transparent || is_first_hit_output,
+                passes: layout.passes,
+            },
+            numbers: layout.layers.then(|| InstanceNumbers::of(scene)),
             cancel,
         }
     }
@@ -67,7 +79,7 @@ impl<'a> RenderJob<'a> {
 
     /// Replaces the light of samples by the output of the picture.
     fn apply_output(&self, samples: &[FilmSample], results: &mut SampleResults) {
-        let SampleResults { colors, first_hits } = results;
+        let SampleResults { colors, passes, first_hits } = results;
         let mut paint = |color: &dyn Fn(&FirstHit) -> DVec3| {
             for (to, first) in colors.iter_mut().zip(&*first_hits) {
                 *to = first.as_ref().map_or(DVec3::ZERO, color);
@@ -77,7 +89,7 @@ impl<'a> RenderJob<'a> {
             Output::Light | Output::Depth | Output::Occlusion => {}
             Output::Normal => paint(&|first| (0.5 + 0.5 * first.normal).as_dvec3()),
             Output::Albedo => paint(&|first| first.albedo.as_dvec3()),
-            Output::Id => paint(&|first| color_of_id(first.id)),
+            Output::Id => paint(&|first| color_of_id(first.ids.id)),
             Output::Steps => {
                 let footprint = self.view.footprint(self.settings.picture.samples);
                 for (to, sample) in colors.iter_mut().zip(samples) {
@@ -87,8 +99,11 @@ impl<'a> RenderJob<'a> {
             }
         }
         if self.settings.picture.transparent {
-            for (color, _) in colors.iter_mut().zip(first_hits).filter(|(_, first)| first.is_none()) {
-                *color = DVec3::ZERO;
+            for (i, _) in first_hits.iter().enumerate().filter(|(_, first)| first.is_none()) {
+                colors[i] = DVec3::ZERO;
+                if let Some(pass) = passes.get_mut(i) {
+                    *pass = FirstLight::default();
+                }
             }
         }
     }
@@ -110,7 +125,13 @@ impl<'j, 'a> Worker<'j, 'a> {
         let samples = job.settings.picture.samples;
         Self {
             job,
-            tracer: TileTracer::new(job.context, &job.view, samples, job.needs_first_hits),
+            tracer: TileTracer::new(
+                job.context,
+                &job.view,
+                samples,
+                job.needs,
+                SurfaceIdTable::new(job.context.scene, job.numbers.as_ref(), job.layout.mattes),
+            ),
             batch: Batch::default(),
             accumulator: TileAccumulator::new(job.placement.mass()),
             block_order: Vec::new(),
@@ -127,13 +148,20 @@ impl<'j, 'a> Worker<'j, 'a> {
         }
         self.accumulator.start(tile.pixel_count(), job.layout);
         self.batch.clear();
+        self.tracer.ids.clear();
         self.tracer.stats = TraceStats::default();
         if job.stopping.is_fixed() {
             self.render_fixed(tile)?;
         } else {
             self.render_adaptive(tile)?;
         }
-        Some((self.accumulator.film(tile.size(), job.settings.picture.transparent), self.tracer.stats))
+        let mut film = self.accumulator.film(tile.size(), job.settings.picture.transparent);
+        if job.layout.mattes {
+            let kept = MatteLevel::ALL.map(|level| film.matte_ids(level));
+            let is_kept = |id: &u32| kept.iter().any(|ids| ids.contains(id));
+            film.add_matte_names(self.tracer.ids.names().filter(|(id, _)| is_kept(id)));
+        }
+        Some((film, self.tracer.stats))
     }
 
     /// Takes the same number of samples in every pixel; `None` if the render was cancelled.
@@ -209,6 +237,16 @@ impl<'j, 'a> Worker<'j, 'a> {
         for (&(pixel, is_negative), &color) in targets.iter().zip(&results.colors) {
             let first = first_hits.next().and_then(Option::as_ref);
             accumulator.add(pixel as usize, color, first, is_negative);
+        }
+        for (&(pixel, is_negative), light) in targets.iter().zip(&results.passes) {
+            accumulator.add_pass(pixel as usize, light, is_negative);
+        }
+        if job.layout.mattes {
+            for (&(pixel, is_negative), first) in targets.iter().zip(&results.first_hits) {
+                if let Some(first) = first {
+                    accumulator.add_ids(pixel as usize, &first.ids, is_negative);
+                }
+            }
         }
         self.batch.clear();
     }

@@ -159,29 +159,36 @@ struct NextRay {
     media: Media,
 }
 
-/// Adds the emission of first hits, and the light that reaches them by way of other surfaces, from shapes that shine, and
-/// from the sky. The light of the lights at the first hits themselves is not included.
-pub(crate) fn add_indirect_light<'a>(
+/// Adds the light that first hits scatter, reflect or transmit of shapes that shine and of the sky. The light of the lights
+/// is not included. Returns the points that the rays of the first hits meet.
+pub(crate) fn trace_first_paths<'a>(
     context: RenderContext<'a>,
     first: &[SurfacePoint<'a>],
     shading: &mut ShadingState<'_, 'a>,
-) {
+) -> Vec<SurfacePoint<'a>> {
     let mut paths = PathRays::new(context);
-    direct::add_emission(first, shading);
     paths.add_samples_of_emitters(first, shading);
     paths.add_samples_of_surroundings(first, shading);
     first.iter().for_each(|point| paths.push_all(point, shading));
+    paths.trace(shading)
+}
+
+/// Adds the light that reaches first hits by way of other surfaces. `points` are those of [`trace_first_paths`].
+pub(crate) fn add_indirect_light<'a>(
+    context: RenderContext<'a>,
+    mut points: Vec<SurfacePoint<'a>>,
+    shading: &mut ShadingState<'_, 'a>,
+) {
     for bounce in 1..MOST_BOUNCES {
-        if paths.rays.is_empty() {
+        if points.is_empty() {
             return;
         }
-        let points = paths.trace(shading);
         direct::add_light(context, &points, &context.lights(), false, shading);
         let mut next = PathRays::new(context);
         next.add_samples_of_emitters(&points, shading);
         next.add_samples_of_surroundings(&points, shading);
         points.iter().for_each(|point| next.push_one(point, bounce, shading));
-        paths = next;
+        points = next.trace(shading);
     }
 }
 

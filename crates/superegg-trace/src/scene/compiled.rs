@@ -237,7 +237,7 @@ impl CompiledScene {
     }
 
     /// Visits the levels of a path, as [`Group::for_each_level`].
-    fn for_each_level(&self, path: &InstancePath, mut visit: impl FnMut(&Group, Option<u32>)) {
+    pub(crate) fn for_each_level(&self, path: &InstancePath, mut visit: impl FnMut(&Group, Option<u32>)) {
         let (passed, end) = self.groups_along(path);
         for (group, index) in &passed {
             group.for_each_level(group.instances[*index as usize].name, &mut visit);

@@ -192,7 +192,7 @@ pub(crate) struct Group {
 
 impl Group {
     /// Visits the levels of a name from this group down: each with the index of its child, `None` for the root itself.
-    pub(super) fn for_each_level(&self, name: NameRef, mut visit: impl FnMut(&Self, Option<u32>)) {
+    pub(crate) fn for_each_level(&self, name: NameRef, mut visit: impl FnMut(&Self, Option<u32>)) {
         let (mut group, mut name) = (self, name);
         while let Some(folded) = name.as_folded() {
             let folded = &group.folded[folded];
