@@ -2,6 +2,7 @@
 
 pub(crate) mod filter;
 pub(crate) mod framing;
+pub(crate) mod framing_of_data;
 pub(crate) mod placement;
 pub(crate) mod sample;
 pub(crate) mod sobol;

@@ -15,6 +15,7 @@ mod shade;
 mod stats;
 
 pub use camera::framing::{Framing, facing};
+pub use camera::framing_of_data::frame_data;
 pub use camera::view::View;
 pub use environment::map::{EnvironmentMap, EnvironmentPixels};
 pub use environment::read::EnvironmentError;

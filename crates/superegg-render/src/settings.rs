@@ -205,14 +205,13 @@ impl RenderSettings {
     ///
     /// # Errors
     /// Those of `read`.
-    pub fn with_surroundings<E>(
+    pub fn with_surroundings<P: Into<Arc<EnvironmentPixels>>, E>(
         self,
         scene: &Scene,
-        read: impl FnOnce(&EnvironmentPicture) -> Result<EnvironmentPixels, E>,
+        read: impl FnOnce(&EnvironmentPicture) -> Result<P, E>,
     ) -> Result<Self, E> {
         let Some(EnvironmentLight::Picture(picture)) = &scene.environment else { return Ok(self) };
-        let pixels = Arc::new(read(picture)?);
-        let map = EnvironmentMap::new(pixels, scene.up(), picture.rotation_deg, picture.scale);
+        let map = EnvironmentMap::new(read(picture)?.into(), scene.up(), picture.rotation_deg, picture.scale);
         Ok(Self { environment: self.environment.with_map(map), ..self })
     }
 

@@ -13,8 +13,8 @@ use superegg_exchange::sqb;
 use superegg_geom::glam::{DQuat, DVec3};
 use superegg_geom::{Aabb, Exponents, TransformStep, unit_vector};
 use superegg_lang::{Session, format_number, load_text};
-use superegg_render::Framing;
-use superegg_scene::{Camera, InstanceTable, Light, LightKind, Material, Scene, TableBuilder};
+use superegg_render::frame_data;
+use superegg_scene::{InstanceTable, Material, Scene, TableBuilder};
 
 use crate::text::counted;
 
@@ -331,10 +331,7 @@ fn image_offsets(bounds: &SimulationBox, options: &DataOptions) -> Vec<DVec3> {
 
 /// The box around particles, their images and the edges of the simulation box.
 fn bounds_of(particles: &Particles, options: &DataOptions) -> Aabb {
-    let of_particle =
-        |(position, radii): (&DVec3, &DVec3)| Aabb::around(*position, DVec3::splat(radii.max_element()));
-    let one = particles.positions.iter().zip(&particles.radii).map(of_particle);
-    let one = one.fold(Aabb::EMPTY, |all, next| all.union(&next));
+    let one = particles.reach();
     let Some(bounds) = &particles.bounds else { return one };
     let mut all = one;
     for by in image_offsets(bounds, options) {
@@ -349,38 +346,10 @@ fn bounds_of(particles: &Particles, options: &DataOptions) -> Aabb {
     all
 }
 
-/// The direction from data to its camera: from the front, a little from the right and above.
-const BACKWARDS: DVec3 = DVec3::new(0.55, -0.75, 0.42);
-/// The vertical field of view of the camera, in degrees.
-const FIELD_OF_VIEW: f64 = 40.0;
-/// The name of the light of data.
-const KEY_LIGHT: &str = "key";
-
-/// Gives a scene a camera and a light that show a box, z up, on white. An empty box changes nothing.
+/// Gives a scene the camera and the light of data. An empty box changes nothing.
 pub(crate) fn frame(scene: &mut Scene, bounds: &Aabb, options: &DataOptions) {
-    let direction = Camera {
-        position: BACKWARDS,
-        target: DVec3::ZERO,
-        up: DVec3::Z,
-        fov_deg: FIELD_OF_VIEW,
-        ..Camera::default()
-    };
     let size = options.size.unwrap_or((scene.picture.width, scene.picture.height));
-    let Some(Framing { camera, .. }) = Framing::of_box(&direction, bounds, size) else { return };
-    scene.set_up(DVec3::Z);
-    (scene.camera, scene.sets_camera) = (camera, true);
-    scene.background = DVec3::ONE;
-    // Over the left shoulder, so that the three faces that are in sight get different light.
-    let (right, up, forward) = camera.frame();
-    let aside = 0.75 * up - 0.45 * forward - 0.35 * right;
-    let position = bounds.center() + 6.0 * bounds.half_extent().length() * aside;
-    let light = Light {
-        kind: LightKind::Point { position },
-        color: DVec3::splat(1.1),
-        falloff: 0.0,
-        ..Light::DEFAULT
-    };
-    scene.set_light(KEY_LIGHT, light);
+    frame_data(scene, bounds, size);
 }
 
 /// The twelve edges of a box as thin cylinders.

@@ -1,5 +1,6 @@
 //! Superquadrics as columns.
 
+use superegg_geom::Aabb;
 use superegg_geom::glam::{DQuat, DVec3};
 
 /// The box of a simulation: a corner, three edges, and which of them are periodic.
@@ -46,6 +47,14 @@ impl Particles {
     /// Whether there is no particle.
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
+    }
+
+    /// A box around all particles, however they are turned.
+    pub fn reach(&self) -> Aabb {
+        let of_particle =
+            |(position, radii): (&DVec3, &DVec3)| Aabb::around(*position, DVec3::splat(radii.max_element()));
+        let boxes = self.positions.iter().zip(&self.radii).map(of_particle);
+        boxes.fold(Aabb::EMPTY, |all, next| all.union(&next))
     }
 
     /// Appends one particle without id, colour and further columns.

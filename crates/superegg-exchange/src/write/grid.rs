@@ -100,6 +100,17 @@ impl Grid {
         let [nx, ny, nz] = self.counts;
         let mut samples = vec![0.0; nx * ny * nz];
         let threads = thread::available_parallelism().map_or(1, NonZero::get).min(nz);
+        let sample = |(k, slice): (usize, &mut [f32])| {
+            for (index, sample) in slice.iter_mut().enumerate() {
+                let steps = DVec3::new((index % nx) as f64, (index / nx) as f64, k as f64);
+                *sample = field.at(self.origin + self.spacing * steps) as f32;
+            }
+        };
+        // Where the system has no threads, none is started.
+        if threads == 1 {
+            samples.chunks_mut(nx * ny).enumerate().for_each(sample);
+            return samples;
+        }
         // Slices are dealt out in turn, since those in the middle take longest.
         let mut hands: Vec<Vec<(usize, &mut [f32])>> = (0..threads).map(|_| Vec::new()).collect();
         for (k, slice) in samples.chunks_mut(nx * ny).enumerate() {
@@ -107,14 +118,7 @@ impl Grid {
         }
         thread::scope(|scope| {
             for hand in hands {
-                scope.spawn(move || {
-                    for (k, slice) in hand {
-                        for (index, sample) in slice.iter_mut().enumerate() {
-                            let steps = DVec3::new((index % nx) as f64, (index / nx) as f64, k as f64);
-                            *sample = field.at(self.origin + self.spacing * steps) as f32;
-                        }
-                    }
-                });
+                scope.spawn(|| hand.into_iter().for_each(sample));
             }
         });
         samples

@@ -1,7 +1,5 @@
 //! Pictures of surroundings from files: Radiance HDR and OpenEXR.
 
-use std::io::Cursor;
-
 use image::ImageFormat;
 use thiserror::Error;
 
@@ -76,7 +74,7 @@ fn of_exr(bytes: &[u8]) -> Result<Pixels, EnvironmentError> {
         reason: error.to_string(),
     };
     // Memory is reserved by the sizes that the file claims.
-    let claimed = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
+    let claimed = MetaData::read_from_buffered(std::io::Cursor::new(bytes), false).map_err(damaged)?;
     for Vec2(width, height) in claimed.headers.iter().map(|header| header.layer_size) {
         if width.saturating_mul(height) > MOST_UNSEEN + MOST_PER_BYTE * bytes.len() {
             return Err(EnvironmentError::Size { width, height });
@@ -93,7 +91,7 @@ fn of_exr(bytes: &[u8]) -> Result<Pixels, EnvironmentError> {
         )
         .first_valid_layer()
         .all_attributes()
-        .from_buffered(Cursor::new(bytes))
+        .from_buffered(std::io::Cursor::new(bytes))
         .map_err(damaged)?;
     let size = image.layer_data.size;
     Ok((size.width(), size.height(), image.layer_data.channel_data.pixels.1))

@@ -12,6 +12,7 @@ use superegg_scene::{Encoding, Picture, Tone};
 use crate::film::buffer::Film;
 use crate::film::dither;
 use crate::film::encoded::{EncodedPicture, ImageError, PictureNote, png_of_strips};
+use crate::film::tile::Tile;
 use crate::film::tone::ToneCurve;
 
 /// How a film becomes a picture: exposure, tone mapping, encoding and the layout of the file.
@@ -93,14 +94,14 @@ impl Development {
 
     /// The picture in 8 bits: red, green and blue of each pixel. A transparent background is black.
     pub fn rgb8(&self, film: &Film) -> Vec<u8> {
-        self.rgb8_from(film, 0)
+        self.rgb8_from(film, (0, 0))
     }
 
-    /// [`Development::rgb8`] of rows of a picture, from this one on.
-    fn rgb8_from(&self, film: &Film, first_row: u32) -> Vec<u8> {
+    /// [`Development::rgb8`] of a part of a picture, whose top left pixel is `origin`.
+    fn rgb8_from(&self, film: &Film, origin: (u32, u32)) -> Vec<u8> {
         if self.dither {
             let developed = film.colors().iter().map(|&color| self.value(color));
-            return self.dithered(film.width(), first_row, developed).flatten().collect();
+            return self.dithered(film.width(), origin, developed).flatten().collect();
         }
         let (table, curve) = (ByteTable::new(self.encoding), self.tone_curve());
         let mut bytes = vec![0; 3 * film.colors().len()];
@@ -111,24 +112,24 @@ impl Development {
         bytes
     }
 
-    /// The bytes of encoded colours, row by row from this row on, dithered.
+    /// The bytes of encoded colours of a part of a picture, row by row, dithered.
     fn dithered(
         &self,
         width: u32,
-        first_row: u32,
+        (left, top): (u32, u32),
         colors: impl Iterator<Item = [f32; 3]>,
     ) -> impl Iterator<Item = [u8; 3]> {
-        let pixels = (first_row..).flat_map(move |y| (0..width).map(move |x| (x, y)));
+        let pixels = (top..).flat_map(move |y| (left..left + width).map(move |x| (x, y)));
         pixels.zip(colors).map(|((x, y), color)| color.map(|value| dither::byte(value, x, y)))
     }
 
     /// Red, green, blue and alpha of each pixel in 8 bits. The colour is not premultiplied.
-    fn rgba8(&self, film: &Film, first_row: u32) -> Vec<u8> {
+    fn rgba8(&self, film: &Film, origin: (u32, u32)) -> Vec<u8> {
         if self.dither {
             let encode = |value| encoded(value, self.encoding);
             let colors = self.developed(film).map(|(color, _)| color.map(encode));
             let alphas = self.developed(film).map(|(_, alpha)| (255.0 * alpha).round() as u8);
-            let dithered = self.dithered(film.width(), first_row, colors);
+            let dithered = self.dithered(film.width(), origin, colors);
             return dithered.zip(alphas).flat_map(|([r, g, b], alpha)| [r, g, b, alpha]).collect();
         }
         let table = ByteTable::new(self.encoding);
@@ -152,14 +153,29 @@ impl Development {
 
     /// The encoded picture.
     pub fn encode(&self, film: &Film) -> EncodedPicture {
-        self.encode_from(film, 0)
+        self.encode_from(film, (0, 0))
     }
 
-    /// Rows of the encoded picture, from this one on.
-    fn encode_from(&self, film: &Film, first_row: u32) -> EncodedPicture {
+    /// The encoded pixels of a tile: those of the whole picture there.
+    ///
+    /// ```
+    /// use superegg_render::{Development, Film, tiles};
+    /// use superegg_scene::Picture;
+    ///
+    /// let development = Development::of(&Picture { transparent: true, ..Picture::default() });
+    /// let film = Film::new(40, 20);
+    /// let tile = &tiles(40, 20)[3];
+    /// assert_eq!(development.encode_tile(&film.tile(tile), tile).values().len(), 4 * tile.pixel_count());
+    /// ```
+    pub fn encode_tile(&self, film: &Film, tile: &Tile) -> EncodedPicture {
+        self.encode_from(film, (tile.x.start, tile.y.start))
+    }
+
+    /// The encoded pixels of a part of a picture, whose top left pixel is `origin`.
+    fn encode_from(&self, film: &Film, origin: (u32, u32)) -> EncodedPicture {
         let values = match (self.bits > 8, self.transparent) {
-            (false, false) => self.rgb8_from(film, first_row),
-            (false, true) => self.rgba8(film, first_row),
+            (false, false) => self.rgb8_from(film, origin),
+            (false, true) => self.rgba8(film, origin),
             (true, _) => self.channels16(film),
         };
         let size = (film.width(), film.height());
@@ -195,7 +211,7 @@ impl Development {
         let rows = strips.map(|strip| {
             let first_row = next_row;
             next_row += strip.height();
-            self.encode_from(&strip, first_row)
+            self.encode_from(&strip, (0, first_row))
         });
         png_of_strips(size, rows, notes)
     }

@@ -57,6 +57,12 @@ impl EncodedPicture {
         self.size.1
     }
 
+    /// The values, row by row: red, green, blue and, for a transparent background, alpha of each pixel;
+    /// one byte each, or two, big-endian.
+    pub fn values(&self) -> &[u8] {
+        &self.values
+    }
+
     fn channels(&self) -> usize {
         if self.has_alpha { 4 } else { 3 }
     }

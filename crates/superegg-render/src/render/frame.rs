@@ -162,8 +162,6 @@ pub fn render_tiles(
     if found != (width, height) {
         return Err(RenderError::FilmSize { found, expected: (width, height) });
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
-    let pool = pool.map_err(|error| RenderError::Threads(error.into()))?;
     let settings = &settings.for_output();
     let paths = PathResources::of(scene, settings);
     let job = RenderJob::new(scene, settings, &paths, options.cancel);
@@ -171,7 +169,7 @@ pub fn render_tiles(
     let stats = Mutex::new(TraceStats::default());
     let wanted: Vec<(usize, Tile)> =
         tiles(width, height).into_iter().enumerate().filter(|(index, _)| (work.wanted)(*index)).collect();
-    pool.install(|| {
+    on_threads(options.threads, || {
         wanted.into_par_iter().for_each_init(
             || Worker::new(&job),
             |worker, (index, tile)| {
@@ -189,6 +187,17 @@ pub fn render_tiles(
                 }
             },
         );
-    });
+    })?;
     Ok(stats.into_inner().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Does work on a thread pool of its own; in the calling thread where the system has none, in WebAssembly.
+fn on_threads(count: usize, work: impl FnOnce() + Send) -> Result<(), RenderError> {
+    if cfg!(target_family = "wasm") {
+        work();
+        return Ok(());
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+    pool.map_err(|error| RenderError::Threads(error.into()))?.install(work);
+    Ok(())
 }
