@@ -12,6 +12,9 @@
 //! calls and has none of the heavy dependencies; each attempt to open a window returns
 //! [`NoWindow::NotBuilt`]. A program that calls it needs no conditional code.
 //!
+//! The feature `state` brings what a front end without this window needs: arcball, eye, keys, and the
+//! tests of the course text as data. It is part of `window`.
+//!
 //! Hidden items serve the project's own tests and may change at any time.
 
 mod frame_stats;
@@ -29,7 +32,7 @@ mod commands;
 pub mod draw;
 #[cfg(feature = "window")]
 mod event;
-#[cfg(feature = "window")]
+#[cfg(feature = "state")]
 mod input;
 #[cfg(feature = "window")]
 mod live;
@@ -40,6 +43,8 @@ mod panel;
 #[cfg(feature = "window")]
 #[doc(hidden)]
 pub mod preview;
+#[cfg(feature = "state")]
+mod queries;
 #[cfg(feature = "window")]
 mod text;
 #[cfg(feature = "window")]
@@ -53,11 +58,17 @@ pub use protocol::{Document, Frames, FromViewer, NoWindow, Shown};
 #[cfg(not(feature = "window"))]
 pub use absent::{Viewer, ViewerHandle, bench};
 
+#[cfg(feature = "state")]
+pub use {
+    input::{Arcball, Eye, ViewSide, keys},
+    queries::{CastHit, GridChoice, GridSpec, IoGrid, cast},
+};
+
 #[cfg(feature = "window")]
 pub use {
     bench::bench,
     draw::GpuError,
-    input::{Arcball, Eye, FileAction, Request, Tool, ViewSide, ViewState, Viewport, keys},
+    input::{FileAction, Request, Tool, ViewState, Viewport},
     viewer::{Viewer, ViewerHandle},
 };
 

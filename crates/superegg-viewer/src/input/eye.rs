@@ -193,11 +193,17 @@ impl Eye {
         if lights_turn || self.is_home {
             return lights.to_vec();
         }
-        let back = self.world_rotation().inverse();
-        let map = DAffine3::from_translation(self.pivot)
-            * DAffine3::from_quat(back)
-            * DAffine3::from_translation(-self.pivot);
+        let map = self.light_map();
         lights.iter().map(|light| light.through(&map)).collect()
+    }
+
+    /// The map that lights go through if they stay with the eye: the scene's rotation back about the
+    /// pivot.
+    pub fn light_map(&self) -> DAffine3 {
+        let back = self.world_rotation().inverse();
+        DAffine3::from_translation(self.pivot)
+            * DAffine3::from_quat(back)
+            * DAffine3::from_translation(-self.pivot)
     }
 }
 

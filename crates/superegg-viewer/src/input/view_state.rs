@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use superegg_geom::glam::{DVec2, DVec3};
-use superegg_geom::{Aabb, Ray, unit_vector};
+use superegg_geom::{Aabb, Ray};
 use superegg_render::{Output, View};
 use superegg_scene::{Camera, Shading, ViewSettings};
 
 use super::eye::Eye;
 use super::gizmo::Tool;
 use super::keys::{Action, SCALE_STEP};
+use super::view_side::ViewSide;
 use super::viewport::Viewport;
 use crate::commands;
 
@@ -82,42 +83,6 @@ pub enum Request {
     DeleteChild,
     /// Duplicate the selected child.
     DuplicateChild,
-}
-
-/// The side that the scene is seen from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ViewSide {
-    /// The front.
-    Front,
-    /// The back.
-    Back,
-    /// The right.
-    Right,
-    /// The left.
-    Left,
-    /// The top.
-    Top,
-    /// The bottom.
-    Bottom,
-}
-
-impl ViewSide {
-    /// The direction of the eye and the one that is up on the screen, in a scene with this direction
-    /// up. The front is towards +z, or towards -y if z is up.
-    pub fn directions(self, up: DVec3) -> (DVec3, DVec3) {
-        let up = unit_vector(up).unwrap_or(DVec3::Y);
-        let towards = if up.z.abs() > 0.9 { DVec3::NEG_Y } else { DVec3::Z };
-        let front = unit_vector(towards - towards.dot(up) * up).unwrap_or(DVec3::X);
-        let right = up.cross(front);
-        match self {
-            Self::Front => (front, up),
-            Self::Back => (-front, up),
-            Self::Right => (right, up),
-            Self::Left => (-right, up),
-            Self::Top => (up, -front),
-            Self::Bottom => (-up, front),
-        }
-    }
 }
 
 /// An action with files. It may ask for a file, or about unsaved changes.

@@ -10,8 +10,8 @@ use superegg_scene::{Camera, Scene};
 use superegg_trace::CompiledScene;
 
 use super::latest::LatestWorker;
-use crate::overlay::io_grid::{GridChoice, GridSpec, IoGrid};
 use crate::preview::{Preview, PreviewBudget, SceneIndex};
+use crate::queries::{GridChoice, GridSpec, IoGrid};
 
 /// A request for everything that depends on a scene.
 #[derive(Clone, Debug)]

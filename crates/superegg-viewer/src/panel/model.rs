@@ -6,8 +6,8 @@ use super::files::FileEvent;
 use crate::input::gizmo::Handles;
 use crate::input::keys::Action;
 use crate::input::{FileAction, ViewSide};
-use crate::overlay::cast::CastHit;
 use crate::protocol::{Document, Frames};
+use crate::queries::CastHit;
 
 /// Everything that the panel shows.
 pub(crate) struct PanelModel<'a> {

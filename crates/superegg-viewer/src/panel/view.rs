@@ -9,8 +9,8 @@ use super::model::PanelEvent;
 use crate::commands::DECIMALS;
 use crate::input::ViewState;
 use crate::input::keys::Action;
-use crate::overlay::cast::CastHit;
 use crate::protocol::Frames;
+use crate::queries::CastHit;
 use crate::text::{number_text, vector_text};
 
 /// The switches of the view.

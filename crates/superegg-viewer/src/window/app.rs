@@ -28,9 +28,9 @@ use crate::input::gizmo::GizmoDrag;
 use crate::input::keys::Action;
 use crate::input::{FileAction, Request, ViewState};
 use crate::live::tracer::Pass;
-use crate::overlay::cast::cast;
 use crate::panel::{Files, Panel, PanelEvent, PanelModel};
 use crate::protocol::{FromViewer, Shown};
+use crate::queries::cast;
 
 /// Pixels of smooth scrolling that count as one notch of the wheel.
 const NOTCH_PX: f64 = 50.0;

@@ -13,8 +13,8 @@ use crate::event::Event;
 use crate::input::ViewState;
 use crate::live::tracer::Tracer;
 use crate::live::worker::{SceneRequest, SceneResult, SceneWorker};
-use crate::overlay::io_grid::{GridChoice, IoGrid};
 use crate::preview::{Preview, PreviewBudget};
+use crate::queries::{GridChoice, IoGrid};
 
 /// The background threads and their latest results.
 #[derive(Debug)]

@@ -8,7 +8,7 @@ use super::app::App;
 use crate::commands;
 use crate::input::gizmo::Handles;
 use crate::input::{Projection, ViewSide};
-use crate::overlay::cast::cast;
+use crate::queries::cast;
 
 impl App {
     fn projection(&self) -> Projection {

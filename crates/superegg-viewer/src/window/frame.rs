@@ -11,9 +11,11 @@ use super::surface::OpenWindow;
 use crate::draw::{FilmTexture, Line, Mark, Picture, Selected, Style, Target};
 use crate::input::{ViewState, Viewport};
 use crate::overlay::annotations::{axes, light_marks};
-use crate::overlay::cast::{CastHit, cast, lines_and_marks};
+use crate::overlay::cast::lines_and_marks;
+use crate::overlay::io_grid::marks;
 use crate::panel::{Files, Panel, PanelEvent, PanelModel};
 use crate::preview::Preview;
+use crate::queries::{CastHit, cast};
 
 /// A picture of the scene with its annotations.
 pub(super) struct Composed<'a> {
@@ -71,7 +73,7 @@ impl<'a> Composed<'a> {
             composed.marks.extend(light_marks(&composed.lights, &camera, scene.picture.encoding));
         }
         if let Some(grid) = background.grid().filter(|_| settings.io_test) {
-            composed.marks.extend(grid.marks(settings, settings.wireframe));
+            composed.marks.extend(marks(grid, settings, settings.wireframe));
         }
         if let Some((ray, hit)) = intersection_test(content, background, view) {
             let distance = (camera.target - camera.position).length();
