@@ -1,0 +1,77 @@
+#!/usr/bin/env bash
+# Builds the WebAssembly module, the npm package around it (package/dist) and the page (page/dist).
+#
+#     crates/superegg-web/build.sh            # all
+#     crates/superegg-web/build.sh --engine   # the module and the package only
+#
+# It needs Node.js 20 and npm 11, and the standard library of Rust for WebAssembly:
+#
+#     rustup target add wasm32-unknown-unknown
+#     cargo install wasm-bindgen-cli --version "$(crates/superegg-web/build.sh --bindgen-version)"
+#
+# or, where rustup has none, Debian's compiler, which builds it from its source in some minutes:
+#
+#     apt-get install rustc-web cargo-web rust-web-src lld-22
+#
+# wasm-opt (binaryen) makes the module smaller, where it is. Status 3: a tool is missing.
+set -euo pipefail
+cd "$(dirname "$0")"
+root=$(cd ../.. && pwd)
+
+# The command has to have the version of the library.
+bindgen=$(awk '/^name = "wasm-bindgen"$/ { getline; gsub(/"/, "", $3); print $3 }' "$root/Cargo.lock")
+if [ "${1:-}" = --bindgen-version ]; then
+    echo "$bindgen"
+    exit 0
+fi
+
+missing() {
+    echo "missing: $1" >&2
+    exit 3
+}
+
+command -v npm >/dev/null || missing "npm"
+[ "$(wasm-bindgen --version 2>/dev/null)" = "wasm-bindgen $bindgen" ] ||
+    missing "wasm-bindgen $bindgen: cargo install wasm-bindgen-cli --version $bindgen"
+
+target=wasm32-unknown-unknown
+build=(-p superegg-web --profile web --target "$target" --locked)
+flags="-C target-feature=+simd128"
+# Deep scenes need more than the linker's 1 MiB.
+link=(-- -C link-arg=-zstack-size=4194304)
+out=${CARGO_TARGET_DIR:-$root/target}
+if rustup target list --installed 2>/dev/null | grep -qx "$target"; then
+    (cd "$root" && CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS=$flags cargo rustc "${build[@]}" "${link[@]}")
+else
+    # A compiler beside rustup's, with the source of its library and a linker for WebAssembly.
+    linker=$(compgen -c wasm-ld | sort -V | tail -n 1)
+    [ -x /usr/bin/cargo ] && [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/src/rust/library" ] && [ -n "$linker" ] ||
+        missing "the target $target: rustup target add $target, or Debian's rustc-web, cargo-web, rust-web-src and lld-22"
+    # Its own folder: the files of the two compilers do not mix.
+    out=$out/web
+    (cd "$root" && RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 CARGO_TARGET_DIR=$out \
+        CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=$linker \
+        CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS="$flags -C linker-flavor=wasm-ld" \
+        /usr/bin/cargo rustc "${build[@]}" -Zbuild-std=std,panic_abort "${link[@]}")
+fi
+
+wasm-bindgen --target web --omit-default-module-path --out-dir package/engine --out-name superegg \
+    "$out/$target/web/superegg_web.wasm"
+module=package/engine/superegg_bg.wasm
+if command -v wasm-opt >/dev/null; then
+    # Plain SIMD: the module must not need more than the engines of 2021 have.
+    wasm-opt -O2 --enable-simd --enable-bulk-memory --enable-sign-ext --enable-nontrapping-float-to-int \
+        --enable-mutable-globals --enable-reference-types --enable-multivalue "$module" -o "$module.new"
+    mv "$module.new" "$module"
+else
+    echo "without wasm-opt the module stays some per cent larger" >&2
+fi
+printf 'module: %d bytes, %d compressed\n' "$(wc -c <"$module")" "$(gzip -9c "$module" | wc -c)"
+
+[ -d node_modules ] || npm ci --no-audit --no-fund --ignore-scripts --silent
+npm run --silent build --workspace package
+[ "${1:-}" = --engine ] && exit 0
+# Scenes that pages name by their address.
+mkdir -p page/public/scenes
+cp ../../scenes/*.scn ../../scenes/*.hdr page/public/scenes
+npm run --silent build --workspace page

@@ -1,0 +1,159 @@
+// <superegg-scene>: a scene in a page, ray traced, that can be turned.
+//
+//     <superegg-scene src="snowman.scn" label="A snowman"></superegg-scene>
+//     <superegg-scene>prm egg
+//     exp 1 .9</superegg-scene>
+
+import type { SceneSource } from './types.js';
+import { SceneView } from './view.js';
+
+/** A longer file is refused. */
+const MOST_BYTES = 64 * 2 ** 20;
+
+const STYLE = `
+:host { display: block; aspect-ratio: 4 / 3; position: relative; contain: content; }
+canvas { width: 100%; height: 100%; display: block; touch-action: none; cursor: grab; outline-offset: -2px; }
+canvas:active { cursor: grabbing; }
+p { position: absolute; inset: auto 0 0 0; margin: 0; padding: .5em .75em; font: 13px/1.4 system-ui, sans-serif;
+    color: #fff; background: #a3241fe6; white-space: pre-wrap; }
+p:empty { display: none; }`;
+
+const TURNS: Record<string, string> = {
+  ArrowLeft: 'TurnLeft', ArrowRight: 'TurnRight', ArrowUp: 'TurnUp', ArrowDown: 'TurnDown',
+  '+': 'Larger', '=': 'Larger', '-': 'Smaller', Home: 'Home',
+};
+
+/**
+ * A scene as an element. Attributes: `src`, the address of a scene or of a file of another program; without it the
+ * element's text is the scene. `label`, for screen readers. `workers`, default: half the cores. Events: `load`, `error`.
+ */
+export class SupereggScene extends HTMLElement {
+  static observedAttributes = ['src', 'label'];
+  private view: SceneView | undefined;
+  private canvas = document.createElement('canvas');
+  private message = document.createElement('p');
+  private seen: IntersectionObserver | undefined;
+  private count = 0;
+
+  constructor() {
+    super();
+    const root = this.attachShadow({ mode: 'open' });
+    const style = document.createElement('style');
+    style.textContent = STYLE;
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute('role', 'img');
+    this.message.setAttribute('role', 'status');
+    root.append(style, this.canvas, this.message);
+    this.canvas.addEventListener('keydown', (event) => {
+      const action = event.ctrlKey || event.metaKey || event.altKey ? undefined : TURNS[event.key];
+      if (action && this.view?.act(action)) event.preventDefault();
+    });
+  }
+
+  connectedCallback(): void {
+    this.describe();
+    // Scenes far down a page wait until they are near the window.
+    this.seen = new IntersectionObserver((entries) => {
+      if (!entries.some((entry) => entry.isIntersecting)) return;
+      this.seen?.disconnect();
+      this.begin();
+    }, { rootMargin: '200px' });
+    this.seen.observe(this);
+  }
+
+  disconnectedCallback(): void {
+    this.seen?.disconnect();
+    this.view?.close();
+    this.view = undefined;
+  }
+
+  attributeChangedCallback(name: string): void {
+    if (name === 'label') this.describe();
+    else if (this.view) void this.load();
+  }
+
+  /** Shows a text or a file in place of what the element shows. */
+  async show(source: SceneSource): Promise<void> {
+    this.count += 1;
+    this.begin(false);
+    await this.tell(source);
+  }
+
+  private describe(): void {
+    const label = this.getAttribute('label') ?? 'A ray traced scene';
+    this.canvas.setAttribute('aria-label', `${label}. Arrow keys turn it, plus and minus zoom.`);
+  }
+
+  private begin(loads = true): void {
+    if (this.view || !this.isConnected) return;
+    const cores = navigator.hardwareConcurrency || 2;
+    const workers = Number(this.getAttribute('workers')) || Math.ceil(cores / 2);
+    this.view = new SceneView(this.canvas, { workers });
+    this.view.on('error', (error) => this.fail(error));
+    if (loads) void this.load();
+  }
+
+  private async load(): Promise<void> {
+    this.count += 1;
+    const { count } = this;
+    try {
+      const source = await this.source();
+      if (count === this.count) await this.tell(source);
+    } catch (error) {
+      if (count === this.count) this.fail(error);
+    }
+  }
+
+  private async tell(source: SceneSource): Promise<void> {
+    try {
+      const info = await this.view?.show(source);
+      if (!info) return;
+      const error = info.findings.find((finding) => finding.severity === 'error');
+      this.message.textContent = error ? `line ${error.line}: ${error.message}` : '';
+      this.dispatchEvent(new CustomEvent('load', { detail: info }));
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  private fail(error: unknown): void {
+    this.message.textContent = error instanceof Error ? error.message : String(error);
+    this.dispatchEvent(new ErrorEvent('error', { message: this.message.textContent }));
+  }
+
+  private async source(): Promise<SceneSource> {
+    const src = this.getAttribute('src');
+    if (src === null) return this.textContent ?? '';
+    const address = new URL(src, this.baseURI);
+    const bytes = await fetchBytes(address);
+    const name = decodeURIComponent(address.pathname.split('/').pop() ?? 'scene');
+    const named = surroundingsOf(bytes);
+    const surroundings = named ? await fetchBytes(new URL(named, address)).catch(() => undefined) : undefined;
+    return surroundings ? { name, bytes, surroundings } : { name, bytes };
+  }
+}
+
+/** The file that a scene names as the picture of its surroundings. */
+export function surroundingsOf(scene: Uint8Array): string | undefined {
+  const head = new TextDecoder().decode(scene.subarray(0, 1 << 16));
+  const found = /^\s*environment\s+(?:"([^"]+)"|(\S+))/im.exec(head);
+  return found?.[1] ?? found?.[2];
+}
+
+/** The bytes at an address, unless they are too many. */
+export async function fetchBytes(address: URL): Promise<Uint8Array> {
+  const response = await fetch(address);
+  if (!response.ok) throw new Error(`there is nothing at ${address.href} (${response.status})`);
+  const isLong = Number(response.headers.get('content-length') ?? 0) > MOST_BYTES;
+  const bytes = isLong ? undefined : new Uint8Array(await response.arrayBuffer());
+  if (!bytes || bytes.length > MOST_BYTES) throw new Error(`the file has more than ${MOST_BYTES} bytes`);
+  return bytes;
+}
+
+if (!customElements.get('superegg-scene')) customElements.define('superegg-scene', SupereggScene);
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'superegg-scene': SupereggScene;
+  }
+}

@@ -1,0 +1,103 @@
+//! The records that cross to JavaScript as JSON. `package/types.d.ts` declares the same.
+
+use std::fmt::Display;
+
+use serde::{Deserialize, Serialize};
+use superegg_lang::{Diagnostic, Severity};
+use wasm_bindgen::JsError;
+
+/// JSON text of a record.
+pub(crate) fn json(record: &impl Serialize) -> String {
+    // Records of plain fields always have a text.
+    serde_json::to_string(record).unwrap_or_default()
+}
+
+/// A JavaScript error with this message.
+pub(crate) fn error(message: impl Display) -> JsError {
+    JsError::new(&message.to_string())
+}
+
+/// An error or a warning about a text.
+#[derive(Serialize)]
+pub(crate) struct Finding {
+    severity: &'static str,
+    code: &'static str,
+    message: String,
+    help: Option<String>,
+    /// The line, counted from 1; 0 for the whole text.
+    line: usize,
+    /// The wrong columns, in UTF-16 units from 0.
+    from: usize,
+    to: usize,
+}
+
+impl Finding {
+    /// A diagnostic about a line of this text.
+    pub(crate) fn new(diagnostic: Diagnostic, line: &str) -> Self {
+        let Diagnostic { severity, code, message, help, column, width, .. } = diagnostic;
+        let units = |columns: usize| line.chars().take(columns).map(char::len_utf16).sum();
+        Self {
+            severity: match severity {
+                Severity::Error => "error",
+                Severity::Warning => "warning",
+            },
+            code: code.as_str(),
+            message,
+            help,
+            line: diagnostic.line.unwrap_or(0),
+            from: units(column - 1),
+            to: units(column - 1 + width),
+        }
+    }
+}
+
+/// What a scene has.
+#[derive(Serialize)]
+pub(crate) struct Summary {
+    pub(crate) root: Option<String>,
+    /// The number of instances: text, because it has no bound.
+    pub(crate) instances: String,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) samples: u32,
+    /// The picture of the surroundings that the scene names, and whether it was given.
+    pub(crate) surroundings: Option<String>,
+    pub(crate) has_surroundings: bool,
+}
+
+/// A primitive, object or table.
+#[derive(Serialize)]
+pub(crate) struct Name {
+    pub(crate) name: String,
+    pub(crate) kind: &'static str,
+}
+
+/// The first hit of one ray.
+#[derive(Serialize)]
+pub(crate) struct FirstHit {
+    pub(crate) t: f64,
+    pub(crate) point: [f64; 3],
+    pub(crate) normal: [f64; 3],
+    pub(crate) path: String,
+    pub(crate) primitive: String,
+    /// `None` for a shape that is not convex.
+    pub(crate) steps: Option<u32>,
+}
+
+/// A picture to render. What is left out is as the scene has it.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default, deny_unknown_fields)]
+pub(crate) struct PictureRequest {
+    pub(crate) width: Option<u32>,
+    pub(crate) height: Option<u32>,
+    pub(crate) samples: Option<u32>,
+    /// Overrides the noise threshold of the scene; 0 for none.
+    pub(crate) noise: Option<f64>,
+    pub(crate) output: Option<String>,
+    /// Position, target, up, field of view in degrees, and height of an orthographic picture or 0.
+    pub(crate) camera: Option<[f64; 11]>,
+    /// The map of the lights, in columns.
+    pub(crate) light_map: Option<[f64; 12]>,
+    /// Part K of N, such as `2/8`.
+    pub(crate) shard: Option<String>,
+}
