@@ -13,7 +13,7 @@
 #
 #     apt-get install rustc-web cargo-web rust-web-src lld-22
 #
-# wasm-opt (binaryen) makes the module smaller, where it is. Status 3: a tool is missing.
+# Status 3: a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")"
 root=$(cd ../.. && pwd)
@@ -55,17 +55,10 @@ else
         /usr/bin/cargo rustc "${build[@]}" -Zbuild-std=std,panic_abort "${link[@]}")
 fi
 
-wasm-bindgen --target web --omit-default-module-path --out-dir package/engine --out-name superegg \
-    "$out/$target/web/superegg_web.wasm"
+# Not wasm-opt: version 108 breaks the table of references that wasm-bindgen adds, and the compressed module gets no smaller.
+wasm-bindgen --target web --omit-default-module-path --remove-name-section --remove-producers-section \
+    --out-dir package/engine --out-name superegg "$out/$target/web/superegg_web.wasm"
 module=package/engine/superegg_bg.wasm
-if command -v wasm-opt >/dev/null; then
-    # Plain SIMD: the module must not need more than the engines of 2021 have.
-    wasm-opt -O2 --enable-simd --enable-bulk-memory --enable-sign-ext --enable-nontrapping-float-to-int \
-        --enable-mutable-globals --enable-reference-types --enable-multivalue "$module" -o "$module.new"
-    mv "$module.new" "$module"
-else
-    echo "without wasm-opt the module stays some per cent larger" >&2
-fi
 printf 'module: %d bytes, %d compressed\n' "$(wc -c <"$module")" "$(gzip -9c "$module" | wc -c)"
 
 [ -d node_modules ] || npm ci --no-audit --no-fund --ignore-scripts --silent

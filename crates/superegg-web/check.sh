@@ -15,7 +15,6 @@ if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
     wanted=()
     rustup target list --installed 2>/dev/null | grep -qx wasm32-unknown-unknown || [ -x /usr/bin/cargo ] ||
         wanted+=(rustc-web cargo-web rust-web-src lld-22)
-    command -v wasm-opt >/dev/null || wanted+=(binaryen)
     command -v chromium >/dev/null || wanted+=(chromium)
     if [ ${#wanted[@]} -gt 0 ]; then
         apt-get update -qq || true

@@ -25,7 +25,7 @@ pub(crate) fn camera_of(numbers: &[f64; 11]) -> Camera {
 
 pub(crate) fn numbers_of(camera: &Camera) -> Vec<f64> {
     let Camera { position, target, up, fov_deg, ortho_height, .. } = camera;
-    let vectors = [position, target, up].into_iter().flat_map(|vector| vector.to_array());
+    let vectors = [position, target, up].into_iter().flat_map(DVec3::to_array);
     vectors.chain([*fov_deg, ortho_height.unwrap_or(0.0)]).collect()
 }
 

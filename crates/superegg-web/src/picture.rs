@@ -69,7 +69,8 @@ impl Picture {
     ) -> Result<Self, JsError> {
         let shard = shard.map_or(Ok(Shard::WHOLE), str::parse).map_err(error)?;
         // Depth and steps are coloured by their range, so they need their columns.
-        let settings = settings.clone().with_layers(settings.output == Output::Depth);
+        let is_depth = settings.output == Output::Depth;
+        let settings = settings.with_layers(is_depth);
         let film = Mutex::new(settings.film());
         let tiles = tiles(settings.picture.width, settings.picture.height);
         let is_done: Vec<bool> = (0..tiles.len()).map(|index| !shard.takes(index)).collect();

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use superegg_geom::glam::{DVec2, DVec3};
+use superegg_geom::glam::DVec2;
 use superegg_geom::{Aabb, Ray};
 use superegg_render::{Output, View};
 use superegg_scene::{Camera, Shading, ViewSettings};

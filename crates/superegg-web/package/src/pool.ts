@@ -5,7 +5,10 @@ import { compiledModule, inNode } from './engine.js';
 import type { Answers, FromWorker, Question, SceneInfo, Size, ToWorker } from './protocol.js';
 import type { PictureRequest, Pixels, SceneSource } from './types.js';
 
-/** A new scene or picture waits this long for a worker that is still busy with an old one. */
+/**
+ * A new scene waits this long for a worker that is still busy with an old one; a new picture so much longer as the scene took to
+ * load, which a successor would have to do again.
+ */
 const PATIENCE_MS = 40;
 /** A slice of work between two looks for messages. */
 const SLICE_MS = 12;
@@ -40,6 +43,10 @@ interface Member {
   waiting: ToWorker[];
   /** The number of the last scene or picture that it has begun. */
   begun: number;
+  /** Whether it has work that is not finished. A worker that has none is only slow to wake. */
+  isBusy: boolean;
+  /** The time that it took to load the scene. */
+  loadMs: number;
 }
 
 /** A picture in the making. */
@@ -89,7 +96,7 @@ export class WorkerPool {
     const cores = (globalThis.navigator as Navigator | undefined)?.hardwareConcurrency ?? 2;
     this.size = Math.max(1, Math.min(size ?? cores, 8));
     this.members = Array.from({ length: this.size }, () => ({
-      thread: undefined, life: 0, isReady: false, waiting: [], begun: 0,
+      thread: undefined, life: 0, isReady: false, waiting: [], begun: 0, isBusy: false, loadMs: 0,
     }));
     this.members.forEach((_, index) => this.restart(index));
   }
@@ -185,16 +192,18 @@ export class WorkerPool {
     this.post(index, { kind: 'picture', number, request, shard: `${index + 1}/${shards}`, slice: SLICE_MS });
   }
 
-  /** Ends and replaces workers that have not begun a scene or picture in time. */
+  /** Ends and replaces workers that are busy with something else and do not begin a scene or picture in time. */
   private replaceLate(number: number): void {
-    setTimeout(() => {
-      const isWanted = this.scene?.number === number || this.job?.number === number;
-      if (this.isClosed || !isWanted) return;
-      for (const [index, member] of this.members.entries()) {
-        const isAsked = this.scene?.number === number || this.job?.left.has(index);
-        if (isAsked && member.isReady && member.begun < number) this.restart(index);
-      }
-    }, PATIENCE_MS);
+    const isScene = this.scene?.number === number;
+    for (const [index, member] of this.members.entries()) {
+      if (!member.isBusy || !(isScene || this.job?.left.has(index))) continue;
+      const { life } = member;
+      setTimeout(() => {
+        const isWanted = this.scene?.number === number || this.job?.number === number;
+        const isLate = member.isBusy && member.begun < number && member.life === life;
+        if (!this.isClosed && isWanted && isLate) this.restart(index);
+      }, isScene ? PATIENCE_MS : PATIENCE_MS + member.loadMs);
+    }
   }
 
   /** Starts a worker, in place of the one before, with the scene and its shard of the picture. */
@@ -204,7 +213,7 @@ export class WorkerPool {
     member.thread?.end();
     this.refuse(index, new Error('the worker was replaced'));
     member.life += 1;
-    Object.assign(member, { thread: undefined, isReady: false, waiting: [], begun: 0 });
+    Object.assign(member, { thread: undefined, isReady: false, waiting: [], begun: 0, isBusy: false });
     const { life } = member;
     const isCurrent = () => !this.isClosed && member.life === life;
     const hear = (message: FromWorker) => isCurrent() && this.hear(index, member, message);
@@ -249,8 +258,14 @@ export class WorkerPool {
         break;
       case 'begun':
         member.begun = message.number;
+        member.isBusy = true;
+        break;
+      case 'idle':
+        member.isBusy = false;
         break;
       case 'loaded':
+        member.isBusy = false;
+        member.loadMs = message.milliseconds;
         if (loading?.number === message.number && index === 0) {
           this.loading = undefined;
           loading.resolve(message.info);
@@ -260,6 +275,7 @@ export class WorkerPool {
         if (job?.number === message.number) job.onTiles(message.tiles, message.pixels);
         break;
       case 'done':
+        member.isBusy = false;
         if (job?.number !== message.number || !job.left.delete(index)) break;
         job.rays += message.rays;
         if (job.left.size > 0) break;
@@ -267,6 +283,7 @@ export class WorkerPool {
         job.resolve({ rays: job.rays });
         break;
       case 'failed': {
+        member.isBusy = false;
         const error = new Error(message.message);
         if (loading?.number === message.number) {
           this.loading = undefined;

@@ -18,7 +18,9 @@ export type FromWorker =
   | { kind: 'ready' }
   /** A scene or a picture is begun. */
   | { kind: 'begun'; number: number }
-  | { kind: 'loaded'; number: number; info: SceneInfo }
+  | { kind: 'loaded'; number: number; info: SceneInfo; milliseconds: number }
+  /** The picture is given up. */
+  | { kind: 'idle' }
   /** Left, top, width and height of tiles, and their pixels one after the other. */
   | { kind: 'tiles'; number: number; tiles: Uint32Array; pixels: Uint8ClampedArray<ArrayBuffer> }
   | { kind: 'done'; number: number; rays: number; milliseconds: number }

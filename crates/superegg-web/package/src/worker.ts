@@ -58,6 +58,7 @@ function load(message: Extract<ToWorker, { kind: 'scene' }>) {
   port.post({ kind: 'begun', number: message.number });
   scene?.free();
   scene = undefined;
+  const begun = performance.now();
   try {
     scene = Scene.of(message.source);
     const { inner } = scene;
@@ -65,7 +66,7 @@ function load(message: Extract<ToWorker, { kind: 'scene' }>) {
     const [width, height] = message.size ?? [summary.width, summary.height];
     const camera = inner.camera(width, height);
     const info = { summary, findings, notes, camera, up: inner.up(), bounds: inner.bounds(), lights: inner.lights() };
-    port.post({ kind: 'loaded', number: message.number, info });
+    port.post({ kind: 'loaded', number: message.number, info, milliseconds: performance.now() - begun });
   } catch (error) {
     if (error instanceof WebAssembly.RuntimeError) throw error;
     port.post({ kind: 'failed', number: message.number, message: text(error) });
@@ -164,6 +165,7 @@ port.listen((message) => {
       break;
     case 'cancel':
       stop();
+      port.post({ kind: 'idle' });
       break;
     case 'ask':
       try {

@@ -60,7 +60,7 @@ export class Editor {
           hoverTooltip((view, at) => this.hover(view, at)),
           painter,
           EditorView.lineWrapping,
-          EditorView.contentAttributes.of({ 'aria-label': 'Scene as text', spellcheck: 'false', autocapitalize: 'off' }),
+          EditorView.contentAttributes.of({ 'aria-label': 'Scene as text', tabindex: '0', spellcheck: 'false', autocapitalize: 'off' }),
           EditorView.updateListener.of((update) => this.updated(update)),
         ],
       }),
