@@ -97,7 +97,7 @@ fn files(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) {
         if path.is_dir()
             && !path.is_symlink()
             && !name.starts_with('.')
-            && !["target", "shared"].contains(&name.as_str())
+            && !["target", "shared", "node_modules"].contains(&name.as_str())
         {
             files(&path, ending, found);
         } else if name.ends_with(ending) {

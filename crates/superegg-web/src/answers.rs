@@ -3,7 +3,6 @@
 use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
-use superegg_lang::{Diagnostic, Severity};
 use wasm_bindgen::JsError;
 
 /// JSON text of a record.
@@ -15,40 +14,6 @@ pub(crate) fn json(record: &impl Serialize) -> String {
 /// A JavaScript error with this message.
 pub(crate) fn error(message: impl Display) -> JsError {
     JsError::new(&message.to_string())
-}
-
-/// An error or a warning about a text.
-#[derive(Serialize)]
-pub(crate) struct Finding {
-    severity: &'static str,
-    code: &'static str,
-    message: String,
-    help: Option<String>,
-    /// The line, counted from 1; 0 for the whole text.
-    line: usize,
-    /// The wrong columns, in UTF-16 units from 0.
-    from: usize,
-    to: usize,
-}
-
-impl Finding {
-    /// A diagnostic about a line of this text.
-    pub(crate) fn new(diagnostic: Diagnostic, line: &str) -> Self {
-        let Diagnostic { severity, code, message, help, column, width, .. } = diagnostic;
-        let units = |columns: usize| line.chars().take(columns).map(char::len_utf16).sum();
-        Self {
-            severity: match severity {
-                Severity::Error => "error",
-                Severity::Warning => "warning",
-            },
-            code: code.as_str(),
-            message,
-            help,
-            line: diagnostic.line.unwrap_or(0),
-            from: units(column - 1),
-            to: units(column - 1 + width),
-        }
-    }
 }
 
 /// What a scene has.

@@ -11,23 +11,14 @@ use superegg_lang::{
 };
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::answers::{Finding, json};
+use crate::answers::json;
 use crate::exponents;
 use crate::file::run_text;
-use crate::scene::findings;
+use crate::findings::{Finding, findings};
+use crate::text::units;
 
 /// The columns that help is broken at.
 const HELP_COLUMNS: u16 = 64;
-
-/// The lines of a text, without their ends.
-pub(crate) fn lines_of(text: &str) -> impl Iterator<Item = &str> {
-    text.split('\n').map(|line| line.strip_suffix('\r').unwrap_or(line))
-}
-
-/// The number of UTF-16 units of a text.
-fn units(text: &str) -> usize {
-    text.chars().map(char::len_utf16).sum()
-}
 
 /// A text with the session that its lines make.
 #[wasm_bindgen]

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use superegg_lang::{Command, PrimitiveCommand, Session, format_number, parse_line, split_commands};
 
-use crate::document::lines_of;
 use crate::file::run_text;
+use crate::text::{lines_of, units_of};
 
 /// The decimals of a slider's numbers.
 const DECIMALS: f64 = 1e3;
@@ -70,10 +70,9 @@ pub(crate) fn find(text: &str, session: &Session, name: &str) -> Option<Exponent
 /// The commands of a line with their columns in UTF-16 units, without comments.
 fn commands(line: &str) -> Vec<(usize, usize, &str)> {
     let bare = line.split('#').next().unwrap_or_default();
-    let units = |chars: usize| bare.chars().take(chars).map(char::len_utf16).sum::<usize>();
     let columns = |(column, command): (usize, &'_ str)| {
         let indent = command.chars().take_while(|c| c.is_whitespace()).count();
-        (units(column + indent), units(column + command.trim_end().chars().count()))
+        (units_of(bare, column + indent), units_of(bare, column + command.trim_end().chars().count()))
     };
     let parts = split_commands(bare).into_iter().filter(|(_, command)| !command.trim().is_empty());
     parts

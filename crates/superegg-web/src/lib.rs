@@ -15,8 +15,10 @@ pub mod document;
 mod exponents;
 pub mod eye;
 mod file;
+mod findings;
 mod picture;
 mod scene;
+mod text;
 
 use wasm_bindgen::prelude::wasm_bindgen;
 

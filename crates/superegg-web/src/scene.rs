@@ -9,7 +9,7 @@ use superegg_exchange::write::meshes::Tolerance;
 use superegg_exchange::write::scene_mesh::SceneMesh;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_geom::{HitColumns, Ray, RayBatch};
-use superegg_lang::{Diagnostic, Session, write_session};
+use superegg_lang::{Session, write_session};
 use superegg_render::{EnvironmentPixels, Framing, RenderSettings, View};
 use superegg_scene::{Entity, EnvironmentLight, ViewSettings};
 use superegg_trace::{BatchOptions, CompiledScene, InstancePath};
@@ -17,10 +17,10 @@ use superegg_viewer::{CastHit, GridChoice, IoGrid, cast};
 use wasm_bindgen::JsError;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::answers::{Finding, FirstHit, Name, PictureRequest, Summary, error, json};
-use crate::document::lines_of;
+use crate::answers::{FirstHit, Name, PictureRequest, Summary, error, json};
 use crate::eye::{camera_of, numbers_of, position_of};
 use crate::file::{Read, read, run_text};
+use crate::findings::{Finding, findings};
 use crate::picture::{Picture, settings_of};
 
 /// A scene: it is read once, and compiled for rays when it is first asked.
@@ -63,19 +63,6 @@ impl Scene {
         let with = settings.clone().with_surroundings(scene, |_| Ok::<_, ()>(Arc::clone(pixels)));
         with.unwrap_or(settings)
     }
-}
-
-/// Findings about a text.
-pub(crate) fn findings(diagnostics: Vec<Diagnostic>, text: &str) -> Vec<Finding> {
-    let lines: Vec<&str> = lines_of(text).collect();
-    let line = |found: &Diagnostic| found.line.and_then(|line| lines.get(line - 1)).copied().unwrap_or("");
-    diagnostics
-        .into_iter()
-        .map(|found| {
-            let line = line(&found);
-            Finding::new(found, line)
-        })
-        .collect()
 }
 
 #[wasm_bindgen]

@@ -38,3 +38,21 @@ impl ViewSide {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sides_of_a_view_are_right_handed() {
+        for up in [DVec3::Y, DVec3::Z, DVec3::X, DVec3::new(0.1, 1.0, 0.2)] {
+            for side in [ViewSide::Front, ViewSide::Back, ViewSide::Left, ViewSide::Right, ViewSide::Top] {
+                let (direction, screen_up) = side.directions(up);
+                assert!(direction.is_normalized() && direction.dot(screen_up).abs() < 1e-12, "{up} {side:?}");
+            }
+        }
+        assert_eq!(ViewSide::Front.directions(DVec3::Y), (DVec3::Z, DVec3::Y));
+        assert_eq!(ViewSide::Right.directions(DVec3::Y), (DVec3::X, DVec3::Y));
+        assert_eq!(ViewSide::Right.directions(DVec3::Z), (DVec3::X, DVec3::Z));
+    }
+}

@@ -59,6 +59,7 @@ export class SceneView {
   private isFirstPass = false;
   private isRunning = false;
   private isRefined = false;
+  private isHome = true;
   private number = 0;
   private sharpen: ReturnType<typeof setTimeout> | undefined;
   private observer: ResizeObserver;
@@ -106,10 +107,7 @@ export class SceneView {
       const old = this.info;
       this.info = info;
       const isSame = old !== undefined && old.camera.every((x, i) => x === info.camera[i]);
-      if (!options.keepView || !this.eye || !isSame) {
-        this.eye?.free();
-        this.eye = new engine.Eye(info.camera);
-      }
+      if (!options.keepView || !this.eye || !isSame) this.goHome();
       this.emit('loaded', info);
       this.changed(false);
       return info;
@@ -151,7 +149,11 @@ export class SceneView {
     switch (action) {
       case 'Larger': eye.magnify(WHEEL_STEP); break;
       case 'Smaller': eye.magnify(1 / WHEEL_STEP); break;
-      case 'Home': eye.home(); break;
+      case 'Home':
+        this.goHome();
+        this.emit('camera', this.camera);
+        this.changed(false);
+        return true;
       case 'FrontView': eye.lookFrom('front', info?.up ?? new Float64Array()); break;
       case 'RightView': eye.lookFrom('right', info?.up ?? new Float64Array()); break;
       case 'TopView': eye.lookFrom('top', info?.up ?? new Float64Array()); break;
@@ -168,6 +170,16 @@ export class SceneView {
     }
     this.moved();
     return true;
+  }
+
+  /** The scene's own camera, with all in sight that is in the scene's own picture. */
+  private goHome(): void {
+    const { info, canvas } = this;
+    if (!info) return;
+    const { width, height } = info.summary;
+    this.eye?.free();
+    this.eye = new engine.Eye(widened(info.camera, width / height, canvas.width / canvas.height));
+    this.isHome = true;
   }
 
   /** Turns by a drag from the middle, in radii of the arcball. */
@@ -198,6 +210,7 @@ export class SceneView {
 
   /** The camera has moved a little, and may go on. */
   private moved(): void {
+    this.isHome = false;
     this.emit('camera', this.camera);
     this.changed(true);
     clearTimeout(this.sharpen);
@@ -224,7 +237,10 @@ export class SceneView {
   private resize(): void {
     const { width, height } = this.canvas;
     this.fit();
-    if (this.info && (width !== this.canvas.width || height !== this.canvas.height)) this.changed(false);
+    if (!this.info || (width === this.canvas.width && height === this.canvas.height)) return;
+    if (this.isHome) this.goHome();
+    this.emit('camera', this.camera);
+    this.changed(false);
   }
 
   private async run(): Promise<void> {
@@ -360,6 +376,17 @@ export class SceneView {
       this.moved();
     }, { passive: false });
   }
+}
+
+/** A camera whose narrower picture has the width of one with the scene's own aspect ratio. */
+function widened(camera: Float64Array, own: number, aspect: number): Float64Array {
+  const factor = own / aspect;
+  if (!(factor > 1)) return camera;
+  const wide = Float64Array.from(camera);
+  const [degrees = 40, height = 0] = [camera[9], camera[10]];
+  wide[9] = (360 / Math.PI) * Math.atan(factor * Math.tan((degrees * Math.PI) / 360));
+  wide[10] = height * factor;
+  return wide;
 }
 
 function put(context: CanvasRenderingContext2D, tiles: Uint32Array, pixels: Uint8ClampedArray<ArrayBuffer>): void {

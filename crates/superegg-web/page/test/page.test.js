@@ -24,7 +24,7 @@ after(async () => {
 
 /** A page, and the errors of its scripts, which fail the test at its end. */
 async function withPage(work, { path = '', ...options } = {}) {
-  const context = await browser.newContext({ viewport: { width: 800, height: 480 }, acceptDownloads: true, ...options });
+  const context = await browser.newContext({ viewport: { width: 1000, height: 440 }, acceptDownloads: true, ...options });
   const page = await context.newPage();
   const errors = [];
   page.on('pageerror', (error) => errors.push(error.stack ?? String(error)));
