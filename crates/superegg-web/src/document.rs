@@ -63,8 +63,12 @@ impl Document {
 
     /// The session before a line.
     fn session_before(&self, line: usize) -> Session {
-        let end = self.text.match_indices('\n').nth(line).map_or(self.text.len(), |(at, _)| at);
-        let start = self.text[..end].rfind('\n').map_or(0, |at| at + 1);
+        let start = match line.checked_sub(1) {
+            Some(before) => {
+                self.text.match_indices('\n').nth(before).map_or(self.text.len(), |(at, _)| at + 1)
+            }
+            None => 0,
+        };
         let mut session = Session::default();
         // The errors of these lines are already known.
         drop(run_text(&mut session, &self.text[..start]));

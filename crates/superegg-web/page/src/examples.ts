@@ -31,3 +31,14 @@ export const EXAMPLES: readonly { title: string; name: string; text: string }[] 
   { title: 'Glass lens', name: 'glass_lens', text: glassLens },
   { title: 'Path traced room', name: 'colour_bleeding', text: colourBleeding },
 ];
+
+/** Scenes of the gallery that are fetched when they are chosen. */
+export const GALLERY: readonly { title: string; name: string }[] = [
+  { title: 'Brass and glass, path traced', name: 'brass_and_glass' },
+  { title: 'Chess through a lens', name: 'chess' },
+  { title: 'Coral', name: 'coral' },
+  { title: 'Nest', name: 'nest' },
+  { title: 'Spiral', name: 'spiral' },
+  { title: 'Still life', name: 'still_life' },
+  { title: 'Sunset', name: 'sunset' },
+];

@@ -1,5 +1,6 @@
 // Files and links: what is opened, dropped, downloaded and sent.
 
+import { fetchBytes, surroundingsOf } from 'superegg/fetch';
 import { canvas, complain, page, say, view } from './app';
 import { byId, download } from './dom';
 import { EXAMPLES } from './examples';
@@ -104,9 +105,28 @@ export async function openAddress(): Promise<boolean> {
     return false;
   }
   const name = new URLSearchParams(location.search).get('scene');
+  return name !== null && openExample(name);
+}
+
+/** Opens an example or a scene of the gallery, with the picture of its surroundings. Returns whether there is one. */
+export async function openExample(name: string): Promise<boolean> {
   const example = EXAMPLES.find((one) => one.name === name);
-  if (example) showText(example.text);
-  return example !== undefined;
+  if (example) {
+    showText(example.text);
+    return true;
+  }
+  if (!/^\w+$/.test(name)) return false;
+  try {
+    const address = new URL(`./scenes/${name}.scn`, document.baseURI);
+    const bytes = await fetchBytes(address);
+    const named = surroundingsOf(bytes);
+    page.surroundings = named ? await fetchBytes(new URL(named, address)) : undefined;
+    showText(new TextDecoder().decode(bytes));
+    return true;
+  } catch (error) {
+    complain(error);
+    return false;
+  }
 }
 
 /** Lets files be dropped anywhere on the page. */

@@ -6,8 +6,8 @@ import type { Output } from 'superegg';
 import type { Pass } from 'superegg/view';
 import { canvas, complain, say, view } from './app';
 import { byId, short } from './dom';
-import { EXAMPLES, WELCOME } from './examples';
-import { acceptDrops, openAddress, openFile, save, share } from './files';
+import { EXAMPLES, GALLERY, WELCOME } from './examples';
+import { acceptDrops, openAddress, openExample, openFile, save, share } from './files';
 import { Keys } from './keys';
 import { keyTable, start } from './language';
 import { keepOffline } from './offline';
@@ -76,11 +76,11 @@ byId('open').addEventListener('click', () => act('Open'));
 byId('share').addEventListener('click', () => void share());
 
 const examples = byId<HTMLSelectElement>('examples');
-for (const { title, name } of EXAMPLES) examples.append(new Option(title, name));
+for (const { title, name } of [...EXAMPLES, ...GALLERY]) examples.append(new Option(title, name));
 examples.addEventListener('change', () => {
-  const example = EXAMPLES.find(({ name }) => name === examples.value);
+  const { value } = examples;
   examples.value = '';
-  if (example) showText(example.text);
+  if (value) void openExample(value);
 });
 const downloads = byId<HTMLSelectElement>('download');
 downloads.addEventListener('change', () => {
