@@ -1,4 +1,4 @@
-//! What is drawn into finished pictures: the legend of coloured data, and a scale bar.
+//! Annotations of finished pictures: the legend of coloured data, and a scale bar.
 
 mod canvas;
 mod glyphs;
@@ -14,7 +14,7 @@ use canvas::Canvas;
 pub(crate) use legend::Legend;
 use scale_bar::ScaleBar;
 
-/// What is drawn into a picture.
+/// The annotations of a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Annotations {
     pub(crate) legend: Option<Legend>,

@@ -20,13 +20,13 @@ pub(crate) struct Export<'a> {
     pub(crate) options: ExportOptions,
 }
 
-/// What an export has written.
+/// The output of an export.
 pub(crate) struct Exported {
     /// The file, and the materials beside an .obj file.
     pub(crate) files: Vec<PathBuf>,
     /// The camera, if the scene sets none and is not in sight of the default one.
     pub(crate) note: Option<String>,
-    /// What the format cannot hold.
+    /// Losses of the format.
     pub(crate) losses: Vec<String>,
 }
 

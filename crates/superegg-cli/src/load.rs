@@ -21,7 +21,7 @@ pub struct LoadedScene {
     pub diagnostics: Vec<Diagnostic>,
     /// How the numbers of data were understood, one line a file.
     pub readings: Vec<String>,
-    /// What was left out of data or cannot be trusted.
+    /// Parts of data that were left out or cannot be trusted.
     pub warnings: Vec<String>,
     /// The box of data that its camera shows; `None` for a scene.
     pub bounds: Option<Aabb>,

@@ -148,7 +148,7 @@ pub struct Fault {
     pub severity: Severity,
     /// The kind of the fault.
     pub code: FaultCode,
-    /// What is wrong.
+    /// The fault, in words.
     pub message: String,
     /// How to correct it.
     pub help: Option<String>,
@@ -231,7 +231,7 @@ pub struct Diagnostic {
     pub width: usize,
     /// The text of the line; empty if it cannot be shown.
     pub excerpt: String,
-    /// What is wrong.
+    /// The fault, in words.
     pub message: String,
     /// How to correct it.
     pub help: Option<String>,

@@ -15,7 +15,7 @@ impl Session {
     /// The lines that add the contents of another session's scene to this one. Each of them
     /// succeeds, and the selection afterwards is what it was.
     ///
-    /// Primitives, objects, lights and keys are added. What both scenes have under the same name is
+    /// Primitives, objects, lights and keys are added. An entity that both scenes have under the same name is
     /// taken once if it is equal; cursors are not compared. Settings (camera, up direction,
     /// background, sky, floor, ambient occlusion, depth, image settings) are taken where this scene
     /// has the default.

@@ -20,7 +20,7 @@ use crate::session::settings;
 ///
 /// The text has the settings, a block for each primitive and object, the floor (which names a
 /// primitive), the keys, and the selection. Default values are omitted. A block follows those of
-/// its children; otherwise blocks are in the order of creation. Of objects that contain each other,
+/// its children; otherwise blocks are in the order of creation. For objects that contain each other,
 /// one is created before its block.
 ///
 /// ```

@@ -17,7 +17,7 @@ pub enum TrackWord {
     Light(Arc<str>),
 }
 
-/// What a track animates: a command, its arguments except for the numbers, and the selection.
+/// The subject of a track: a command, its arguments except for the numbers, and the selection.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TrackSubject {
     /// The full name of the command.
@@ -136,7 +136,7 @@ impl Track {
         self.subject.cursor = Some(new.into());
     }
 
-    /// What the track animates.
+    /// The subject of the track.
     pub fn subject(&self) -> &TrackSubject {
         &self.subject
     }

@@ -57,7 +57,7 @@ pub struct InstanceTable {
     ids: Option<Arc<[i64]>>,
 }
 
-/// What many shapes of different sizes share.
+/// The part that many shapes of different sizes share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Kind {
     exponents: Exponents,

@@ -21,7 +21,7 @@ pub enum Theme {
     Dark,
 }
 
-/// What the viewer draws.
+/// Settings of the viewer's drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewSettings {
     /// Whether the lights rotate with the arcball.

@@ -125,7 +125,7 @@ impl<'a> SceneMeasures<'a> {
 
     /// The volume, centre and inertia of an instance, exact to rounding.
     ///
-    /// Of the unit shape with volume V and second moments D, the image under `M p + c` has the volume `|det M| V`, the
+    /// For the unit shape with volume V and second moments D, the image under `M p + c` has the volume `|det M| V`, the
     /// centre c, and the second moments `|det M| M D M^T` about it.
     pub fn mass_of(&self, placed: &PlacedPrimitive) -> MassProperties {
         let (volume, about_center) = self.moments(placed);

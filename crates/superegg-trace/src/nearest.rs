@@ -52,7 +52,7 @@ impl CompiledScene {
     ///
     /// Where boxes hold the point it is that of [`CompiledScene::query_point`]: the least value among the primitives
     /// whose smallest axis-aligned world box holds the point. Elsewhere it is the primitive whose surface is nearest, by
-    /// Euclidean distance. Of equal ones the first in the order of children counts.
+    /// Euclidean distance. Among equal ones the first in the order of children counts.
     pub fn nearest_primitive(&self, point: DVec3, limits: &PointLimits) -> Option<NearestPrimitive> {
         let (PointAnswer { inside, least }, is_complete) = self.query_point_within(point, limits);
         if let Some((value, path)) = least {
@@ -177,7 +177,7 @@ enum Part {
     Bounded(usize),
 }
 
-/// A part with a lower bound on its distance, and the number of levels above. Of equal bounds the deepest part comes first,
+/// A part with a lower bound on its distance, and the number of levels above. At equal bounds the deepest part comes first,
 /// so that a leaf is soon reached where many boxes hold the point.
 type Pending = Ranked<usize, Part>;
 
@@ -247,7 +247,7 @@ impl<'a> Search<'a> {
                 Part::Bounded(leaf) => self.refine(leaf),
             }
         }
-        // What was given up matters only if it may be nearer by more than the error of a distance.
+        // A part that was given up matters only if it may be nearer by more than the error of a distance.
         self.is_complete = self.unopened >= self.enough() * (1.0 - DISTANCE_ERROR);
         self.first_of_the_nearest()
     }
@@ -361,7 +361,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Of the candidates that are as near as the best one the first in the order of children.
+    /// The first, in the order of children, of the candidates that are as near as the best one.
     fn first_of_the_nearest(&self) -> Option<usize> {
         let best = self.best?;
         let enough = self.enough();

@@ -20,7 +20,7 @@ pub struct PointAnswer {
     /// The least value of the inside-outside function, and the instance that has it. `None` if no box holds the point.
     ///
     /// The function is evaluated in each primitive's own space, over the primitives whose smallest axis-aligned world box
-    /// holds the point. Of equal values the instance that comes first in the order of children counts.
+    /// holds the point. At equal values the instance that comes first in the order of children counts.
     pub least: Option<(f64, InstancePath)>,
 }
 

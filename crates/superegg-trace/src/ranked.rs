@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-/// An item of a [`std::collections::BinaryHeap`] whose greatest priority is next. Of equal priorities the greatest rank is.
+/// An item of a [`std::collections::BinaryHeap`] whose greatest priority is next; at equal priorities, the greatest rank.
 pub(crate) struct Ranked<R, T> {
     pub(crate) priority: f64,
     pub(crate) rank: R,

@@ -55,7 +55,7 @@ impl Flattener<'_> {
     }
 }
 
-/// The closest hit: the index of the instance and the hit on its shape. Of equal hits the first in the list.
+/// The closest hit: the index of the instance and the hit on its shape. The first in the list of equal hits.
 pub fn intersect(instances: &[FlatInstance], ray: &Ray) -> Option<(usize, ShapeHit)> {
     instances
         .iter()

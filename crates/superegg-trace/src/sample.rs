@@ -143,7 +143,7 @@ impl<'a> SceneSurfaces<'a> {
         self.instances.iter().zip(&self.class_of).map(sampler).collect()
     }
 
-    /// What the instances of each used class share.
+    /// The part that the instances of each used class share.
     fn class_samplers(&self, is_used: &[bool]) -> Vec<Option<SurfaceSampler>> {
         let sampler = |(&example, &is_used): (&usize, &bool)| {
             let placed = &self.instances[example];

@@ -16,7 +16,7 @@ use crate::scene::compiled::CompiledScene;
 impl CompiledScene {
     /// The closest hit of a ray with t >= 0.
     ///
-    /// Of two hits at the same t the one that comes first in the order of children counts. A ray with a footprint hits
+    /// At equal t, the hit that comes first in the order of children counts. A ray with a footprint hits
     /// groups much smaller than its width as a whole. `None` also for a direction that is zero or not finite.
     ///
     /// The work for a ray with a footprint is bounded: where a deep fractal has too many overlapping parts, far and small

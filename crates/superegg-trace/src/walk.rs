@@ -8,7 +8,7 @@ use superegg_geom::Aabb;
 use crate::scene::group::Group;
 use crate::scene::node::Slot;
 
-/// What a traversal tests and does.
+/// The tests and actions of a traversal.
 pub(crate) trait Visitor {
     /// Whether children are visited in the order of their keys. Otherwise leaves and instances are visited as soon as
     /// they are found.

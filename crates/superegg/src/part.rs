@@ -4,7 +4,7 @@ use superegg_geom::glam::{DAffine3, DQuat, DVec3};
 use superegg_geom::{Superquadric, TransformStep};
 use superegg_scene::Material;
 
-/// What a part shows.
+/// The shape of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Content {
     Shape(Box<(Superquadric, Material)>),

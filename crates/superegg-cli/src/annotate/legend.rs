@@ -84,7 +84,7 @@ impl Legend {
     fn draw_types(&self, canvas: &mut Canvas<'_>, development: &Development, types: &[f64]) {
         let unit = canvas.unit;
         let (side, gap, pitch) = (canvas.text_height(), 3.0 * unit, canvas.text_height() + 4.0 * unit);
-        // Those that the height has room for.
+        // As many as the height has room for.
         let [_, height] = canvas.size();
         let most = ((0.8 * height / pitch) as usize).clamp(1, types.len().max(1));
         let shown = &types[..most.min(types.len())];

@@ -98,7 +98,7 @@ mod tests {
                 let mut canvas = Canvas::new(&mut picture, false);
                 bar.draw(&mut canvas);
                 let unit = canvas.unit as u32;
-                // Of the two rows of the bar the upper one, counted from below.
+                // The upper one of the two rows of the bar, counted from below.
                 let row = size.1 - (6 + 4 + 1) * unit - 1;
                 let drawn = (0..size.0).filter(|x| picture.value(*x, row)[0] > 0.9).count() as f64;
                 let view = View::new(&camera, size.0, size.1);

@@ -45,7 +45,7 @@ impl ColorArg {
     /// Makes this the choice for all output of the process.
     pub(crate) fn choose(self) {
         match self {
-            // What the environment says: NO_COLOR, CLICOLOR, CLICOLOR_FORCE and TERM. A plain terminal stays plain where
+            // By the environment: NO_COLOR, CLICOLOR, CLICOLOR_FORCE and TERM. A plain terminal stays plain where
             // CI is set, too, which stands for colours in the library.
             Self::Auto if !has_cursor() && !is_forced() => anstream::ColorChoice::Never,
             Self::Auto => anstream::ColorChoice::Auto,

@@ -83,9 +83,9 @@ pub(super) fn kind_of(input: &mut dyn Input, options: &DataOptions) -> Result<Fi
 /// A line about how data was read.
 #[derive(Clone, Debug)]
 pub(crate) enum Note {
-    /// What was recognized, and what the numbers mean.
+    /// The recognized format, and the meaning of its numbers.
     Reading(String),
-    /// What was skipped or cannot be trusted.
+    /// Parts that were skipped or cannot be trusted.
     Warning(String),
 }
 

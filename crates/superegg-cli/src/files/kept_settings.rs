@@ -42,7 +42,7 @@ impl Kept {
 }
 
 impl KeptSettings {
-    /// Reads the file. What it does not set, or sets wrongly, has its default.
+    /// Reads the file. A setting that it lacks, or sets wrongly, has its default.
     pub(crate) fn read(path: Option<PathBuf>) -> Self {
         let text = path.as_ref().and_then(|path| std::fs::read_to_string(path).ok()).unwrap_or_default();
         let mut session = Session::default();

@@ -1,6 +1,6 @@
 //! Files that are no scenes, by their first bytes.
 
-/// What a file is that is certainly no scene, with what to do about it: "a PLY file; 'superegg
+/// The kind of a file that is certainly no scene, with the next step: "a PLY file; 'superegg
 /// import' reads it". `None` for a scene, and for a file that begins like nothing known.
 pub(crate) fn kind_of_no_scene(bytes: &[u8]) -> Option<String> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();

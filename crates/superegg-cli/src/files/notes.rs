@@ -29,7 +29,7 @@ pub(crate) fn notes(settings: &RenderSettings, scene_text: Option<String>) -> Ve
     notes
 }
 
-/// What a picture file says of how it was made; `None` for a file of another kind.
+/// The notes in a picture file on how it was made; `None` for a file of another kind.
 ///
 /// # Errors
 /// The file cannot be read, or it is damaged.

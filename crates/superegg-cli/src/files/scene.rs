@@ -188,7 +188,7 @@ pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool)
     load_lines(path, settings, Lines::Kept, interrupt)
 }
 
-/// What becomes of the lines of a scene file. Large ones take as much memory as the scene.
+/// The fate of the lines of a scene file. Large ones take as much memory as the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Lines {
     Kept,

@@ -98,9 +98,9 @@ fn palette(pixels: &[Rgb]) -> Vec<Rgb> {
     palette
 }
 
-/// The palette's index of each pixel. What a pixel's colour is off goes to its neighbours (Floyd and Steinberg 1976).
+/// The palette's index of each pixel. The error of a pixel's colour goes to its neighbours (Floyd and Steinberg 1976).
 fn diffuse(pixels: &[Rgb], width: usize, palette: &[Rgb]) -> Vec<u8> {
-    // Of this row and the next, with a column to each side.
+    // Errors of this row and the next, with a column to each side.
     let mut errors = [vec![[0f32; 3]; width + 2], vec![[0f32; 3]; width + 2]];
     let mut indices = Vec::with_capacity(pixels.len());
     for row in pixels.chunks(width.max(1)) {
@@ -175,7 +175,7 @@ fn encode(indices: &[u8], width: usize, palette: &[Rgb]) -> String {
 mod tests {
     use super::*;
 
-    /// What a terminal makes of the text: width, and the colour of each pixel that is set.
+    /// The terminal's reading of the text: width, and the colour of each pixel that is set.
     fn decoded(text: &str) -> (usize, Vec<Option<Rgb>>) {
         let body = text.strip_prefix("\x1bP0;1q\"1;1;").unwrap().strip_suffix("\x1b\\").unwrap();
         let digits = |from: &str| from.chars().take_while(char::is_ascii_digit).collect::<String>();

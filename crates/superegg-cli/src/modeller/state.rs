@@ -26,7 +26,7 @@ pub(crate) enum Input {
     /// A pipe or file with this name. It cannot answer questions.
     Lines {
         name: String,
-        /// Whether the lines are those of a file, which has an end. Of many errors the first ones are
+        /// Whether the lines are those of a file, which has an end. The first ones of many errors are
         /// reported and the others counted.
         is_file: bool,
     },

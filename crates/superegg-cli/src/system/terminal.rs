@@ -1,4 +1,4 @@
-//! What the terminal can do, by the environment.
+//! The abilities of the terminal, by the environment.
 
 /// The values of TERM of terminals that only write one line below the other.
 const PLAIN: [&str; 4] = ["", "dumb", "emacs", "cons25"];

@@ -13,7 +13,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::page::Page;
-use crate::run::{Ran, run_page};
+use crate::run::{Ran, missing_tool, run_page};
 
 /// The folder of pictures that the commands of their pages make.
 const MADE: &str = "pictures/book";
@@ -63,6 +63,10 @@ fn check_pictures(page: &Page, ran: &Ran) -> Vec<String> {
 /// Runs a page; writes it anew where outputs changed and `SUPEREGG_BLESS` is set.
 fn check_page(path: &Path) -> Vec<String> {
     let page = Page::read(path);
+    if let Some(tool) = missing_tool(&page) {
+        eprintln!("{}: skipped: {tool} is not on this machine", path.display());
+        return Vec::new();
+    }
     let mut failures: Vec<String> = page
         .indented_code()
         .into_iter()

@@ -360,7 +360,7 @@ fn a_link_to_nothing_is_not_followed() {
     assert!(!sandbox.path("elsewhere").exists());
 }
 
-/// What a kill leaves is gone after the next command that writes there.
+/// The remains of a kill are gone after the next command that writes there.
 #[cfg(unix)]
 #[test]
 fn temporary_files_of_a_killed_command_are_removed() {

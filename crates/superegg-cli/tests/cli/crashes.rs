@@ -1,4 +1,4 @@
-//! What is left of a session that is killed, or whose disk is full.
+//! The remains of a session that is killed, or whose disk is full.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
@@ -40,7 +40,7 @@ fn scene_after(sandbox: &Sandbox, count: u64) -> String {
     saved_scene(&sandbox.run_with("", &(lines + "save -\n")).out)
 }
 
-/// What `save -` wrote among other things.
+/// The scene that `save -` wrote among other output.
 fn saved_scene(out: &str) -> String {
     out.find("# superegg scene").map_or("", |at| &out[at..]).to_owned()
 }

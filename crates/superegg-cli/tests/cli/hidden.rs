@@ -31,7 +31,7 @@ fn hidden_children_are_left_out_everywhere_and_stay_hidden_in_the_file() {
         std::fs::read(sandbox.path(&format!("{name}.png"))).unwrap()
     };
     assert!(picture("s") == picture("one") && picture("s") != picture("both"));
-    // What is hidden can be shown again, and both can be undone.
+    // A hidden child can be shown again, and both can be undone.
     let answer = sandbox
         .run_with("", "load s.scn\nunhide\ninfo\nundo\ninfo\nhide west\nhide\nshow\nrender a.png 8x8\n");
     assert!(

@@ -345,7 +345,7 @@ fn damage_is_reported_and_made_good() {
     damaged[start + 100] ^= 1;
     sandbox.write("d.part", &damaged);
     assert!(sandbox.run("merge d.part -o m.png").failed(2).contains("damaged"));
-    // Of a header that was changed nothing can be believed.
+    // Nothing of a changed header can be trusted.
     for at in [17, 25, 40, start - 2] {
         let mut damaged = part.clone();
         damaged[at] ^= 1;

@@ -204,7 +204,7 @@ fn saving_spares_what_is_not_ours() {
         sandbox.read("old.scn").contains("primitive more")
             && sandbox.read("other.scn").contains("primitive more")
     );
-    // What we made, in any session, is ours.
+    // Files that we made, in any session, are ours.
     sandbox.session("prm again\nsave other\n").fine();
 }
 

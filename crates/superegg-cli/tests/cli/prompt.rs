@@ -203,7 +203,7 @@ fn a_load_asks_only_where_something_would_be_lost() {
         terminal.line(answer, prompt);
         assert!(terminal.contents().trim_end().contains("nothing has changed"));
     }
-    // What cannot be loaded is reported without a question.
+    // A file that cannot be loaded is reported without a question.
     terminal.line("load nowhere", "a> ");
     terminal.line("load bad", "a> ");
     terminal.press("load other\r");

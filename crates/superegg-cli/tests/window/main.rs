@@ -53,22 +53,22 @@ fn count(picture: &RgbImage, is: impl Fn(i32, i32, i32) -> bool) -> usize {
     picture.pixels().filter(|pixel| is(pixel.0[0].into(), pixel.0[1].into(), pixel.0[2].into())).count()
 }
 
-/// Of the marks outside, over black.
+/// Pixels of the marks outside, over black.
 fn blue(picture: &RgbImage) -> usize {
     count(picture, |r, g, b| b > g + 8 && g > r)
 }
 
-/// Of the ball.
+/// Pixels of the ball.
 fn red(picture: &RgbImage) -> usize {
     count(picture, |r, g, b| r > g + 40 && r > b + 40)
 }
 
-/// Of the normals.
+/// Pixels of the normals.
 fn yellow(picture: &RgbImage) -> usize {
     count(picture, |r, g, b| r > 180 && g > 180 && b < 130)
 }
 
-/// Of the normal where the ray hits.
+/// Pixels of the normal at the hit.
 fn green(picture: &RgbImage) -> usize {
     count(picture, |r, g, b| g > r + 60 && b > r && g > b + 40)
 }

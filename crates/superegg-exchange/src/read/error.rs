@@ -15,7 +15,7 @@ pub enum ReadError {
     /// The content fits several formats that mean different things.
     #[error("{what}; choose one with --from: {}", .candidates.join(", "))]
     Ambiguous {
-        /// What cannot be decided.
+        /// The question that cannot be decided.
         what: String,
         /// The names of the formats in question.
         candidates: Vec<&'static str>,
@@ -25,7 +25,7 @@ pub enum ReadError {
     Line {
         /// The line, counted from 1.
         line: u64,
-        /// What is wrong with it.
+        /// The fault, in words.
         message: String,
     },
     /// An array, key or section is wrong.
@@ -33,7 +33,7 @@ pub enum ReadError {
     Part {
         /// The name of the array, key or section.
         name: String,
-        /// What is wrong with it.
+        /// The fault, in words.
         message: String,
     },
     /// Anything else that is wrong with the file as a whole.

@@ -106,7 +106,7 @@ impl Format {
         Self::ALL.iter().copied().find(|format| format.name() == name)
     }
 
-    /// What the format is, for messages: "a LIGGGHTS text dump".
+    /// The name of the format in messages: "a LIGGGHTS text dump".
     pub fn description(self) -> &'static str {
         match self {
             Self::LiggghtsDump => "a LIGGGHTS text dump",

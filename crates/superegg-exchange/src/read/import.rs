@@ -1,4 +1,4 @@
-//! What a frame of a file holds, and the streams that files are read from.
+//! The content of a frame of a file, and the streams that files are read from.
 
 use std::io::{Read, Seek};
 
@@ -9,7 +9,7 @@ pub trait Input: Read + Seek {}
 
 impl<T: Read + Seek> Input for T {}
 
-/// What a frame of a file holds.
+/// The content of a frame of a file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 #[expect(clippy::large_enum_variant, reason = "one value a file")]
@@ -24,12 +24,12 @@ pub enum Content {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Import {
-    /// What the frame holds.
+    /// The content of the frame.
     pub content: Content,
     /// How the numbers were read, for example "sizes as semi-axes, exponents e = 2/blockiness2,
     /// n = 2/blockiness1, rotation from quat1..4". One line.
     pub reading: String,
-    /// What was skipped or cannot be trusted, one line each.
+    /// Parts that were skipped or cannot be trusted, one line each.
     pub warnings: Vec<String>,
 }
 

@@ -367,7 +367,7 @@ fn inflate(data: &[u8], length: u64) -> Result<Vec<u8>, String> {
 }
 
 impl Fields {
-    /// Takes one field. Those that do not matter are passed over.
+    /// Takes one field. Fields without effect are skipped.
     fn set(&mut self, name: &str, value: &str) -> Result<(), String> {
         match name.to_ascii_lowercase().as_str() {
             "type" => self.scalar = Some(scalar(value)?),

@@ -6,7 +6,7 @@
 //!   POV-Ray shows it.
 //! - Rotations are turns about x, then y, then z; `matrix` holds the images of the axes.
 //! - Variables, arithmetic, `#if`, `#while` and `#for` are carried out. Macros are not.
-//! - A pattern becomes its first colour. What is not understood is skipped with a warning.
+//! - A pattern becomes its first colour. Unknown parts are skipped with a warning.
 
 mod emit;
 mod expression;

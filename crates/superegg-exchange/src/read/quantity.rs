@@ -65,7 +65,7 @@ impl Quantity {
         }
     }
 
-    /// What two quantities of one map may not both give.
+    /// A property that two quantities of one map may not both give.
     pub(super) fn subject(self) -> &'static str {
         match self {
             Self::Position => "position",

@@ -26,7 +26,7 @@ pub(super) struct TensorField {
     pub(super) extra: Vec<(String, Vec<f64>)>,
     /// The time or time step.
     pub(super) step: Option<f64>,
-    /// What was left out or cannot be trusted.
+    /// Parts that were left out or cannot be trusted.
     pub(super) warnings: Vec<String>,
 }
 

@@ -1,6 +1,6 @@
 //! VTK files: legacy and XML, their points and the arrays of their points.
 //!
-//! The readers are our own. Of vtkio, 0.6.3 loses all arrays of legacy files of version 5.1, and
+//! The readers are our own: vtkio 0.6.3 loses all arrays of legacy files of version 5.1, and
 //! 0.7.0-rc2 panics on compressed data, which is VTK's default; the parts that particles and
 //! tensors need are small. XML is parsed by quick-xml, zlib by flate2, base64 by base64.
 

@@ -19,7 +19,7 @@ pub(super) fn has_tensors(outline: &DataSet) -> bool {
     outline.arrays.iter().any(may_be_tensors)
 }
 
-/// Reads one file. Of several arrays of tensors that counts which the file marks as its tensors,
+/// Reads one file. Among several arrays of tensors the one counts that the file marks as its tensors,
 /// or the first.
 ///
 /// # Errors

@@ -44,7 +44,7 @@ pub enum SqbError {
     Section {
         /// The section, counted from 1.
         section: u32,
-        /// What is wrong with it.
+        /// The fault, in words.
         message: String,
     },
 }

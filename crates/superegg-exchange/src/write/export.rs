@@ -142,7 +142,7 @@ pub enum ExportError {
     PovRay(#[from] PovError),
 }
 
-/// What is below a name of a scene, in a format.
+/// The content below a name of a scene, in a format.
 ///
 /// # Errors
 /// As those of the format's own writer.

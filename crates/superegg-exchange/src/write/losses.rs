@@ -1,4 +1,4 @@
-//! What formats lose, in words.
+//! Losses of formats, in words.
 
 use superegg_scene::{Pattern, Scene};
 
@@ -15,7 +15,7 @@ pub(super) enum MaterialKept {
     Reflection,
 }
 
-/// What formats of surfaces or particles lose of the scene.
+/// The losses of formats of surfaces or particles.
 pub(super) fn of_scene(scene: &Scene) -> Vec<String> {
     let mut lost = vec!["camera"];
     if scene.named_lights().len() > 0 {
@@ -40,7 +40,7 @@ pub(super) fn of_animation(scene: &Scene) -> Option<String> {
     (scene.tracks().len() > 0).then(|| "keyframes are not in the file: it shows the scene at rest".to_owned())
 }
 
-/// What a format loses of the materials that instances use.
+/// The losses of a format in the materials that instances use.
 pub(super) fn of_materials(instances: &Instances, kept: MaterialKept) -> Vec<String> {
     let any =
         |test: fn(&superegg_scene::Material) -> bool| instances.parts.iter().any(|part| test(&part.material));

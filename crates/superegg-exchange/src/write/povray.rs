@@ -91,7 +91,7 @@ pub(super) fn to_povray_enlarged(
     Ok(writer.text)
 }
 
-/// What the POV-Ray file of a scene loses, one sentence each. See the module's text.
+/// The losses of the POV-Ray file of a scene, one sentence each. See the module's text.
 ///
 /// ```
 /// use superegg_exchange::povray::losses;

@@ -1,4 +1,4 @@
-//! What every writer returns.
+//! The result of every writer.
 
 use superegg_geom::{MeshError, TransformError};
 use thiserror::Error;
@@ -10,7 +10,7 @@ pub struct Written {
     pub bytes: Vec<u8>,
     /// The file beside it, such as the materials (.mtl) of an .obj.
     pub companion: Option<Vec<u8>>,
-    /// What the format or this writer loses, one sentence each.
+    /// The losses of the format or this writer, one sentence each.
     pub losses: Vec<String>,
 }
 

@@ -76,7 +76,7 @@ pub fn hint(session: &Session, line: &str) -> Option<Hint> {
     (!arguments.is_empty() || !rest_of_name.is_empty()).then_some(Hint { rest_of_name, arguments })
 }
 
-/// The command of an incomplete line. Of two with one spelling it is the one that takes numbers, if
+/// The command of an incomplete line. For two with one spelling it is the one that takes numbers, if
 /// the first argument is a number.
 fn command_so_far(first: &str, rest: &[Word<'_>]) -> Option<&'static CommandSpec> {
     let is_of_numbers =

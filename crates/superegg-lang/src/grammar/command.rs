@@ -26,7 +26,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// What must be selected for the command.
+    /// The selection that the command needs.
     pub fn needs(&self) -> Needs {
         match self {
             Self::Session(_) | Self::Scene(_) | Self::Request(_) => Needs::Nothing,
@@ -66,7 +66,7 @@ impl Command {
     }
 }
 
-/// What must be selected for a command.
+/// The selection that a command needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
     /// Nothing.
@@ -356,7 +356,7 @@ pub enum Request {
     Intersect(Option<(DVec3, DVec3)>),
 }
 
-/// What to do about unsaved sessions.
+/// An action on unsaved sessions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recovery {
     /// Restore one, by its number in the list, 1 for the latest.

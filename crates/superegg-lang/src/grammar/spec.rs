@@ -142,7 +142,7 @@ impl Range {
     }
 }
 
-/// What kind of thing a name argument names.
+/// The kind of thing that a name argument names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NameKind {
     /// A new name.
@@ -278,7 +278,7 @@ pub struct CommandSpec {
     /// The arguments, in parts. The first part is required; each later part is optional, together
     /// with all after it.
     pub args: &'static [&'static [Arg]],
-    /// What the command does, in one line.
+    /// The effect of the command, in one line.
     pub summary: &'static str,
     /// The default value, in words, or "".
     pub default: &'static str,
@@ -289,7 +289,7 @@ pub struct CommandSpec {
 }
 
 impl CommandSpec {
-    /// What must be selected for the command.
+    /// The selection that the command needs.
     pub fn needs(&self) -> Needs {
         self.build.needs()
     }
@@ -377,8 +377,7 @@ impl CommandSpec {
 
 /// The fault of a key for a command that has no numbers to interpolate.
 pub(crate) fn not_keyable(spec: &CommandSpec) -> Fault {
-    let message =
-        format!("there are no keys of {}: they need numbers that can go over into others", spec.name);
+    let message = format!("{} cannot have keys: only commands that set numbers of the scene can", spec.name);
     Fault::new(FaultCode::NotKeyable, message)
         .help("keys are of commands such as rotate, setColor, camera or 'set exposure'; for example: key 24 rotate 0 0 1 90")
 }

@@ -65,7 +65,7 @@ pub(crate) fn split_plain(line: &str) -> Option<Words<'_>> {
     }
 }
 
-/// What a byte of a line can be.
+/// The classes of a line's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ByteKind {
     Blank,

@@ -1,4 +1,4 @@
-//! What a line has made that was not there: a name with a slip makes something, too.
+//! Reports the entities that a line has created: a misspelt name creates one, too.
 
 use superegg_scene::Entity;
 

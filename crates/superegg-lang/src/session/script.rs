@@ -22,7 +22,7 @@ pub type Perform<'a> =
     dyn FnMut(&mut Session, &str, Effect, &mut Vec<Diagnostic>) -> Result<Flow, Fault> + 'a;
 
 /// Runs the lines of a file. A line with a fault is reported and changes nothing; the other lines
-/// take effect. A line that is no command may be several with `;` between. Of many faults in one file the first hundred are described, the others counted. A
+/// take effect. A line that is no command may be several with `;` between. The first hundred faults of a file are described, the others counted. A
 /// byte order mark, CRLF line ends and a missing last newline are allowed.
 pub fn run_script(
     session: &mut Session,
@@ -91,7 +91,7 @@ fn run_line(
     Ok(Flow::Continue)
 }
 
-/// The lines of a text, without their ends. What follows the last end is a line, too.
+/// The lines of a text, without their ends. Text after the last end is a line, too.
 fn lines(bytes: &[u8]) -> impl Iterator<Item = Range<usize>> {
     let mut start = 0;
     let ends = memchr::memchr_iter(b'\n', bytes).chain([bytes.len()]);

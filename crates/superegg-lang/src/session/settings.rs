@@ -86,7 +86,7 @@ pub struct SettingSpec {
     pub name: &'static str,
     /// The type.
     pub kind: SettingKind,
-    /// What the setting does, in one line.
+    /// The meaning of the setting, in one line.
     pub summary: &'static str,
     /// Whether the setting belongs to the scene and is saved with it.
     pub is_of_scene: bool,

@@ -221,7 +221,7 @@ impl<'a> Compiler<'a> {
                 None => {}
                 Some(EntityIndex::Primitive(primitive)) => {
                     parts.primitive_count += 1;
-                    // Of equal children with equal transforms only the first can be hit. All of them count.
+                    // Only the first of equal children with equal transforms can be hit. All of them count.
                     let is_new =
                         !compares_all || transform().is_some_and(|map| seen.insert((*entity, bits_of(&map))));
                     if is_new {

@@ -13,7 +13,7 @@ use super::signature::{Mixer, bits_of};
 use crate::scene::group::Names;
 use crate::scene::primitive::CompiledPrimitive;
 
-/// What is known about the content of a group before it is assembled.
+/// Facts about the content of a group before it is assembled.
 pub(super) struct Survey {
     /// A hash of everything that the content comes from. Different content has the same signature with a probability of
     /// 2^-64.
@@ -31,7 +31,7 @@ impl Survey {
         Self { signature: 0, leaf_box: Aabb::EMPTY, boxes: None, changed: Vec::new() };
 }
 
-/// What a survey finds besides signature and box.
+/// The results of a survey besides signature and box.
 #[derive(Clone, Copy)]
 pub(super) struct SurveyWork<'a> {
     /// Whether the boxes of leaves are computed: a group without one before needs them.

@@ -23,7 +23,7 @@ pub type Columns = [[f32; 3]; 3];
 pub struct Candidate {
     /// The map from the world to the unit shape.
     pub unit_from_world: DAffine3,
-    /// What the shape belongs to.
+    /// The owner of the shape.
     pub target: Target,
     /// The path, as a node of [`Paths`].
     pub(super) path: PathId,

@@ -55,7 +55,7 @@ struct Queue<'s> {
     coarsened: u32,
 }
 
-/// What a trace has found.
+/// The result of a trace.
 struct Answers {
     hits: Vec<PacketHits>,
     ends: PerPacket,

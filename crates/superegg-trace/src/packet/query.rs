@@ -16,7 +16,7 @@ use crate::scene::group::{Instance, Target};
 use crate::scene::proxy::stops_light;
 use superegg_simd::bits;
 
-/// What the tests of shapes read and write.
+/// The input and output of the tests of shapes.
 #[derive(Default)]
 pub(super) struct Tests {
     pub(super) kernels: PacketKernels,

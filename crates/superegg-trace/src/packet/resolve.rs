@@ -133,7 +133,7 @@ pub(super) struct Resolver {
     approximate: Vec<Approximate>,
 }
 
-/// What a resolver reads, and the candidates that it adds to.
+/// The input of a resolver, and the candidates that it adds to.
 pub(super) struct Scope<'a> {
     pub(super) scene: &'a CompiledScene,
     pub(super) kernels: PacketKernels,

@@ -130,7 +130,7 @@ struct Workspace {
     optimizer: ReinsertionOptimizer,
     /// The binary tree.
     binary: Bvh2,
-    /// What lies below each of its nodes.
+    /// The content below each of its nodes.
     subtrees: Vec<Subtree>,
 }
 
@@ -264,7 +264,7 @@ pub(crate) fn refit(nodes: &[Node], leaf_count: usize, changed: &[(u32, TreeBox)
     Some(Refitted { nodes, bounds, growth: 1.0 + area_more / area_before, is_within_space })
 }
 
-/// What lies below a node of the binary tree.
+/// The content below a node of the binary tree.
 #[derive(Clone, Copy)]
 struct Subtree {
     /// The number of leaves.
@@ -284,7 +284,7 @@ impl Subtree {
     }
 }
 
-/// What lies below each node. The library's own boxes are those that it got, which are moved.
+/// The content below each node. The library's own boxes are those that it got, which are moved.
 fn find_subtrees(binary: &Bvh2, boxes: &[TreeBox], subtrees: &mut Vec<Subtree>) {
     subtrees.clear();
     subtrees.resize(binary.nodes.len(), Subtree::new(0, TreeBox::POINT));

@@ -162,7 +162,7 @@ impl CompiledScene {
         self.reaches_depth
     }
 
-    /// What the refined boxes of groups save.
+    /// The gain of the refined boxes of groups.
     pub fn box_inflation(&self) -> BoxInflation {
         self.box_inflation
     }

@@ -13,7 +13,7 @@ use super::node::{Node, TreeSpace, WIDTH};
 use super::primitive::CompiledPrimitive;
 use super::proxy::Proxy;
 
-/// What stands at the end of an instance path.
+/// The last entry of an instance path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// A primitive, by its index.

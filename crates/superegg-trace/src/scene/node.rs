@@ -9,7 +9,7 @@ use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 /// The most children of a node.
 pub(crate) const WIDTH: usize = 8;
 
-/// What a slot of a node leads to.
+/// The target of a slot of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slot {
     /// A node of the same tree.

@@ -12,7 +12,7 @@ use crate::scene::compiled::CompiledScene;
 use crate::scene::group::{Group, Leaf};
 use crate::scene::path::InstancePath;
 
-/// What a stream computes, and for which rays.
+/// The task of a stream, and its rays.
 #[derive(Clone, Copy)]
 pub(super) struct Query<'s> {
     pub(super) scene: &'s CompiledScene,

@@ -223,7 +223,7 @@ impl<'s> Stream<'s> {
         self.path.clear();
         self.frames.clear();
         self.frames.push(Frame { group: root, stretch: 1.0, trail: None, first_ray: 0 });
-        // What earlier rays have left is overwritten.
+        // Values of earlier rays are overwritten.
         table.id_of.resize(count, 0);
         table.index_of.resize(count, 0);
         table.outcomes.resize(count, Outcome::Miss);

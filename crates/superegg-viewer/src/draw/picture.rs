@@ -45,7 +45,7 @@ pub enum Style {
 pub enum Selected {
     /// Those of the shape with this index.
     Shape(u32),
-    /// Those that belong to the root's child with this index.
+    /// The instances of the root's child with this index.
     Child(u32),
 }
 

@@ -7,7 +7,7 @@ use superegg_geom::glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::projection::Projection;
 
-/// What handles do.
+/// The actions of handles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tool {
     /// Arrows along the axes.
@@ -168,7 +168,7 @@ impl GizmoDrag {
             Tool::Rotate => {
                 let turned =
                     (self.start - self.origin).angle_to(pixel - self.origin).to_degrees() * self.turn;
-                // Of the angles that differ by whole turns the nearest to the last one.
+                // The angle nearest to the last one, among those that differ by whole turns.
                 self.angle = turned + 360.0 * ((self.angle - turned) / 360.0).round();
                 let angle_deg = if snaps { (self.angle / SNAP_DEG).round() * SNAP_DEG } else { self.angle };
                 if angle_deg == 0.0 || !angle_deg.is_finite() {

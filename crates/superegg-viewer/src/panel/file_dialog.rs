@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use egui::{Key, Modal, RichText, ScrollArea, TextEdit, Ui};
 
-/// What a file is chosen for.
+/// The purpose of a chosen file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileKind {
     Open,

@@ -10,7 +10,7 @@ use crate::commands;
 use crate::input::FileAction;
 use crate::protocol::Document;
 
-/// What the session or the window has to do.
+/// A task of the session or the window.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum FileEvent {
     /// Run this line.

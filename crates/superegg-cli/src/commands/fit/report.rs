@@ -1,4 +1,4 @@
-//! What is printed of fits.
+//! The printed report of fits.
 
 use serde_json::{Map, Value, json};
 use superegg_exchange::write::convention::Convention;

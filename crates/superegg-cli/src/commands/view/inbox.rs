@@ -5,7 +5,7 @@ use std::sync::mpsc::Receiver;
 
 use superegg_viewer::FromViewer;
 
-/// The events of a window in their order. Of the requests for frames that wait only the newest
+/// The events of a window in their order. Only the newest of the waiting requests for frames
 /// counts, so that a slider does not queue up loads.
 pub(super) struct Inbox {
     events: Receiver<FromViewer>,

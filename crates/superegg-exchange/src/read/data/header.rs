@@ -27,7 +27,7 @@ impl Section {
     }
 }
 
-/// What stands before the sections.
+/// The header before the sections.
 #[derive(Debug, Default)]
 pub(super) struct Header {
     pub(super) atoms: u64,

@@ -6,7 +6,7 @@ use super::super::error::ReadError;
 use super::super::lines::Lines;
 use super::super::particles::SimulationBox;
 
-/// What stands before the rows of a frame.
+/// The header before the rows of a frame.
 pub(super) struct Header {
     /// The number of rows.
     pub(super) count: u64,

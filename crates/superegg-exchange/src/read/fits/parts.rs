@@ -31,7 +31,7 @@ struct Columns {
     probability: Vec<f64>,
 }
 
-/// What the reader collects.
+/// The collected parts.
 #[derive(Default)]
 struct Parts {
     particles: Particles,

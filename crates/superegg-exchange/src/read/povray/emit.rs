@@ -51,7 +51,7 @@ pub(crate) fn is_left_handed(camera: &PovCamera) -> bool {
     camera.right.cross(camera.up).dot(camera.direction) > 0.0
 }
 
-/// What an object of the scene has become: a primitive or object, and its transforms.
+/// The result of an object of the scene: a primitive or object, and its transforms.
 struct Placement {
     is_primitive: bool,
     name: String,
@@ -260,7 +260,7 @@ impl Emitter {
         let color = color.max(DVec3::ZERO);
         let bright = color.max_element().max(1.0);
         let index = surface.index.unwrap_or(DEFAULT_INDEX).clamp(1.0, 4.0);
-        // What passes light reflects by Fresnel's law anyway.
+        // A transparent surface reflects by Fresnel's law anyway.
         let [least, most] = surface.reflection.map(|weight| weight.clamp(0.0, 1.0));
         let fresnel = surface.fresnel && through == 0.0 && least == 0.0 && most > 0.0;
         let mirror = if fresnel { most } else { least };

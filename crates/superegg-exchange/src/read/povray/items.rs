@@ -27,7 +27,7 @@ const FLAGS: [&str; 10] = [
     "split_union",
 ];
 
-/// What the modifiers of an object collect.
+/// The collected modifiers of an object.
 #[derive(Default)]
 struct Modifiers {
     steps: Vec<TransformStep>,

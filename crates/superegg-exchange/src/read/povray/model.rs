@@ -1,4 +1,4 @@
-//! What a POV-Ray scene holds, before it becomes a script.
+//! The content of a POV-Ray scene, before it becomes a script.
 
 use std::rc::Rc;
 

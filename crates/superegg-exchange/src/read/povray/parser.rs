@@ -43,7 +43,7 @@ pub(crate) enum Part {
     Material,
 }
 
-/// What an identifier stands for.
+/// The value of an identifier.
 #[derive(Clone, Debug)]
 pub(crate) enum Declared {
     Value(Value),

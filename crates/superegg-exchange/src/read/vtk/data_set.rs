@@ -1,4 +1,4 @@
-//! What is read of a VTK file.
+//! The parts of a VTK file that are read.
 
 use superegg_geom::glam::DVec3;
 
@@ -58,7 +58,7 @@ pub(crate) struct Array {
     pub(crate) values: Vec<f64>,
 }
 
-/// What is read of a VTK file.
+/// The parts of a VTK file that are read.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DataSet {
     /// The kind.

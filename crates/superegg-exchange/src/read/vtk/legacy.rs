@@ -76,7 +76,7 @@ impl Entry {
     }
 }
 
-/// What the arrays that follow belong to.
+/// The owner of the arrays that follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Section {
     Geometry,
