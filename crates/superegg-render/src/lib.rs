@@ -27,7 +27,9 @@ pub use film::exr::{ExrError, ExrPicture, exr_file, notes_of_exr};
 pub use film::matte::{Coverage, MATTE_RANKS, MatteLevel, matte_id};
 pub use film::pixel::{LightPasses, Pixel};
 pub use film::tile::{Tile, tiles};
-pub use render::frame::{RenderError, RenderOptions, Rendered, TileWork, render, render_tiles};
+pub use render::frame::{
+    RenderError, RenderOptions, RenderResources, Rendered, TileWork, render, render_tiles, render_tiles_with,
+};
 pub use render::output::OutputColoring;
 pub use render::part_file::{Difference, PartError, PartFile, PartHeader};
 pub use render::shard::Shard;

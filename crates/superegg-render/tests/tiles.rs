@@ -3,7 +3,10 @@
 use std::sync::Mutex;
 
 use superegg_lang::load_text;
-use superegg_render::{Film, RenderOptions, RenderSettings, Tile, TileWork, render_tiles, tiles};
+use superegg_render::{
+    Film, RenderOptions, RenderResources, RenderSettings, Tile, TileWork, render, render_tiles,
+    render_tiles_with, tiles,
+};
 use superegg_scene::Picture;
 use superegg_trace::CompiledScene;
 
@@ -57,4 +60,24 @@ fn what_is_not_wanted_costs_no_ray() {
     assert_eq!((one.len(), one[0].0, rays), (1, 3, 18 * 16 * 3));
     let made = film.pixels().filter(|pixel| pixel.samples > 0).count();
     assert_eq!(made, one[0].1.pixels().len());
+}
+
+#[test]
+fn resources_that_are_kept_give_the_same_picture_in_slices() {
+    let text = "set light path\nsky 1 1 1 1 1 1\nprm egg\nmetallic 1\nroughness .4\nprm lamp\nemission 2\n\
+                obj o\nap egg\nap lamp\nxs 1 1 3\n";
+    let (session, faults) = load_text("known.scn", text);
+    assert!(faults.is_empty(), "{faults:?}");
+    let scene = session.scene();
+    let compiled = CompiledScene::compile(scene, session.selected(), scene.depth);
+    let picture = Picture { width: SIZE.0, height: SIZE.1, samples: 2, ..scene.picture };
+    let settings = RenderSettings::of(scene).with_picture(picture);
+    let whole = render(&compiled, &settings, &RenderOptions::default()).unwrap().film;
+    let resources = RenderResources::of(&compiled, &settings);
+    let film = Mutex::new(settings.film());
+    for tile in 0..tiles(SIZE.0, SIZE.1).len() {
+        let work = TileWork { film: &film, wanted: &|index| index == tile, finished: &|_, _| () };
+        render_tiles_with(&compiled, &resources, &settings, &RenderOptions::default(), &work).unwrap();
+    }
+    assert_eq!(film.into_inner().unwrap(), whole);
 }

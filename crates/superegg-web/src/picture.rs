@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use superegg_render::{
-    Development, Film, Output, RayCounts, RenderOptions, RenderSettings, Shard, Tile, TileWork, TraceStats,
-    render_tiles, tiles,
+    Development, Film, Output, RayCounts, RenderOptions, RenderResources, RenderSettings, Shard, Tile,
+    TileWork, TraceStats, render_tiles_with, tiles,
 };
 use superegg_scene::Camera;
 use superegg_trace::CompiledScene;
@@ -20,6 +20,7 @@ use crate::eye::{camera_of, map_of};
 #[wasm_bindgen]
 pub struct Picture {
     compiled: Arc<CompiledScene>,
+    resources: Arc<RenderResources>,
     settings: RenderSettings,
     film: Mutex<Film>,
     tiles: Vec<Tile>,
@@ -64,6 +65,7 @@ pub(crate) fn settings_of(
 impl Picture {
     pub(crate) fn new(
         compiled: Arc<CompiledScene>,
+        resources: Arc<RenderResources>,
         settings: RenderSettings,
         shard: Option<&str>,
     ) -> Result<Self, JsError> {
@@ -75,7 +77,7 @@ impl Picture {
         let tiles = tiles(settings.picture.width, settings.picture.height);
         let is_done: Vec<bool> = (0..tiles.len()).map(|index| !shard.takes(index)).collect();
         let left = is_done.iter().filter(|is_done| !**is_done).count();
-        Ok(Self { compiled, settings, film, tiles, is_done, left, stats: TraceStats::default() })
+        Ok(Self { compiled, resources, settings, film, tiles, is_done, left, stats: TraceStats::default() })
     }
 
     /// The development for the bytes of a screen.
@@ -118,7 +120,8 @@ impl Picture {
             },
         };
         let options = RenderOptions::default().with_cancel(&is_late);
-        let stats = render_tiles(&self.compiled, &self.settings, &options, &work).map_err(error)?;
+        let stats = render_tiles_with(&self.compiled, &self.resources, &self.settings, &options, &work)
+            .map_err(error)?;
         self.stats += stats;
         let finished = finished.into_inner().unwrap_or_else(PoisonError::into_inner);
         finished.iter().for_each(|&index| self.is_done[index] = true);

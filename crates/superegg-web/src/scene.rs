@@ -10,7 +10,7 @@ use superegg_exchange::write::scene_mesh::SceneMesh;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_geom::{HitColumns, Ray, RayBatch};
 use superegg_lang::{Session, write_session};
-use superegg_render::{EnvironmentPixels, Framing, RenderSettings, View};
+use superegg_render::{EnvironmentPixels, Framing, RenderResources, RenderSettings, View};
 use superegg_scene::{Entity, EnvironmentLight, ViewSettings};
 use superegg_trace::{BatchOptions, CompiledScene, InstancePath};
 use superegg_viewer::{CastHit, GridChoice, IoGrid, cast};
@@ -30,12 +30,20 @@ pub struct Scene {
     findings: Vec<Finding>,
     notes: Vec<String>,
     compiled: OnceCell<Arc<CompiledScene>>,
+    resources: OnceCell<Arc<RenderResources>>,
     surroundings: Option<Arc<EnvironmentPixels>>,
 }
 
 impl Scene {
     fn of(session: Session, findings: Vec<Finding>, notes: Vec<String>) -> Self {
-        Self { session, findings, notes, compiled: OnceCell::new(), surroundings: None }
+        Self {
+            session,
+            findings,
+            notes,
+            compiled: OnceCell::new(),
+            resources: OnceCell::new(),
+            surroundings: None,
+        }
     }
 
     fn compiled(&self) -> &Arc<CompiledScene> {
@@ -170,8 +178,11 @@ impl Scene {
     /// A request that no picture can have.
     pub fn picture(&self, request: &str) -> Result<Picture, JsError> {
         let request: PictureRequest = serde_json::from_str(request).map_err(error)?;
-        let settings = settings_of(self.settings(), &request)?;
-        Picture::new(Arc::clone(self.compiled()), settings, request.shard.as_deref())
+        let own = self.settings();
+        let resources = self.resources.get_or_init(|| Arc::new(RenderResources::of(self.compiled(), &own)));
+        let resources = Arc::clone(resources);
+        let settings = settings_of(own, &request)?;
+        Picture::new(Arc::clone(self.compiled()), resources, settings, request.shard.as_deref())
     }
 
     /// The closest hits of rays: origins and directions of three numbers each.

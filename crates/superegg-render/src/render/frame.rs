@@ -142,6 +142,25 @@ pub fn render(
     Ok(Rendered { film: film.into_inner().unwrap_or_else(PoisonError::into_inner), stats })
 }
 
+/// What pictures of a scene need beside it, whatever their camera, size and samples: for paths the
+/// shapes that shine, and tables of rough surfaces. The tables are computed at their first use, which
+/// takes a part of a second: whoever renders a picture in many calls keeps them.
+#[derive(Default)]
+pub struct RenderResources(PathResources);
+
+impl RenderResources {
+    /// The resources of pictures with these settings.
+    pub fn of(scene: &CompiledScene, settings: &RenderSettings) -> Self {
+        Self(PathResources::of(scene, settings))
+    }
+}
+
+impl fmt::Debug for RenderResources {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RenderResources").finish_non_exhaustive()
+    }
+}
+
 /// Renders the wanted tiles of a picture. The pixels of a tile depend on scene and settings alone,
 /// not on the other tiles.
 ///
@@ -149,6 +168,22 @@ pub fn render(
 /// A setting is invalid, the film has another size, or the threads cannot be started.
 pub fn render_tiles(
     scene: &CompiledScene,
+    settings: &RenderSettings,
+    options: &RenderOptions<'_>,
+    work: &TileWork<'_>,
+) -> Result<TraceStats, RenderError> {
+    let resources = RenderResources::of(scene, &settings.for_output());
+    render_tiles_with(scene, &resources, settings, options, work)
+}
+
+/// [`render_tiles`] with resources that are kept. They are those of the same scene and settings, but for
+/// camera, size, samples and output.
+///
+/// # Errors
+/// As for [`render_tiles`].
+pub fn render_tiles_with(
+    scene: &CompiledScene,
+    RenderResources(paths): &RenderResources,
     settings: &RenderSettings,
     options: &RenderOptions<'_>,
     work: &TileWork<'_>,
@@ -163,8 +198,7 @@ pub fn render_tiles(
         return Err(RenderError::FilmSize { found, expected: (width, height) });
     }
     let settings = &settings.for_output();
-    let paths = PathResources::of(scene, settings);
-    let job = RenderJob::new(scene, settings, &paths, options.cancel);
+    let job = RenderJob::new(scene, settings, paths, options.cancel);
     let finished_pixels = AtomicU64::new(0);
     let stats = Mutex::new(TraceStats::default());
     let wanted: Vec<(usize, Tile)> =
