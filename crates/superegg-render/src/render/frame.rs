@@ -142,7 +142,7 @@ pub fn render(
     Ok(Rendered { film: film.into_inner().unwrap_or_else(PoisonError::into_inner), stats })
 }
 
-/// What pictures of a scene need beside it, whatever their camera, size and samples: for paths the
+/// The data that all pictures of a scene share, whatever their camera, size and samples: for paths the
 /// shapes that shine, and tables of rough surfaces. The tables are computed at their first use, which
 /// takes a part of a second: whoever renders a picture in many calls keeps them.
 #[derive(Default)]
