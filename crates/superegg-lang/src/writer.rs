@@ -10,6 +10,7 @@ use superegg_scene::{
     Material, Object, Pattern, Primitive, Scene, Sky, Track,
 };
 
+use crate::parse::material_words::{pattern_words, texture_words};
 use crate::parse::number::{format_number, matrix_words, quaternion_words, vector};
 use crate::session::interpreter::Session;
 use crate::session::keys::line_of;
@@ -317,7 +318,7 @@ fn write_keys<'a>(
 }
 
 fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
-    let Primitive { shape, patches, material } = primitive;
+    let Primitive { shape, patches, material, textures } = primitive;
     let default = Primitive::default();
     line(text, &format!("primitive {name}"));
     if shape.radii() != default.shape.radii() {
@@ -353,6 +354,9 @@ fn write_primitive(text: &mut String, name: &str, primitive: &Primitive) {
         }
     }
     write_finish(text, material);
+    for (channel, texture) in textures.iter().flat_map(|textures| textures.all()) {
+        line(text, &format!("setTexture {}", texture_words(channel, texture)));
+    }
 }
 
 fn write_finish(text: &mut String, material: &Material) {
@@ -362,14 +366,8 @@ fn write_finish(text: &mut String, material: &Material) {
     if bits(material.absorb) != bits(DVec3::ZERO) {
         line(text, &format!("setAbsorb {}", vector(material.absorb)));
     }
-    match material.pattern {
-        Pattern::None => {}
-        Pattern::Checker { color, size } => {
-            line(text, &format!("setPattern checker {} {}", vector(color), format_number(size)));
-        }
-        Pattern::Gradient { color, direction } => {
-            line(text, &format!("setPattern gradient {} {}", vector(color), vector(direction)));
-        }
+    if material.pattern != Pattern::None {
+        line(text, &format!("setPattern {}", pattern_words(&material.pattern)));
     }
 }
 

@@ -17,8 +17,12 @@ use superegg::exchange::write::written::Written;
 use superegg::geom::glam::{DAffine3, DMat3, DQuat, DVec3};
 use superegg::geom::{Aabb, Exponents};
 use superegg::lang::{Effect, Fault, Session, key_frames, scene_at, write_scene, write_without_tables};
-use superegg::render::{EnvironmentPixels, Framing, Output, RenderOptions, RenderSettings};
-use superegg::scene::{Entity, EnvironmentPicture, InstanceTable, Material, TableBuilder};
+use superegg::render::{
+    EnvironmentPixels, Framing, Output, RenderOptions, RenderSettings, TexturePixels, TextureSet,
+};
+use superegg::scene::{
+    Entity, EnvironmentPicture, InstanceTable, Material, TableBuilder, Texture, TextureChannel,
+};
 use superegg::trace::{BatchOptions, CompiledScene, InstancePath};
 use superegg::{Model, Part};
 use superegg_cli::load::{self as program, LoadedScene, frame_data};
@@ -589,8 +593,16 @@ impl Scene {
         }
         frame(&mut scene, &compiled, data);
         let settings = RenderSettings::of(&scene).with_output(output).with_layers(request.layers);
-        Ok((compiled, settings.with_surroundings(&scene, pixels_of)?))
+        let settings = settings.with_surroundings(&scene, pixels_of)?;
+        Ok((compiled, settings.with_textures(TextureSet::of(&scene, texture_of)?)))
     }
+}
+
+/// Reads a texture.
+fn texture_of(texture: &Texture, channel: TextureChannel) -> PyResult<TexturePixels> {
+    let wrong = |reason: String| errors::value(format!("the texture '{}': {reason}", texture.file));
+    let bytes = std::fs::read(&*texture.file).map_err(|error| wrong(error.to_string()))?;
+    TexturePixels::of_file(&bytes, channel == TextureChannel::Color).map_err(|error| wrong(error.to_string()))
 }
 
 /// Reads a picture of the surroundings.

@@ -13,6 +13,7 @@ mod render;
 mod settings;
 mod shade;
 mod stats;
+mod texture;
 
 pub use camera::framing::{Framing, facing};
 pub use camera::framing_of_data::frame_data;
@@ -35,6 +36,8 @@ pub use render::part_file::{Difference, PartError, PartFile, PartHeader};
 pub use render::shard::Shard;
 pub use settings::{Environment, Output, RenderSettings, SettingsError};
 pub use stats::{RayCounts, TraceStats};
+pub use texture::pixels::{TextureError, TexturePixels};
+pub use texture::set::TextureSet;
 
 /// The example of the README.
 #[cfg(doctest)]

@@ -12,6 +12,7 @@ use thiserror::Error;
 use crate::environment::map::{EnvironmentMap, EnvironmentPixels};
 use crate::film::buffer::Film;
 use crate::film::develop::Development;
+use crate::texture::set::TextureSet;
 
 /// The quantity that a picture has: light, or one of the other outputs (AOVs).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -91,6 +92,8 @@ pub struct RenderSettings {
     /// Whether the film keeps depth, normals, albedo and instance ids beside light. They cost some
     /// time and two and a half times the memory.
     pub layers: bool,
+    /// The pictures on surfaces, set by whoever reads the files ([`TextureSet::of`]).
+    pub textures: TextureSet,
 }
 
 /// The environment of the objects of a scene.
@@ -179,7 +182,14 @@ impl RenderSettings {
             environment: Environment::of(scene),
             output: Output::Light,
             layers: true,
+            textures: TextureSet::default(),
         }
+    }
+
+    /// Replaces the pictures on surfaces.
+    #[must_use]
+    pub fn with_textures(self, textures: TextureSet) -> Self {
+        Self { textures, ..self }
     }
 
     /// Replaces size and quality.

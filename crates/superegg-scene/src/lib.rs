@@ -21,6 +21,7 @@ mod picture;
 mod primitive;
 mod scene;
 mod table;
+mod texture;
 mod tracks;
 mod uses;
 mod view_settings;
@@ -37,6 +38,7 @@ pub use picture::{Encoding, Filter, LightModel, Picture, Tone};
 pub use primitive::{Material, MaterialWeight, Patches, Pattern, Primitive};
 pub use scene::{DEFAULT_DEPTH, Entity, MAX_DEPTH, Scene, SceneError};
 pub use table::{InstanceTable, TableBuilder, TableColumns, TableError, TableShape, row_name};
+pub use texture::{Texture, TextureChannel, TextureMapping, Textures};
 pub use view_settings::{Shading, Theme, ViewSettings};
 
 /// Compiles the examples of the crate's README.

@@ -1,7 +1,11 @@
 //! Primitives: a superquadric with a material.
 
+use std::sync::Arc;
+
 use superegg_geom::Superquadric;
 use superegg_geom::glam::DVec3;
+
+use crate::texture::Textures;
 
 /// The tessellation of a primitive in the preview.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +59,64 @@ pub enum Pattern {
         /// The direction of the gradient; not zero, of any length.
         direction: DVec3,
     },
+    /// Clouds of both colours.
+    Noise {
+        /// The other linear colour.
+        color: DVec3,
+        /// The size of the largest clouds, above 0.
+        size: f64,
+    },
+    /// Veins across the x axis, as of marble.
+    Marble {
+        /// The linear colour of the veins.
+        color: DVec3,
+        /// The distance of the veins, above 0.
+        size: f64,
+    },
+    /// Rings around the z axis, as of wood.
+    Wood {
+        /// The linear colour of late wood.
+        color: DVec3,
+        /// The width of a ring, above 0.
+        size: f64,
+    },
+}
+
+impl Pattern {
+    /// The other linear colour; `None` for no pattern.
+    pub fn color(&self) -> Option<DVec3> {
+        match *self {
+            Self::None => None,
+            Self::Checker { color, .. }
+            | Self::Gradient { color, .. }
+            | Self::Noise { color, .. }
+            | Self::Marble { color, .. }
+            | Self::Wood { color, .. } => Some(color),
+        }
+    }
+
+    /// The word of the pattern in the language.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Checker { .. } => "checker",
+            Self::Gradient { .. } => "gradient",
+            Self::Noise { .. } => "noise",
+            Self::Marble { .. } => "marble",
+            Self::Wood { .. } => "wood",
+        }
+    }
+
+    /// The size of a pattern that has one.
+    pub fn size(&self) -> Option<f64> {
+        match *self {
+            Self::None | Self::Gradient { .. } => None,
+            Self::Checker { size, .. }
+            | Self::Noise { size, .. }
+            | Self::Marble { size, .. }
+            | Self::Wood { size, .. } => Some(size),
+        }
+    }
 }
 
 /// The material of a surface. Colours are linear values.
@@ -169,6 +231,8 @@ pub struct Primitive {
     pub patches: Patches,
     /// The material.
     pub material: Material,
+    /// Pictures on the surface; `None` for none.
+    pub textures: Option<Arc<Textures>>,
 }
 
 impl Default for Primitive {
@@ -177,6 +241,7 @@ impl Default for Primitive {
             shape: Superquadric::unit_sphere(),
             patches: Patches { u: 15, v: 15 },
             material: Material::default(),
+            textures: None,
         }
     }
 }

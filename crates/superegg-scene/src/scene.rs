@@ -35,6 +35,11 @@ pub enum Entity {
 }
 
 impl Entity {
+    /// Whether it is a primitive with pictures on its surface.
+    pub fn has_textures(&self) -> bool {
+        matches!(self, Self::Primitive(primitive) if primitive.textures.is_some())
+    }
+
     /// The kind with its article: "a primitive", "an object" or "a table of instances".
     pub fn kind(&self) -> &'static str {
         match self {

@@ -37,14 +37,13 @@ pub(crate) fn fresnel(is_on: bool) -> String {
 }
 
 pub(crate) fn pattern(pattern: &Pattern) -> String {
-    match pattern {
-        Pattern::None => "setPattern none".to_owned(),
-        Pattern::Checker { color, size } => {
-            format!("setPattern checker {} {}", vector(*color), number(*size))
+    let word = pattern.word();
+    match (pattern, pattern.color(), pattern.size()) {
+        (Pattern::Gradient { color, direction }, ..) => {
+            format!("setPattern {word} {} {}", vector(*color), vector(*direction))
         }
-        Pattern::Gradient { color, direction } => {
-            format!("setPattern gradient {} {}", vector(*color), vector(*direction))
-        }
+        (_, Some(color), Some(size)) => format!("setPattern {word} {} {}", vector(color), number(size)),
+        _ => format!("setPattern {word}"),
     }
 }
 

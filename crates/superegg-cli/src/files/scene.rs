@@ -12,7 +12,7 @@ use superegg_lang::{
     Diagnostic, Effect, Fault, FaultCode, Flow, Request, Session, Settings, Severity, find_command, nearest,
     run_script, write_session,
 };
-use superegg_scene::EnvironmentLight;
+use superegg_scene::{Entity, EnvironmentLight};
 
 use crate::annotate::Legend;
 use crate::console;
@@ -21,7 +21,7 @@ use crate::files::binary_scene::{self, open_input};
 use crate::files::data::{self, DataOptions, FileKind, LoadedData, Note};
 use crate::files::folders::Folders;
 use crate::files::no_scene::kind_of_no_scene;
-use crate::files::surroundings::pixels_of;
+use crate::files::surroundings::{pixels_of, texture_of};
 
 /// The maximum nesting of sourced files.
 const MOST_NESTED: usize = 16;
@@ -272,7 +272,9 @@ impl Loader<'_> {
                 self.is_interrupted = true;
                 return Ok(Flow::Stop);
             }
-            if let Some(fault) = unreadable_surroundings(session, line, &effect, &folder) {
+            if let Some(fault) = unreadable_surroundings(session, line, &effect, &folder)
+                .or_else(|| unreadable_texture(session, line, &effect, &folder))
+            {
                 return Err(fault);
             }
             // Nearly every line.
@@ -410,6 +412,27 @@ impl Loader<'_> {
         }
         Ok(path.clone())
     }
+}
+
+/// The fault of a line whose texture cannot be read. It is taken back.
+fn unreadable_texture(session: &mut Session, line: &str, effect: &Effect, folder: &Path) -> Option<Fault> {
+    let first = line.split_whitespace().next()?;
+    let is_named = ["setTexture", "texture"].iter().any(|word| first.eq_ignore_ascii_case(word));
+    if !is_named || !matches!(effect, Effect::Changed(_)) {
+        return None;
+    }
+    let Some(Entity::Primitive(primitive)) = session.selected().and_then(|name| session.scene().get(name))
+    else {
+        return None;
+    };
+    let textures = primitive.textures.clone()?;
+    let faults = textures
+        .all()
+        .filter_map(|(channel, texture)| Some((channel, texture_of(texture, channel, Some(folder)).err()?)));
+    let (channel, error) = faults.last()?;
+    // Cannot fail.
+    let _ = session.run_line(&format!("setTexture {} none", channel.word()));
+    Some(unreadable(&error))
 }
 
 /// The fault of a line whose picture of the surroundings cannot be read. It is taken back.

@@ -353,3 +353,34 @@ fn surroundings_are_found_beside_the_scene_and_missing_ones_are_faults() {
         assert!((said.out + &said.err).contains(cause), "{cause}");
     }
 }
+
+#[test]
+fn textures_are_found_beside_the_scene_and_missing_ones_are_faults() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("far")).unwrap();
+    image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 0])).save(sandbox.path("far/red.png")).unwrap();
+    image::RgbImage::from_pixel(2, 2, image::Rgb([0, 255, 0])).save(sandbox.path("far/green.jpg")).unwrap();
+    let text = "set size 32x24\nprm ball\ntexture color red.png\nambient 1\ndiffuse 0\nspecular 0\n";
+    sandbox.write("far/s.scn", text);
+    let middle = |name: &str| picture(&sandbox, name).to_rgb8().get_pixel(16, 12).0;
+    sandbox.run("render far/s.scn -o a.png --quiet").fine();
+    assert_eq!(middle("a.png"), [255, 0, 0]);
+    // Saved and loaded again it is the same scene.
+    sandbox.run_with("", "load far/s.scn\nsave far/b.scn\nstop\n");
+    assert!(sandbox.read("far/b.scn").contains("setTexture color \"red.png\" 1 around"));
+    sandbox.run("render far/b.scn -o b.png --quiet").fine();
+    assert_eq!(middle("b.png"), [255, 0, 0]);
+    sandbox.write("far/g.scn", text.replace("red.png", "green.jpg .5 box"));
+    sandbox.run("render far/g.scn -o g.png --quiet").fine();
+    let [r, g, b] = middle("g.png");
+    assert!(r < 40 && g > 200 && b < 40);
+    sandbox.write("far/n.scn", text.to_owned() + "texture color none\n");
+    sandbox.run("render far/n.scn -o n.png --quiet").fine();
+    assert_eq!(middle("n.png"), [255; 3]);
+    for (file, cause) in [("none.png", "none.png"), ("s.scn", "is no texture")] {
+        sandbox.write("far/bad.scn", format!("prm ball\ntexture color {file}\n"));
+        let said = sandbox.run("check far/bad.scn");
+        assert_eq!(said.code, Some(1), "{}", said.out);
+        assert!((said.out + &said.err).contains(cause), "{cause}");
+    }
+}

@@ -98,7 +98,8 @@ impl Fixed for TableShape {
 }
 
 /// 23 numbers, to which [`Facets`] adds two: -1 marks an unset one of `reflected`, `refracted` and `shininess`, none of
-/// which is negative. The kind of pattern is 0 for none, 1 for a checker, 2 for a gradient.
+/// which is negative. The kind of pattern is 0 for none, 1 for a checker, 2 for a gradient, 3, 4
+/// and 5 for noise, marble and wood.
 impl Fixed for Material {
     const BYTES: usize = 23 * 8;
 
@@ -124,6 +125,9 @@ impl Fixed for Material {
             Pattern::None => (0.0, DVec3::ZERO, DVec3::ZERO),
             Pattern::Checker { color, size } => (1.0, color, DVec3::splat(size)),
             Pattern::Gradient { color, direction } => (2.0, color, direction),
+            Pattern::Noise { color, size } => (3.0, color, DVec3::splat(size)),
+            Pattern::Marble { color, size } => (4.0, color, DVec3::splat(size)),
+            Pattern::Wood { color, size } => (5.0, color, DVec3::splat(size)),
         };
         let unset = |number: Option<f64>| number.unwrap_or(-1.0);
         let numbers = [
@@ -156,6 +160,9 @@ impl Fixed for Material {
             2.0 if detail != DVec3::ZERO && detail.is_finite() => {
                 Pattern::Gradient { color: of_unit(second)?, direction: detail }
             }
+            3.0 if detail.x > 0.0 => Pattern::Noise { color: of_unit(second)?, size: detail.x },
+            4.0 if detail.x > 0.0 => Pattern::Marble { color: of_unit(second)?, size: detail.x },
+            5.0 if detail.x > 0.0 => Pattern::Wood { color: of_unit(second)?, size: detail.x },
             _ => return None,
         };
         let weight = |index: usize| Some(set(index)?.filter(|x| *x <= 1.0));

@@ -31,6 +31,9 @@ pub(super) fn of_scene(scene: &Scene) -> Vec<String> {
         lost.push("ambient occlusion");
     }
     let mut losses = vec![format!("not in the file: {}", lost.join(", "))];
+    if scene.entities().any(|(_, entity)| entity.has_textures()) {
+        losses.push("textures are not in the file: surfaces have their colour".to_owned());
+    }
     losses.extend(of_animation(scene));
     losses
 }
@@ -57,7 +60,7 @@ pub(super) fn of_materials(instances: &Instances, kept: MaterialKept) -> Vec<Str
         }
     }
     if kept != MaterialKept::None && any(|material| material.pattern != Pattern::None) {
-        losses.push("checkers and gradients are not in the file: surfaces have their base colour".to_owned());
+        losses.push("patterns are not in the file: surfaces have their base colour".to_owned());
     }
     if kept != MaterialKept::None && any(|material| material.emission > 0.0) {
         losses.push("emission is not in the file: surfaces give off no light".to_owned());

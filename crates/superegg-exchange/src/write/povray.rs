@@ -144,6 +144,10 @@ pub fn losses(scene: &Scene) -> Vec<String> {
             materials().any(|material| material.facet_roughness().is_some()),
             "roughness and metal are not in the file",
         ),
+        (
+            scene.entities().any(|(_, entity)| entity.has_textures()),
+            "textures are not in the file: surfaces have their colour and pattern",
+        ),
         (picture.gloss_rays > 1, "blurred reflection is not in the file: mirrors are sharp"),
         (
             picture.exposure != 0.0 || picture.tone != superegg_scene::Tone::None,
@@ -241,7 +245,7 @@ impl<'a> Writer<'a> {
                 // One unit each way.
                 format!("gradient {} triangle_wave color_map {{ {colors} }} scale 2", vector(along))
             }
-            Pattern::None => pattern(&material, None),
+            _ => pattern(&material, None),
         };
         let texture = texture(&material, &pigment, self.factor);
         let scale = self.scale();
@@ -470,6 +474,17 @@ fn pattern(material: &Material, reach: Option<&dyn Fn(DVec3) -> f64>) -> String 
             let colors = format!("[0 color {base}] [1 color {}]", rgb(material, color));
             let reach = reach(along);
             gradient(along, -reach, reach, &colors)
+        }
+        (Pattern::Noise { color, size }, _) => {
+            format!("bozo color_map {{ [0 {base}] [1 {}] }} scale {size}", rgb(material, color))
+        }
+        (Pattern::Marble { color, size }, _) => {
+            let veins = rgb(material, color);
+            format!("marble turbulence 0.6 color_map {{ [0 {base}] [1 {veins}] }} scale {size}")
+        }
+        (Pattern::Wood { color, size }, _) => {
+            let late = rgb(material, color);
+            format!("wood turbulence 0.06 color_map {{ [0 {base}] [1 {late}] }} scale {size}")
         }
         (Pattern::Gradient { .. } | Pattern::None, _) => base,
     }

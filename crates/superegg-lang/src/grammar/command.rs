@@ -7,7 +7,8 @@
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
 use superegg_scene::{
-    AmbientOcclusion, Camera, Daylight, EnvironmentPicture, Light, MaterialWeight, Patches,
+    AmbientOcclusion, Camera, Daylight, EnvironmentPicture, Light, MaterialWeight, Patches, Texture,
+    TextureChannel,
 };
 
 /// One command with its arguments, each within its range.
@@ -235,10 +236,17 @@ pub enum PrimitiveCommand {
     SetAbsorption(DVec3),
     /// Set the second colour. How many numbers are allowed depends on the word.
     SetPattern {
-        /// `none`, `checker` or `gradient`.
+        /// The word of the pattern, as [`superegg_scene::Pattern::word`].
         word: String,
         /// A colour, and optionally a size or a direction.
         numbers: Vec<f64>,
+    },
+    /// Set a picture on the surface, or remove it.
+    SetTexture {
+        /// The quantity that it sets.
+        channel: TextureChannel,
+        /// The picture; `None` for none.
+        texture: Option<Texture>,
     },
 }
 

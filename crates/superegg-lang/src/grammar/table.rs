@@ -6,7 +6,7 @@ use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
 use superegg_scene::{
     AmbientOcclusion, Camera, Daylight, EnvironmentPicture, Light, LightKind, MAX_DEPTH, MaterialWeight,
-    Patches,
+    Patches, Texture, TextureChannel, TextureMapping,
 };
 
 use crate::grammar::command::{
@@ -532,17 +532,46 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Primitives,
         options: &[],
         args: &[
-            &[arg("PATTERN", ArgKind::Choice(&["none", "checker", "gradient"]))],
+            &[arg("PATTERN", ArgKind::Choice(&["none", "checker", "gradient", "noise", "marble", "wood"]))],
             COLOR,
             &[number("size|x", Range::Any)],
             &[number("y", Range::Any), number("z", Range::Any)],
         ],
-        summary: "sets a second colour: 'none', 'checker r g b [size]' in cubes, 'gradient r g b [x y z]' along a direction, in the primitive's own space",
+        summary: "sets a second colour: 'none', 'checker r g b [size]' in cubes, 'gradient r g b [x y z]' along a direction, 'noise', 'marble' and 'wood r g b [size]' as clouds, veins and rings, in the primitive's own space",
         default: "none; size 0.5, x y z 0 0 1",
         example: "setPattern checker 0.1 0.1 0.1 0.25",
         build: Build::Primitive(|args| PrimitiveCommand::SetPattern {
             word: args.words[0].to_ascii_lowercase(),
             numbers: args.numbers.to_vec(),
+        }),
+    },
+    CommandSpec {
+        name: "setTexture",
+        spellings: &["texture"],
+        group: Group::Primitives,
+        options: &[],
+        args: &[
+            &[arg("color|roughness", ArgKind::Choice(&["color", "roughness"])), FILE],
+            &[number("scale", Range::Positive)],
+            &[arg("around|box", ArgKind::Choice(&["around", "box"]))],
+        ],
+        summary: "sets a picture (.png, .jpg, .hdr) on the surface: 'color' times the colour and the pattern, or 'roughness' for 'set light path'; 'around' once and from pole to pole, or as a 'box' from six sides; FILE 'none' removes it",
+        default: "none; scale 1, around",
+        example: "setTexture color bricks.png 2 box",
+        build: Build::Primitive(|args| PrimitiveCommand::SetTexture {
+            channel: if args.words[0].eq_ignore_ascii_case("color") {
+                TextureChannel::Color
+            } else {
+                TextureChannel::Roughness
+            },
+            texture: (args.words[1] != "none").then(|| Texture {
+                file: args.text(1).into(),
+                mapping: match args.words.get(2) {
+                    Some(word) if word.eq_ignore_ascii_case("box") => TextureMapping::Box,
+                    _ => TextureMapping::Around,
+                },
+                scale: args.optional_number(0).unwrap_or(1.0),
+            }),
         }),
     },
     CommandSpec {

@@ -64,11 +64,20 @@ pub(crate) fn pattern(word: &str, numbers: &[f64], parsed: &Parsed) -> Result<Pa
     let color = || DVec3::from_slice(&numbers[..3]);
     match (word, numbers.len()) {
         ("none", 0) => Ok(Pattern::None),
-        ("checker", 3) => Ok(Pattern::Checker { color: color(), size: CHECKER_SIZE }),
-        ("checker", 4) if numbers[3] > 0.0 => Ok(Pattern::Checker { color: color(), size: numbers[3] }),
-        ("checker", 4) => {
-            let fault = Fault::new(FaultCode::OutOfRange, "size of a checker must be above 0");
-            Err(fault.help("for example: setPattern checker 0.1 0.1 0.1 0.25").at(parsed.word_columns(5)))
+        ("checker" | "noise" | "marble" | "wood", count @ (3 | 4)) => {
+            let size = if count == 4 { numbers[3] } else { CHECKER_SIZE };
+            if size <= 0.0 {
+                let fault = Fault::new(FaultCode::OutOfRange, format!("size of a {word} must be above 0"));
+                let help = format!("for example: setPattern {word} 0.1 0.1 0.1 0.25");
+                return Err(fault.help(help).at(parsed.word_columns(5)));
+            }
+            let color = color();
+            Ok(match word {
+                "checker" => Pattern::Checker { color, size },
+                "noise" => Pattern::Noise { color, size },
+                "marble" => Pattern::Marble { color, size },
+                _ => Pattern::Wood { color, size },
+            })
         }
         ("gradient", 3) => Ok(Pattern::Gradient { color: color(), direction: DVec3::Z }),
         ("gradient", 6) => {
@@ -78,15 +87,13 @@ pub(crate) fn pattern(word: &str, numbers: &[f64], parsed: &Parsed) -> Result<Pa
         }
         _ => {
             let (takes, example) = match word {
-                "none" => ("no numbers", "setPattern none"),
-                "checker" => ("a colour r g b, and perhaps a size", "setPattern checker 0.1 0.1 0.1 0.25"),
-                _ => {
-                    ("a colour r g b, and perhaps a direction x y z", "setPattern gradient 0.1 0.2 0.6 0 0 1")
-                }
+                "none" => ("no numbers", ""),
+                "gradient" => ("a colour r g b, and perhaps a direction x y z", " 0.1 0.2 0.6 0 0 1"),
+                _ => ("a colour r g b, and perhaps a size", " 0.1 0.1 0.1 0.25"),
             };
             let message = format!("'{word}' takes {takes}; here are {} numbers", numbers.len());
             Err(Fault::new(FaultCode::ArgumentCount, message)
-                .help(format!("for example: {example}"))
+                .help(format!("for example: setPattern {word}{example}"))
                 .at(parsed.argument_columns()))
         }
     }

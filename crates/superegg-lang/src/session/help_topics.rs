@@ -44,6 +44,7 @@ pub(crate) const TOPICS: &[Topic] = &[
             "setRoughness",
             "setMetallic",
             "setPattern",
+            "setTexture",
         ],
         settings: &["glossRays", "bounces"],
     },
@@ -122,7 +123,7 @@ pub(crate) const TOPICS: &[Topic] = &[
             ("#ff8000, #f80", "8-bit sRGB values, as in other programs"),
             ("1 0.22 0", "red, green and blue as linear values from 0 to 1; of light also above 1"),
         ],
-        commands: &["setColor", "setPattern", "background", "sky"],
+        commands: &["setColor", "setPattern", "setTexture", "background", "sky"],
         settings: &["encoding"],
     },
     Topic {

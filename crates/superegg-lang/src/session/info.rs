@@ -3,10 +3,11 @@
 use superegg_geom::TransformStep;
 use superegg_scene::{
     Daylight, Entity, EnvironmentLight, EnvironmentPicture, InstanceTable, Light, LightKind, Material,
-    Object, Pattern, Primitive, Scene, Track, TrackWord,
+    Object, Primitive, Scene, Track, TrackWord,
 };
 
 use crate::diagnostic::{Fault, FaultCode};
+use crate::parse::material_words::{pattern_words, texture_words};
 use crate::parse::number::{format_number, matrix_words, quaternion_words, vector};
 use crate::session::keys::line_of;
 use crate::session::selection::Selection;
@@ -207,14 +208,6 @@ fn light_words(light: &Light) -> String {
     if light.radius > 0.0 { format!("{words}, radius {}", format_number(light.radius)) } else { words }
 }
 
-fn pattern_words(pattern: Pattern) -> String {
-    match pattern {
-        Pattern::None => "none".to_owned(),
-        Pattern::Checker { color, size } => format!("checker {} {}", vector(color), format_number(size)),
-        Pattern::Gradient { color, direction } => format!("gradient {} {}", vector(color), vector(direction)),
-    }
-}
-
 fn details(scene: &Scene, name: &str, entity: &Entity) -> String {
     let details = match entity {
         Entity::Primitive(primitive) => primitive_details(name, primitive),
@@ -225,7 +218,7 @@ fn details(scene: &Scene, name: &str, entity: &Entity) -> String {
 }
 
 fn primitive_details(name: &str, primitive: &Primitive) -> String {
-    let Primitive { shape, patches, material } = primitive;
+    let Primitive { shape, patches, material, textures } = primitive;
     let unset = |value: Option<f64>, fallback: f64| match value {
         Some(value) => format_number(value),
         None => format!("{} (not set: not traced)", format_number(fallback)),
@@ -254,11 +247,14 @@ fn primitive_details(name: &str, primitive: &Primitive) -> String {
         ("emission", format_number(material.emission)),
         ("roughness", material.roughness.map_or_else(|| "unset, no facets".to_owned(), format_number)),
         ("metallic", format_number(material.metallic)),
-        ("pattern", pattern_words(material.pattern)),
+        ("pattern", pattern_words(&material.pattern)),
     ];
     let mut text = format!("primitive {name}");
     for (word, value) in rows {
         text.push_str(&format!("\n  {word:<10} {value}"));
+    }
+    for (channel, texture) in textures.iter().flat_map(|textures| textures.all()) {
+        text.push_str(&format!("\n  {:<10} {}", "texture", texture_words(channel, texture)));
     }
     text
 }

@@ -1,11 +1,12 @@
 //! The interpreter: a session and how commands change it.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, ShapeError, Superquadric, TransformStep};
 use superegg_scene::{
-    Camera, Entity, EnvironmentLight, Floor, Lens, Light, Scene, SceneError, Sky, TrackSubject,
+    Camera, Entity, EnvironmentLight, Floor, Lens, Light, Scene, SceneError, Sky, Textures, TrackSubject,
 };
 
 use crate::diagnostic::{Fault, FaultCode};
@@ -354,6 +355,11 @@ impl Session {
             PrimitiveCommand::SetAbsorption(absorb) => material.absorb = *absorb,
             PrimitiveCommand::SetPattern { word, numbers } => {
                 material.pattern = pattern(word, numbers, parsed)?;
+            }
+            PrimitiveCommand::SetTexture { channel, texture } => {
+                let mut textures = primitive.textures.as_deref().cloned().unwrap_or_default();
+                textures.set(*channel, texture.clone());
+                primitive.textures = (textures != Textures::default()).then(|| Arc::new(textures));
             }
         }
         Ok(())

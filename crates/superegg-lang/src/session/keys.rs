@@ -84,6 +84,8 @@ pub(crate) fn subject_of(
                 TrackWord::Word(find_setting(word).map_or_else(name, |spec| spec.name.into()))
             }
             ArgKind::Name(_) => TrackWord::Entity(name()),
+            // Case matters in names of files.
+            ArgKind::File => TrackWord::Word(name()),
             _ => TrackWord::Word(word.to_ascii_lowercase().into()),
         });
         before = word;

@@ -166,7 +166,7 @@ impl PartHeader {
         settings: &RenderSettings,
         shard: Shard,
     ) -> Self {
-        let RenderSettings { picture, camera, environment, output, layers: _ } = settings;
+        let RenderSettings { picture, camera, environment, output, layers: _, textures } = settings;
         let hash = |bytes: &[u8]| format!("{HASHED}{:032x}", XxHash3_128::oneshot(bytes));
         let mut fields = vec![("program", program.to_owned())];
         fields.extend(picture_fields(picture));
@@ -177,6 +177,9 @@ impl PartHeader {
         fields.push(("camera", hash(&part_words::camera_bytes(camera))));
         fields.push(("surroundings", hash(&part_words::environment_bytes(environment))));
         fields.push(("scene", hash(scene.as_bytes())));
+        if !textures.is_empty() {
+            fields.push(("textures", hash(&textures.bytes())));
+        }
         // A value is the rest of a line.
         let line = |value: String| value.replace(['\n', '\r'], " ");
         Self {

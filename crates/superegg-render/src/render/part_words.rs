@@ -212,6 +212,11 @@ fn write_material(bytes: &mut Bytes, material: &Material) {
             bytes.vector(color);
             bytes.number(size);
         }
+        Pattern::Noise { color, size } | Pattern::Marble { color, size } | Pattern::Wood { color, size } => {
+            bytes.word(pattern.word());
+            bytes.vector(color);
+            bytes.number(size);
+        }
         Pattern::Gradient { color, direction } => {
             bytes.word("gradient");
             bytes.vector(color);

@@ -4,7 +4,6 @@ use std::rc::Rc;
 
 use superegg_geom::Ray;
 use superegg_geom::glam::{DVec3, Vec3};
-use superegg_scene::Pattern;
 use superegg_simd::Arch;
 use superegg_trace::packet::{
     CandidateHit, Columns, LANES, PacketRays, PacketTracer, VisibleSurfaces, bits, first_lanes,
@@ -20,9 +19,10 @@ use crate::render::surface_ids::SurfaceIdTable;
 use crate::shade::context::{RenderContext, at_surface};
 use crate::shade::medium::Media;
 use crate::shade::phong::LobeWeights;
-use crate::shade::point::{PathState, SurfaceOwner, SurfacePoint, SurfaceView, albedo_of_shape};
+use crate::shade::point::{PathState, SurfaceOwner, SurfacePoint, SurfaceView};
 use crate::shade::state::ShadingState;
 use crate::shade::surfaces::Located;
+use crate::shade::textured::Finish;
 use crate::shade::whitted::Wavefront;
 use crate::stats::TraceStats;
 
@@ -95,7 +95,7 @@ impl<'a> PrimaryHits<'a> {
             tracer: PacketTracer::new(context.scene),
             rays: PacketRays::default(),
             visible: VisibleSurfaces::default(),
-            surfaces: SurfaceCache::new(context.scene),
+            surfaces: SurfaceCache::new(context.scene, &context.paths.textures),
             shaded: PrimaryPoints::default(),
             normal_maps: Vec::new(),
             arch: Arch::new(),
@@ -233,14 +233,10 @@ impl<'a> PrimaryHits<'a> {
         let Located { position, position_error, normal } =
             Located::of(world_from_unit, &surface.normal_map, hit.unit_point, hit.gradient);
         let direction = ray.direction.normalize();
-        let albedo = match surface.primitive {
-            Some(primitive) if surface.material.pattern != Pattern::None => {
-                let view = SurfaceView { normal, direction, width: footprint.width };
-                let primitive = camera.context.scene.primitive(primitive);
-                albedo_of_shape(&surface.material, primitive, hit.unit_point, world_from_unit, &view)
-            }
-            _ => surface.material.color,
-        };
+        let view = SurfaceView { normal, direction, width: footprint.width };
+        let (material, primitive) = (&surface.material, surface.primitive);
+        let Finish { albedo, material } =
+            camera.context.finish(material, primitive, hit.unit_point, world_from_unit, &view);
         SurfacePoint {
             state: state.after(ray.origin, position),
             owner: SurfaceOwner::Instance(Rc::clone(&surface.path)),
@@ -251,8 +247,8 @@ impl<'a> PrimaryHits<'a> {
             to_eye: -direction,
             footprint,
             albedo,
-            weights: LobeWeights::of(&surface.material, direction.dot(normal).abs()),
-            material: surface.material.clone(),
+            weights: LobeWeights::of(&material, direction.dot(normal).abs()),
+            material,
         }
     }
 

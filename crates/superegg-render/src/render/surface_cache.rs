@@ -11,10 +11,12 @@ use crate::film::first::SurfaceIds;
 use crate::render::lane_kernels::PlainMaterial;
 use crate::render::surface_ids::SurfaceIdTable;
 use crate::shade::point::MaterialRef;
+use crate::texture::set::TexturesByIndex;
 
 /// The shading data of the candidates of one tile.
 pub(crate) struct SurfaceCache<'a> {
     scene: &'a CompiledScene,
+    textures: &'a TexturesByIndex,
     by_candidate: Vec<Option<PreparedSurface<'a>>>,
 }
 
@@ -48,8 +50,8 @@ impl PreparedSurface<'_> {
 }
 
 impl<'a> SurfaceCache<'a> {
-    pub(crate) fn new(scene: &'a CompiledScene) -> Self {
-        Self { scene, by_candidate: Vec::new() }
+    pub(crate) fn new(scene: &'a CompiledScene, textures: &'a TexturesByIndex) -> Self {
+        Self { scene, textures, by_candidate: Vec::new() }
     }
 
     /// Removes all surfaces, before the candidates of another tile.
@@ -68,7 +70,7 @@ impl<'a> SurfaceCache<'a> {
         tracer: &PacketTracer<'_>,
         candidate: u32,
     ) -> &PreparedSurface<'a> {
-        let scene = self.scene;
+        let Self { scene, textures, .. } = *self;
         if self.by_candidate.len() <= candidate as usize {
             self.by_candidate.resize(tracer.candidate_count(), None);
         }
@@ -87,6 +89,7 @@ impl<'a> SurfaceCache<'a> {
                 world_from_unit: OnceCell::new(),
                 normal_map,
                 plain: PlainMaterial::of(&material)
+                    .filter(|_| primitive.is_none_or(|primitive| textures.get(primitive).is_none()))
                     .and_then(|plain| Some((plain, f32_columns(&normal_map)?.0))),
                 material,
                 primitive,

@@ -2,9 +2,9 @@
 
 use std::rc::Rc;
 
-use superegg_geom::glam::DVec3;
+use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Aabb, Ray};
-use superegg_scene::{Light, Material, Pattern, Picture};
+use superegg_scene::{Light, Material, Picture};
 use superegg_trace::{CompiledScene, Footprint, Hit, InstancePath, Target, TraceRay};
 
 use crate::settings::{Environment, RenderSettings};
@@ -13,11 +13,10 @@ use crate::shade::medium::Media;
 use crate::shade::microfacet::surface::Microfacets;
 use crate::shade::path_resources::PathResources;
 use crate::shade::phong::LobeWeights;
-use crate::shade::point::{
-    MaterialRef, PathState, SurfaceOwner, SurfacePoint, SurfaceView, albedo_of_floor, albedo_of_shape,
-};
+use crate::shade::point::{MaterialRef, PathState, SurfaceOwner, SurfacePoint, SurfaceView};
 use crate::shade::state::ShadingState;
 use crate::shade::surfaces::{Located, Surface};
+use crate::shade::textured::{Finish, finish_of_floor, finish_of_shape};
 
 /// The scene with its environment and picture settings.
 #[derive(Clone, Copy)]
@@ -137,15 +136,17 @@ impl<'a> RenderContext<'a> {
         Some(self.point_of_hit(&surface, hit, ray, *footprint, state))
     }
 
-    /// The colour of a surface at a hit, with its pattern.
-    pub(crate) fn albedo(&self, surface: &Surface<'_>, hit: &Hit, view: &SurfaceView) -> DVec3 {
-        let Surface { material, primitive: Some(primitive), world_from_unit, .. } = surface else {
-            return surface.material.color;
-        };
-        if material.pattern == Pattern::None {
-            return material.color;
-        }
-        albedo_of_shape(material, self.scene.primitive(*primitive), hit.unit_point, world_from_unit, view)
+    /// The finish at a point of a shape: [`finish_of_shape`]. `primitive` is its index; `None` for a proxy.
+    pub(crate) fn finish(
+        &self,
+        material: &MaterialRef<'a>,
+        primitive: Option<u32>,
+        unit_point: DVec3,
+        world_from_unit: &DAffine3,
+        view: &SurfaceView,
+    ) -> Finish<'a> {
+        let primitive = primitive.map(|index| (self.scene.primitive(index), self.paths.textures.get(index)));
+        finish_of_shape(material, primitive, unit_point, world_from_unit, view)
     }
 
     fn point_of_hit(
@@ -159,8 +160,14 @@ impl<'a> RenderContext<'a> {
         let direction = ray.direction.normalize();
         let footprint = at_surface(footprint, ray, hit.t);
         let Located { position, position_error, normal } = surface.locate(hit);
-        let material = surface.material.clone();
-        let albedo = self.albedo(surface, hit, &SurfaceView { normal, direction, width: footprint.width });
+        let view = SurfaceView { normal, direction, width: footprint.width };
+        let Finish { albedo, material } = self.finish(
+            &surface.material,
+            surface.primitive,
+            hit.unit_point,
+            &surface.world_from_unit,
+            &view,
+        );
         SurfacePoint {
             state: state.after(ray.origin, position),
             owner: SurfaceOwner::Instance(Rc::clone(&surface.path)),
@@ -189,6 +196,8 @@ impl<'a> RenderContext<'a> {
         let footprint = at_surface(footprint, ray, t);
         let (position, position_error) = ground.project(ray.point_at(t));
         let view = SurfaceView { normal: ground.up(), direction, width: footprint.width };
+        let Finish { albedo, material } =
+            finish_of_floor(ground, self.paths.textures.floor.as_deref(), position, &view);
         SurfacePoint {
             state: state.after(ray.origin, position),
             owner: SurfaceOwner::Floor,
@@ -198,8 +207,8 @@ impl<'a> RenderContext<'a> {
             leaving: ray.direction.dot(ground.up()) > 0.0,
             to_eye: -direction,
             footprint,
-            material: MaterialRef::Scene(ground.material),
-            albedo: albedo_of_floor(ground, position, &view),
+            material,
+            albedo,
             weights: LobeWeights::of(ground.material, direction.dot(ground.up()).abs()),
         }
     }

@@ -1,8 +1,12 @@
 //! Patterns that blend the colour of a surface with a second colour.
 
+use std::f64::consts::PI;
+
 use superegg_geom::glam::DVec3;
 use superegg_geom::unit_vector;
 use superegg_scene::Pattern;
+
+use crate::shade::noise::octaves;
 
 /// The weight of the pattern's colour at a point in the space of the pattern, in [0, 1].
 ///
@@ -15,6 +19,7 @@ pub(crate) fn weight(
     extents: DVec3,
     reach: Option<&dyn Fn(DVec3) -> f64>,
 ) -> f64 {
+    let width = extents.max_element();
     match *pattern {
         Pattern::None => 0.0,
         Pattern::Checker { size, .. } => {
@@ -29,17 +34,40 @@ pub(crate) fn weight(
                 None => (1.0 - (distance - 2.0 * (0.5 * distance).floor() - 1.0).abs()).clamp(0.0, 1.0),
             }
         }
+        Pattern::Noise { size, .. } => (0.5 + octaves(point / size, width / size)).clamp(0.0, 1.0),
+        Pattern::Marble { size, .. } => {
+            let (at, width) = (point / size, width / size);
+            let vein = (PI * (at.x + 2.0 * octaves(at, width))).sin().abs();
+            // Narrow veins; from afar their mean.
+            faded((1.0 - vein).powi(3), MEAN_VEIN, width)
+        }
+        Pattern::Wood { size, .. } => {
+            let (at, width) = (point / size, width / size);
+            let radius = at.truncate().length() + 0.4 * octaves(at * DVec3::new(0.7, 0.7, 0.1), width);
+            let ring = radius.rem_euclid(1.0);
+            // Late wood gets darker slowly and ends at once.
+            faded(ring * ring * (1.0 - ring.powi(16)), MEAN_RING, width)
+        }
     }
+}
+
+/// The mean weight of a vein of marble: the integral of (1 - sin)^3 over half a turn.
+const MEAN_VEIN: f64 = 2.5 - 22.0 / (3.0 * PI);
+/// The mean weight of a ring of wood.
+const MEAN_RING: f64 = 1.0 / 3.0 - 1.0 / 19.0;
+
+/// A weight that goes over to its mean where a footprint of this width, in periods, holds a period.
+fn faded(weight: f64, mean: f64, width: f64) -> f64 {
+    // Beyond the range of numbers there are no periods.
+    if !weight.is_finite() {
+        return mean;
+    }
+    mean + (weight - mean) * (2.0 - 2.0 * width).clamp(0.0, 1.0)
 }
 
 /// Blends a colour with that of the pattern.
 pub(crate) fn mix(color: DVec3, pattern: &Pattern, weight: f64) -> DVec3 {
-    match pattern {
-        Pattern::None => color,
-        Pattern::Checker { color: other, .. } | Pattern::Gradient { color: other, .. } => {
-            color.lerp(*other, weight)
-        }
-    }
+    pattern.color().map_or(color, |other| color.lerp(other, weight))
 }
 
 /// The mean of a square wave (+1 on [0, 1), -1 on [1, 2), period 2) over an interval of `width`
@@ -82,6 +110,24 @@ mod tests {
             let points = (0..10_000).map(|i| x + width * ((f64::from(i) + 0.5) / 10_000.0 - 0.5));
             let slow = points.map(|x| mean_sign(x, 0.0)).sum::<f64>() / 10_000.0;
             assert!((mean_sign(x, width) - slow).abs() < 1e-3, "{x} {width}");
+        }
+    }
+
+    #[test]
+    fn noise_marble_and_wood_are_weights_whose_mean_is_seen_from_afar() {
+        for pattern in [
+            Pattern::Noise { color: DVec3::X, size: 0.3 },
+            Pattern::Marble { color: DVec3::X, size: 0.3 },
+            Pattern::Wood { color: DVec3::X, size: 0.3 },
+        ] {
+            let points = || (0..40_000).map(|i| DVec3::new(0.0371, 0.0113, -0.0293) * f64::from(i) % 13.7);
+            let at = |point: DVec3, width: f64| weight(&pattern, point, DVec3::splat(width), None);
+            let values: Vec<f64> = points().map(|point| at(point, 0.0)).collect();
+            assert!(values.iter().all(|value| (0.0..=1.0).contains(value)), "{pattern:?}");
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            assert!((at(DVec3::ONE, 1.0) - mean).abs() < 0.04, "{pattern:?} {mean}");
+            assert!(values.iter().any(|value| (value - mean).abs() > 0.15), "{pattern:?}");
+            assert!(at(DVec3::splat(f64::MAX), 0.0).is_finite());
         }
     }
 

@@ -178,7 +178,7 @@ pub(crate) fn albedo_of_floor(ground: &FloorPlane<'_>, position: DVec3, view: &S
 }
 
 /// The extent of the footprint of a ray on the surface along each axis, in units of that axis.
-fn extents(axes: [DVec3; 3], view: &SurfaceView) -> DVec3 {
+pub(crate) fn extents(axes: [DVec3; 3], view: &SurfaceView) -> DVec3 {
     let &SurfaceView { normal, direction, width } = view;
     let cos = direction.dot(normal).abs().max(1e-6);
     let along = (direction - direction.dot(normal) * normal).normalize_or_zero();

@@ -98,7 +98,9 @@ pub(crate) fn add_transmitted(
                 direction: unit_vector(direction).unwrap_or(normal),
                 width: ray.footprint.width,
             };
-            let albedo = context.albedo(&surface, &hit, &view);
+            let albedo = context
+                .finish(&surface.material, surface.primitive, hit.unit_point, &surface.world_from_unit, &view)
+                .albedo;
             let cos = view.direction.dot(normal).abs();
             let weights = phong::LobeWeights::of(&surface.material, cos);
             let (before, beyond) = contribution.media.across(&surface.path, &surface.material, hit.leaving);

@@ -51,6 +51,9 @@ fn material_bits(material: &Material) -> [u64; 25] {
         Pattern::None => (0.0, DVec3::ZERO, DVec3::ZERO),
         Pattern::Checker { color, size } => (1.0, color, DVec3::splat(size)),
         Pattern::Gradient { color, direction } => (2.0, color, direction),
+        Pattern::Noise { color, size } => (3.0, color, DVec3::splat(size)),
+        Pattern::Marble { color, size } => (4.0, color, DVec3::splat(size)),
+        Pattern::Wood { color, size } => (5.0, color, DVec3::splat(size)),
     };
     let numbers = [
         color.x,

@@ -145,7 +145,9 @@ fn floor_uniform(
         with(linear, offset - 2.0 * (0.5 * offset).floor())
     };
     let (pattern_x, pattern_y) = match material.pattern {
-        Pattern::None => ([0.0; 4], [0.0; 4]),
+        Pattern::None | Pattern::Noise { .. } | Pattern::Marble { .. } | Pattern::Wood { .. } => {
+            ([0.0; 4], [0.0; 4])
+        }
         Pattern::Checker { size, .. } => (map(first / size), map(second / size)),
         Pattern::Gradient { direction, .. } => {
             let along = unit_vector(direction).unwrap_or(DVec3::Z);
@@ -159,7 +161,8 @@ fn floor_uniform(
 /// The surface of a material; the fourth weight is left 0.
 fn surface_data(material: &Material) -> SurfaceData {
     let pattern = match material.pattern {
-        Pattern::None => [0.0; 4],
+        // Only ray tracing shows noise.
+        Pattern::None | Pattern::Noise { .. } | Pattern::Marble { .. } | Pattern::Wood { .. } => [0.0; 4],
         Pattern::Checker { color, .. } => with(color, 1.0),
         Pattern::Gradient { color, .. } => with(color, 2.0),
     };
@@ -194,7 +197,7 @@ fn tint(instance: &PreviewInstance, material: &Material) -> [f32; 3] {
 /// 1 across the shape along a gradient.
 fn pattern_cells(shape: &PreviewShape) -> DVec3 {
     match shape.material.pattern {
-        Pattern::None => DVec3::ZERO,
+        Pattern::None | Pattern::Noise { .. } | Pattern::Marble { .. } | Pattern::Wood { .. } => DVec3::ZERO,
         Pattern::Checker { size, .. } => shape.radii / size,
         Pattern::Gradient { direction, .. } => {
             let along = shape.radii * unit_vector(direction).unwrap_or(DVec3::Z);

@@ -88,12 +88,8 @@ fn edit_material(ui: &mut Ui, material: &Material) -> Option<String> {
 
 fn edit_pattern(ui: &mut Ui, before: &Pattern) -> Option<String> {
     let mut pattern = *before;
-    let (second, kinds) = (DVec3::splat(0.1), ["none", "checker", "gradient"]);
-    let kind = match pattern {
-        Pattern::None => 0,
-        Pattern::Checker { .. } => 1,
-        Pattern::Gradient { .. } => 2,
-    };
+    let (second, kinds) = (DVec3::splat(0.1), ["none", "checker", "gradient", "noise", "marble", "wood"]);
+    let kind = kinds.iter().position(|word| *word == pattern.word()).unwrap_or(0);
     row(ui, "pattern", help("setPattern"), |ui| {
         let mut chosen = kind;
         ComboBox::from_id_salt("pattern").selected_text(kinds[kind]).show_ui(ui, |ui| {
@@ -105,13 +101,19 @@ fn edit_pattern(ui: &mut Ui, before: &Pattern) -> Option<String> {
             pattern = match chosen {
                 0 => Pattern::None,
                 1 => Pattern::Checker { color: second, size: 0.5 },
-                _ => Pattern::Gradient { color: second, direction: DVec3::Z },
+                2 => Pattern::Gradient { color: second, direction: DVec3::Z },
+                3 => Pattern::Noise { color: second, size: 0.5 },
+                4 => Pattern::Marble { color: second, size: 0.5 },
+                _ => Pattern::Wood { color: second, size: 0.2 },
             };
         }
     });
     match &mut pattern {
         Pattern::None => (),
-        Pattern::Checker { color: other, size } => {
+        Pattern::Checker { color: other, size }
+        | Pattern::Noise { color: other, size }
+        | Pattern::Marble { color: other, size }
+        | Pattern::Wood { color: other, size } => {
             color(ui, "setPattern", "  color", other);
             row(ui, "  size", help("setPattern"), |ui| number(ui, size, 0.01, 1e-3..=1e6));
         }

@@ -2,7 +2,7 @@
 //! out.
 
 use superegg_render::Output;
-use superegg_scene::{LightModel, Scene};
+use superegg_scene::{EnvironmentLight, LightModel, Pattern, Scene};
 
 use super::background::Background;
 use super::content::Content;
@@ -45,6 +45,7 @@ pub(super) fn lines(
             "the preview is limited to {most} instances: {unpaid} branches are not expanded; ray tracing (p) shows all"
         ));
     }
+    lines.extend(only_rendered(content.scene()));
     if view.is_traced {
         return lines;
     }
@@ -84,6 +85,11 @@ fn only_ray_traced(scene: &Scene, preview: &Preview) -> Option<String> {
     if clear.any(|material| material.index != 1.0) {
         names.push("refraction");
     }
+    let is_noise =
+        |pattern| matches!(pattern, Pattern::Noise { .. } | Pattern::Marble { .. } | Pattern::Wood { .. });
+    if materials().any(|material| is_noise(material.pattern)) {
+        names.push("noise patterns");
+    }
     if scene.camera.lens.is_some() {
         names.push("depth of field");
     }
@@ -93,6 +99,18 @@ fn only_ray_traced(scene: &Scene, preview: &Preview) -> Option<String> {
         names.push("ambient occlusion");
     }
     (!names.is_empty()).then(|| format!("only ray traced (p): {}", names.join(", ")))
+}
+
+/// The line that names what only rendered pictures show of a scene: the window reads no files of pictures.
+fn only_rendered(scene: &Scene) -> Option<String> {
+    let mut names = Vec::new();
+    if scene.entities().take(MOST_SEARCHED).any(|(_, entity)| entity.has_textures()) {
+        names.push("textures");
+    }
+    if matches!(scene.environment, Some(EnvironmentLight::Picture(_))) {
+        names.push("the environment");
+    }
+    (!names.is_empty()).then(|| format!("only in rendered pictures (Ctrl+R): {}", names.join(", ")))
 }
 
 fn traced(pass: &Pass, output: Output) -> String {

@@ -1,0 +1,135 @@
+//! The coordinates of textures on surfaces.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use superegg_geom::glam::{DVec2, DVec3};
+use superegg_scene::TextureMapping;
+
+use crate::texture::pixels::TexturePixels;
+
+/// A point of a surface with the footprint of a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TexturePlace {
+    /// The point in the primitive's own space; on a floor in its plane.
+    pub(crate) local: DVec3,
+    /// The point on the unit shape; `None` on a floor.
+    pub(crate) unit: Option<DVec3>,
+    /// The normal in the primitive's own space, of any length.
+    pub(crate) normal: DVec3,
+    /// The extent of the footprint along the axes of the primitive's own space.
+    pub(crate) extents: DVec3,
+    /// The semi-axes.
+    pub(crate) radii: DVec3,
+}
+
+/// A picture on a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MappedTexture {
+    pub(crate) pixels: Arc<TexturePixels>,
+    pub(crate) mapping: TextureMapping,
+    pub(crate) scale: f64,
+}
+
+impl MappedTexture {
+    /// The mean of the picture over the footprint at a point.
+    pub(crate) fn value(&self, place: &TexturePlace) -> DVec3 {
+        let (at, footprint) = match (self.mapping, place.unit) {
+            (TextureMapping::Around, Some(unit)) => around(unit, place.extents / place.radii),
+            _ => {
+                let (at, footprint) = on_side(place);
+                // The picture has one width for both directions, and its centre lies at the origin.
+                let aspect = DVec2::new(1.0, self.pixels.aspect());
+                return self.pixels.mean(at * aspect / self.scale + 0.5, footprint * aspect / self.scale);
+            }
+        };
+        self.pixels.mean(at / self.scale, footprint / self.scale)
+    }
+}
+
+/// Longitude and latitude of a point of the unit shape, each from 0 to 1, and the footprint in both.
+fn around(unit: DVec3, extents: DVec3) -> (DVec2, DVec2) {
+    let across = unit.truncate().length();
+    let at = DVec2::new(0.5 + unit.y.atan2(unit.x) / TAU, 0.5 + unit.z.atan2(across) / PI);
+    let turn = (unit.y.abs() * extents.x + unit.x.abs() * extents.y) / (across * across).max(1e-12);
+    let sideways = extents.truncate().max_element();
+    let rise = (across * extents.z + unit.z.abs() * sideways) / unit.length_squared().max(1e-12);
+    (at, DVec2::new((turn / TAU).min(1.0), (rise / PI).min(1.0)))
+}
+
+/// The coordinates on the side that the normal faces most, and the footprint in both. From outside, the first goes to the
+/// right, and the second towards z, on top and bottom towards y.
+fn on_side(place: &TexturePlace) -> (DVec2, DVec2) {
+    let TexturePlace { local, normal, extents, .. } = *place;
+    let axis = normal.abs().max_position();
+    let sign = normal[axis].signum();
+    match axis {
+        0 => (DVec2::new(sign * local.y, local.z), DVec2::new(extents.y, extents.z)),
+        1 => (DVec2::new(-sign * local.x, local.z), DVec2::new(extents.x, extents.z)),
+        _ => (DVec2::new(sign * local.x, local.y), DVec2::new(extents.x, extents.y)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_geom::glam::Vec3;
+
+    use super::*;
+
+    /// A picture whose red and green are its own coordinates.
+    fn coordinates() -> Arc<TexturePixels> {
+        let value = |i: usize| Vec3::new((i % 64) as f32 + 0.5, 63.5 - (i / 64) as f32, 0.0) / 64.0;
+        Arc::new(TexturePixels::new((64, 64), (0..4096).map(value).collect()))
+    }
+
+    fn place(unit: DVec3, normal: DVec3) -> TexturePlace {
+        let radii = DVec3::new(2.0, 1.0, 0.5);
+        TexturePlace { local: unit * radii, unit: Some(unit), normal, extents: DVec3::ZERO, radii }
+    }
+
+    #[test]
+    fn a_picture_goes_once_around() {
+        let texture = MappedTexture { pixels: coordinates(), mapping: TextureMapping::Around, scale: 1.0 };
+        for (turn, rise) in [(0.1, 0.2), (0.4, 0.6), (0.7, 0.9), (0.9, 0.3)] {
+            let (longitude, latitude) = (TAU * (turn - 0.5), PI * (rise - 0.5));
+            let across = latitude.cos();
+            let unit = DVec3::new(across * longitude.cos(), across * longitude.sin(), latitude.sin());
+            let value = texture.value(&place(unit, unit));
+            assert!((value - DVec3::new(turn, rise, 0.0)).length() < 1e-3, "{value}");
+            let half = MappedTexture { scale: 0.5, ..texture.clone() };
+            let value = half.value(&place(unit, unit));
+            let expected = DVec3::new((2.0 * turn).fract(), (2.0 * rise).fract(), 0.0);
+            assert!((value - expected).length() < 1e-3, "{value} {expected}");
+        }
+    }
+
+    #[test]
+    fn no_side_of_a_box_shows_a_mirrored_picture() {
+        let texture = MappedTexture { pixels: coordinates(), mapping: TextureMapping::Box, scale: 4.0 };
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            for normal in [axis, -axis] {
+                let at = |unit: DVec3| texture.value(&place(unit, normal));
+                let up = if axis == DVec3::Z { DVec3::Y } else { DVec3::Z };
+                let right = up.cross(normal);
+                let center = at(normal);
+                assert!((center - DVec3::new(0.5, 0.5, 0.0)).length() < 1e-6, "{normal} {center}");
+                assert!(
+                    at(normal + 0.2 * right).x > center.x && at(normal + 0.2 * up).y > center.y,
+                    "{normal}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn footprints_are_finite_and_grow_towards_the_poles() {
+        let extents = DVec3::splat(0.01);
+        let (_, equator) = around(DVec3::X, extents);
+        let (_, pole) = around(DVec3::new(0.01, 0.0, 0.99), extents);
+        assert!(pole.x > 10.0 * equator.x && pole.x <= 1.0);
+        for unit in [DVec3::Z, DVec3::ZERO, DVec3::NEG_Z] {
+            let (at, footprint) = around(unit, extents);
+            assert!(at.is_finite() && footprint.is_finite());
+        }
+    }
+}

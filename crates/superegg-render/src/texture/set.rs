@@ -1,0 +1,111 @@
+//! The textures of a scene, read from their files.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use superegg_scene::{Entity, Scene, Texture, TextureChannel};
+use superegg_trace::CompiledScene;
+
+use crate::texture::mapping::MappedTexture;
+use crate::texture::pixels::TexturePixels;
+
+/// The textures of the primitives of a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TextureSet {
+    by_name: BTreeMap<Box<str>, Arc<PrimitiveTextures>>,
+}
+
+/// The textures of a primitive.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct PrimitiveTextures {
+    pub(crate) color: Option<MappedTexture>,
+    pub(crate) roughness: Option<MappedTexture>,
+}
+
+/// The textures of the primitives of a compiled scene, by their indices.
+#[derive(Debug, Default)]
+pub(crate) struct TexturesByIndex {
+    by_index: HashMap<u32, Arc<PrimitiveTextures>>,
+    pub(crate) floor: Option<Arc<PrimitiveTextures>>,
+}
+
+impl TextureSet {
+    /// The textures that a scene names. `read` gets the pixels of a file, once for each file and kind of values.
+    ///
+    /// # Errors
+    /// Those of `read`.
+    pub fn of<E>(
+        scene: &Scene,
+        mut read: impl FnMut(&Texture, TextureChannel) -> Result<TexturePixels, E>,
+    ) -> Result<Self, E> {
+        let mut known: HashMap<(Arc<str>, bool), Arc<TexturePixels>> = HashMap::new();
+        let mut by_name = BTreeMap::new();
+        for (name, entity) in scene.entities() {
+            let Entity::Primitive(primitive) = entity else { continue };
+            let Some(textures) = &primitive.textures else { continue };
+            let mut mapped = PrimitiveTextures::default();
+            for (channel, texture) in textures.all() {
+                let key = (Arc::clone(&texture.file), channel == TextureChannel::Color);
+                let pixels = match known.get(&key) {
+                    Some(pixels) => Arc::clone(pixels),
+                    None => {
+                        let pixels = Arc::new(read(texture, channel)?);
+                        known.insert(key, Arc::clone(&pixels));
+                        pixels
+                    }
+                };
+                let texture = MappedTexture { pixels, mapping: texture.mapping, scale: texture.scale };
+                match channel {
+                    TextureChannel::Color => mapped.color = Some(texture),
+                    TextureChannel::Roughness => mapped.roughness = Some(texture),
+                }
+            }
+            by_name.insert(name.into(), Arc::new(mapped));
+        }
+        Ok(Self { by_name })
+    }
+
+    /// Whether no primitive has a texture.
+    pub fn is_empty(&self) -> bool {
+        self.by_name.is_empty()
+    }
+
+    /// Whether any primitive has a texture of roughness.
+    pub(crate) fn has_roughness(&self) -> bool {
+        self.by_name.values().any(|textures| textures.roughness.is_some())
+    }
+
+    /// The textures by the indices of primitives, and those of the primitive whose material the floor has.
+    pub(crate) fn by_index(&self, scene: &CompiledScene, floor: Option<&str>) -> TexturesByIndex {
+        if self.is_empty() {
+            return TexturesByIndex::default();
+        }
+        let indices = 0..scene.primitive_count() as u32;
+        let textures =
+            |index: u32| Some((index, Arc::clone(self.by_name.get(scene.primitive_name(index)?)?)));
+        TexturesByIndex {
+            by_index: indices.filter_map(textures).collect(),
+            floor: floor.and_then(|name| self.by_name.get(name).cloned()),
+        }
+    }
+
+    /// Bytes that are equal for equal sets.
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for (name, textures) in &self.by_name {
+            bytes.extend(name.as_bytes());
+            for texture in [&textures.color, &textures.roughness] {
+                let fingerprint = texture.as_ref().map_or(0, |texture| texture.pixels.fingerprint());
+                bytes.extend(fingerprint.to_le_bytes());
+            }
+        }
+        bytes
+    }
+}
+
+impl TexturesByIndex {
+    /// The textures of the primitive of this index.
+    pub(crate) fn get(&self, index: u32) -> Option<&PrimitiveTextures> {
+        if self.by_index.is_empty() { None } else { self.by_index.get(&index).map(Arc::as_ref) }
+    }
+}
