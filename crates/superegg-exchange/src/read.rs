@@ -8,7 +8,6 @@ mod columns;
 mod course_yaml;
 mod data;
 mod dump;
-mod eigen;
 mod error;
 mod expansion;
 mod fits;

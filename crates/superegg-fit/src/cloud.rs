@@ -3,10 +3,9 @@
 use std::cmp::Ordering;
 
 use rayon::prelude::*;
-use superegg_geom::SplitMix;
 use superegg_geom::glam::{DMat3, DVec3};
+use superegg_geom::{SplitMix, symmetric_eigen};
 
-use crate::eigen::eigen;
 use crate::error::{FitError, LEAST_POINTS};
 use crate::options::FitOptions;
 
@@ -134,7 +133,7 @@ fn check_extent(points: &[DVec3], middle: DVec3, reach: f64) -> Result<(), FitEr
             scatter += DMat3::from_cols(off * off.x, off * off.y, off * off.z);
         }
     }
-    let (values, axes) = eigen(scatter.to_cols_array_2d());
+    let (values, axes) = symmetric_eigen(scatter.to_cols_array_2d());
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| values[j].total_cmp(&values[i]));
     // Eigenvalues are squares, of which rounding leaves half of the digits: extents are measured again.

@@ -4,7 +4,6 @@
 mod alike;
 mod cloud;
 mod dense;
-mod eigen;
 mod error;
 mod fit;
 mod mixture;

@@ -1,10 +1,9 @@
 //! Shapes to start from.
 
-use superegg_geom::SplitMix;
 use superegg_geom::glam::{DMat3, DQuat, DVec3};
+use superegg_geom::{SplitMix, symmetric_eigen};
 
 use crate::alike::with_third_axis;
-use crate::eigen::eigen;
 use crate::parameters::{Bounds, Parameters};
 
 /// The ratio of semi-axes below which any axes are possible.
@@ -62,7 +61,7 @@ fn median(points: &[DVec3]) -> DVec3 {
 
 /// The eigenvalues of a symmetric matrix, the largest first, and a rotation to its eigenvectors.
 fn principal_axes(matrix: &DMat3) -> (DVec3, DMat3) {
-    let (values, vectors) = eigen(matrix.to_cols_array_2d());
+    let (values, vectors) = symmetric_eigen(matrix.to_cols_array_2d());
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| values[j].total_cmp(&values[i]));
     let [x, y, _] = order.map(|index| DVec3::from_array(vectors[index]));

@@ -1,6 +1,7 @@
 //! How well points determine a shape.
 
-use crate::eigen::eigen;
+use superegg_geom::symmetric_eigen;
+
 use crate::normal_equations::Matrix;
 use crate::parameters::COUNT;
 
@@ -30,7 +31,7 @@ impl Uncertainty {
     /// the derivatives have the squares that they have at the points and in their mirror images, where
     /// those by the centre and the rotation change signs: so mixed sums with them vanish.
     pub(crate) fn of(information: &Matrix, total: f64, sigma: f64) -> Self {
-        let (values, vectors) = eigen(*information);
+        let (values, vectors) = symmetric_eigen(*information);
         let least = UNDETERMINED * values.iter().fold(0.0, |a: f64, b| a.max(*b));
         let mut covariance = [[0.0; COUNT]; COUNT];
         let mut is_free = [false; COUNT];

@@ -15,6 +15,7 @@ mod superquadric;
 pub use batch::{BatchError, BatchHit, HitBatch, HitColumns, RayBatch};
 pub use glam;
 pub use math::aabb::{Aabb, RayReciprocal};
+pub use math::eigen::symmetric_eigen;
 pub use math::numeric::{scale_to_unit, unit_vector};
 pub use math::random::SplitMix;
 pub use math::ray::{Ray, RayStart};

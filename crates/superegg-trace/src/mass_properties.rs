@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use superegg_geom::glam::{DMat3, DVec3};
-use superegg_geom::{Aabb, InteriorSampler, SplitMix, SurfaceArea};
+use superegg_geom::{Aabb, InteriorSampler, SplitMix, SurfaceArea, symmetric_eigen};
 
 use crate::instances::PlacedPrimitive;
 use crate::point::PointLimits;
@@ -36,23 +36,7 @@ impl MassProperties {
     ///
     /// The eigenvalues of the tensor, by Jacobi's rotations.
     pub fn principal_moments(&self) -> [f64; 3] {
-        let mut matrix = self.inertia;
-        for _ in 0..20 {
-            for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-                let (a, b, off) = (matrix.col(i)[i], matrix.col(j)[j], matrix.col(j)[i]);
-                if off == 0.0 {
-                    continue;
-                }
-                let (sin, cos) = (0.5 * (2.0 * off).atan2(a - b)).sin_cos();
-                let mut turn = DMat3::IDENTITY;
-                turn.col_mut(i)[i] = cos;
-                turn.col_mut(j)[j] = cos;
-                turn.col_mut(i)[j] = sin;
-                turn.col_mut(j)[i] = -sin;
-                matrix = turn.transpose() * matrix * turn;
-            }
-        }
-        let mut moments = [matrix.x_axis.x, matrix.y_axis.y, matrix.z_axis.z];
+        let (mut moments, _) = symmetric_eigen(self.inertia.to_cols_array_2d());
         moments.sort_by(f64::total_cmp);
         moments
     }

@@ -1,8 +1,7 @@
 //! Tensors as superquadric glyphs (Kindlmann, Superquadric Tensor Glyphs, VisSym 2004).
 
 use superegg_geom::glam::{DMat3, DQuat, DVec3};
-
-use super::eigen::symmetric_eigen;
+use superegg_geom::symmetric_eigen;
 
 /// Kindlmann's gamma: how fast edges sharpen with anisotropy.
 pub(super) const GAMMA: f64 = 3.0;
@@ -33,7 +32,7 @@ pub(super) struct Glyph {
 /// n = (1 - cl)^3 about its major axis, a planar one e = (1 - cl)^3 and n = (1 - cp)^3 about its
 /// minor axis.
 pub(super) fn glyph(tensor: DMat3) -> Option<Glyph> {
-    let (values, vectors) = symmetric_eigen(tensor);
+    let (values, vectors) = symmetric_eigen(tensor.to_cols_array_2d());
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| values[b].abs().total_cmp(&values[a].abs()));
     let [l1, l2, l3] = order.map(|axis| values[axis].abs());
@@ -51,7 +50,7 @@ pub(super) fn glyph(tensor: DMat3) -> Option<Glyph> {
     } else {
         (order, [sharpened(linear), sharpened(planar)])
     };
-    let [x, y, z] = axes.map(|axis| vectors.col(axis));
+    let [x, y, z] = axes.map(|axis| DVec3::from_array(vectors[axis]));
     // A superquadric is its own mirror image, so one axis may be reversed.
     let z = if x.cross(y).dot(z) < 0.0 { -z } else { z };
     let sizes = DVec3::from_array(axes.map(|axis| values[axis].abs()));
@@ -59,7 +58,7 @@ pub(super) fn glyph(tensor: DMat3) -> Option<Glyph> {
         radii: sizes.max(DVec3::splat(THINNEST * l1)),
         exponents,
         rotation: DQuat::from_mat3(&DMat3::from_cols(x, y, z)).normalize(),
-        is_negative: values.min_element() < 0.0,
+        is_negative: values.iter().any(|value| *value < 0.0),
         is_flat: l3 < THINNEST * l1,
     })
 }

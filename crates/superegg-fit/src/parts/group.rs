@@ -3,8 +3,7 @@
 use std::collections::HashMap;
 
 use superegg_geom::glam::{DMat3, DVec3};
-
-use crate::eigen::eigen;
+use superegg_geom::symmetric_eigen;
 
 /// The groups of points (by index) that steps of at most `reach` along the axes join, the largest first.
 pub(super) fn joined(points: &[DVec3], members: &[usize], reach: f64) -> Vec<Vec<usize>> {
@@ -56,7 +55,7 @@ pub(super) fn halves(points: &[DVec3], members: &[usize]) -> [Vec<usize>; 2] {
         let off = points[index] - middle;
         scatter += DMat3::from_cols(off * off.x, off * off.y, off * off.z);
     }
-    let (values, vectors) = eigen(scatter.to_cols_array_2d());
+    let (values, vectors) = symmetric_eigen(scatter.to_cols_array_2d());
     let longest = (0..3).fold(0, |best, axis| if values[axis] > values[best] { axis } else { best });
     let along = DVec3::from_array(vectors[longest]);
     let mut halves: [Vec<usize>; 2] =
