@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fits of known shapes by Superegg, by EMS and by sage-superquadric, on the same clouds in one run.
 
-    bench/fit.py --ems FOLDER [--trials N] [--points N] [--seed S] [--only-superegg]
+    bench/fit.py --ems FOLDER [--trials N] [--points N] [--seed S] [--view all|half] [--only-superegg]
 
 FOLDER is the folder Python/src of a checkout of bmlklwx/EMS-superquadric_fitting (measured with commit
 5a213d4). The interpreter needs superegg, numpy, scipy, numba and sage-superquadric; bench/fit.sh installs
@@ -107,6 +107,7 @@ def main():
     parser.add_argument("--trials", type=int, default=100)
     parser.add_argument("--points", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=2026)
+    parser.add_argument("--view", choices=["all", "half"], help="only the rows of this view")
     parser.add_argument("--only-superegg", action="store_true")
     args = parser.parse_args()
     methods = {"superegg": with_superegg}
@@ -122,6 +123,9 @@ def main():
     print(f"| noise % | outliers % | view | {' | '.join(heads)} |")
     print("|" + "---|" * (3 + 3 * len(methods)))
     for noise, outliers, half in ROWS:
+        view = "half" if half else "all"
+        if args.view not in (None, view):
+            continue
         rng = np.random.default_rng(args.seed)
         errors = {name: [] for name in methods}
         seconds = dict.fromkeys(methods, 0.0)
@@ -144,7 +148,6 @@ def main():
             good = np.mean(np.array(errors[name]) < 0.01)
             median = np.median(errors[name])
             cells.append(f"{100 * good:.1f} | {100 * median:.3f} | {1e3 * seconds[name] / args.trials:.1f}")
-        view = "half" if half else "all"
         print(f"| {100 * noise:g} | {100 * outliers:g} | {view} | {' | '.join(cells)} |", flush=True)
 
 
