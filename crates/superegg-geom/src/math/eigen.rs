@@ -132,8 +132,9 @@ mod tests {
         let mut random = SplitMix::new(1);
         for _ in 0..50 {
             let any: [[f64; 11]; 11] = std::array::from_fn(|_| std::array::from_fn(|_| random.unit() - 0.5));
-            let matrix = std::array::from_fn(|i| std::array::from_fn(|j| any[i.max(j)][i.min(j)]));
-            check(matrix, 2e-14);
+            let symmetric: [[f64; 11]; 11] =
+                std::array::from_fn(|i| std::array::from_fn(|j| any[i.max(j)][i.min(j)]));
+            check(symmetric, 2e-14);
         }
     }
 

@@ -28,7 +28,7 @@ pub struct CastHit {
 const MOST_BOXES: u64 = 400_000;
 
 /// Intersects a ray with a scene. `compiled` must be compiled from `scene`. Returns `None` if the
-/// ray hits nothing, or needs more than [`MOST_BOXES`].
+/// ray hits nothing, or needs the test of more than 400,000 boxes.
 pub fn cast(scene: &Scene, compiled: &CompiledScene, ray: &Ray) -> Option<CastHit> {
     // The window waits for the answer.
     let limits = RayLimits::default().with_boxes(MOST_BOXES);
