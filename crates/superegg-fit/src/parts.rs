@@ -43,13 +43,14 @@ pub fn fit_parts(points: &[DVec3], options: &FitOptions, count: PartCount) -> Re
 ///
 /// let ball = Superquadric::unit_sphere().sample_surface(500, 1);
 /// let points: Vec<DVec3> = ball.iter().flat_map(|at| [at.point, at.point + 5.0 * DVec3::X]).collect();
-/// let mut fits = 0;
+/// let mut calls = 0;
 /// let found = fit_parts_while(&points, &FitOptions::default(), PartCount::Auto, &mut |progress| {
-///     fits = progress.fits;
+///     assert_eq!(progress.fits, calls);
+///     calls += 1;
 ///     true
 /// })?;
 /// assert_eq!(found.len(), 2);
-/// assert!(fits >= 2);
+/// assert!(calls >= 2);
 /// # Ok::<(), superegg_fit::FitError>(())
 /// ```
 ///
