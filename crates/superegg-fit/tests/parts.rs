@@ -45,6 +45,9 @@ fn assert_found(shapes: &[Placed], points: &[DVec3], count: PartCount, tolerance
         .collect();
     assert_eq!(parts.len(), shapes.len(), "{errors:?} {parts:?}");
     assert!(errors.iter().all(|error| *error < tolerance), "{errors:?} {parts:?}");
+    for part in &parts {
+        assert!(part.noise < 0.5 * Placed::of(part).size(), "{part:?}");
+    }
 }
 
 fn apart() -> [Placed; 3] {
@@ -91,13 +94,13 @@ fn parts_that_touch_are_found() {
 fn the_number_of_parts_is_kept_and_the_same_for_a_seed() {
     let points = cloud(&apart(), 2000, 0.01, 0.0);
     let parts = |count| fit_parts(&points, &FitOptions::default(), PartCount::Exactly(count));
-    assert_eq!(parts(2).unwrap().len(), 2);
+    assert_eq!([parts(1).unwrap().len(), parts(2).unwrap().len()], [1, 2]);
     let mut other = points.clone();
     other.reverse();
     let same = fit_parts(&other, &FitOptions::default(), PartCount::Exactly(2));
     assert_eq!(same.unwrap(), parts(2).unwrap());
-    // Halves of a shape are that shape again.
-    assert_eq!(parts(4).unwrap().len(), 3);
+    // A fourth shape can only be a piece of one of the three.
+    assert!((3..=4).contains(&parts(4).unwrap().len()));
     assert!(matches!(parts(0), Err(FitError::Option(_))));
 }
 

@@ -29,7 +29,7 @@ def film() -> se.Film:
         ap ball top
         xs 0 2 0
         select all
-        sky .2 .3 .4 .5 .6 .9""".splitlines()
+        sky .2 .3 .4 .5 .6 .9"""
     )
     return scene.render(64, 48, samples=16, light="path", cryptomatte=True, transparent=True)
 

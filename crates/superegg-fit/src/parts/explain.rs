@@ -3,7 +3,7 @@
 use superegg_geom::glam::DVec3;
 
 use super::group::{halves, joined};
-use super::model::{LEAST_MEMBERS, are_close, described, fitted, improved};
+use super::model::{LEAST_MEMBERS, are_close, described, fitted, improved, is_surface};
 use super::watch::Watch;
 use crate::options::PartCount;
 use crate::refine::Candidate;
@@ -136,48 +136,60 @@ impl<'a> Explainer<'a> {
             let refined = shapes.iter().zip(&members).filter(|(_, members)| members.len() >= LEAST_MEMBERS);
             shapes = refined
                 .map(|(shape, members)| improved(self.points, members, shape, &self.question))
+                .filter(is_surface)
                 .fold(Vec::new(), with_new);
         }
         shapes
     }
 
-    /// Merges pairs of shapes while that shortens the description, or while there are too many.
+    /// Merges pairs of shapes while that shortens the description. While there are too many, the pair or the
+    /// shape goes without which the description is shortest.
     fn merged(&self, mut shapes: Vec<Candidate>, all: &[usize], count: PartCount) -> Vec<Candidate> {
         loop {
             self.watch.described(shapes.len());
-            let members = self.members(&shapes, all);
             let now = self.length(&shapes, all);
-            let mut best: Option<(Vec<Candidate>, f64)> = None;
-            for i in 0..shapes.len() {
-                for j in i + 1..shapes.len() {
-                    if !are_close(&shapes[i].shape, &shapes[j].shape) {
-                        continue;
-                    }
-                    let mut both = [members[i].as_slice(), members[j].as_slice()].concat();
-                    both.sort_unstable();
-                    let Some(one) = self.fitted(&both) else { continue };
-                    if self.watch.has_stopped() {
-                        return shapes;
-                    }
-                    let mut fewer = shapes.clone();
-                    fewer.remove(j);
-                    fewer[i] = one;
-                    let length = self.length(&fewer, all);
-                    if best.as_ref().is_none_or(|(_, best)| length < *best) {
-                        best = Some((fewer, length));
-                    }
-                }
+            let are_too_many = matches!(count, PartCount::Exactly(wanted) if shapes.len() > wanted);
+            let mut fewer = self.with_a_pair_joined(&shapes, all);
+            if are_too_many {
+                fewer.extend((0..shapes.len()).map(|index| without(&shapes, index)));
             }
-            let Some((fewer, length)) = best else { return shapes };
+            if self.watch.has_stopped() {
+                return shapes;
+            }
+            let described = fewer.into_iter().map(|fewer| (self.length(&fewer, all), fewer));
+            let Some((length, best)) = described.min_by(|a, b| a.0.total_cmp(&b.0)) else { return shapes };
             let is_wanted = match count {
                 PartCount::Auto => length < now,
-                PartCount::Exactly(wanted) => shapes.len() > wanted,
+                PartCount::Exactly(_) => are_too_many,
             };
             if !is_wanted {
                 return shapes;
             }
-            shapes = self.settled(fewer, all);
+            shapes = self.settled(best, all);
         }
+    }
+
+    /// The shapes with two of them joined to one, for each pair that is close.
+    fn with_a_pair_joined(&self, shapes: &[Candidate], all: &[usize]) -> Vec<Vec<Candidate>> {
+        let members = self.members(shapes, all);
+        let mut joined = Vec::new();
+        for i in 0..shapes.len() {
+            for j in i + 1..shapes.len() {
+                if !are_close(&shapes[i].shape, &shapes[j].shape) {
+                    continue;
+                }
+                let mut both = [members[i].as_slice(), members[j].as_slice()].concat();
+                both.sort_unstable();
+                let Some(one) = self.fitted(&both) else { continue };
+                let mut fewer = without(shapes, j);
+                fewer[i] = one;
+                joined.push(fewer);
+                if self.watch.has_stopped() {
+                    return joined;
+                }
+            }
+        }
+        joined
     }
 
     /// The shapes with the one halved that gains most by it.
@@ -212,4 +224,8 @@ fn with_new(mut shapes: Vec<Candidate>, another: Candidate) -> Vec<Candidate> {
         shapes.push(another);
     }
     shapes
+}
+
+fn without(shapes: &[Candidate], index: usize) -> Vec<Candidate> {
+    [&shapes[..index], &shapes[index + 1..]].concat()
 }

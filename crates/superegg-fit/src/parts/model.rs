@@ -11,11 +11,13 @@ use crate::tangent::Linearization;
 
 /// The fewest points of a part.
 pub(super) const LEAST_MEMBERS: usize = 40;
+/// The noise of a part is less than this part of its size.
+const MOST_NOISE: f64 = 0.5;
 /// The share of outliers of a part to begin with.
 const OUTLIERS: f64 = 0.05;
 
-/// The points of a group, and the best shape for them; `None` for too few points, or for points that are all
-/// one.
+/// The best shape for the points of a group; `None` for too few points, for points that are all one, and for
+/// points that show no surface.
 pub(super) fn fitted(points: &[DVec3], members: &[usize], question: &Question) -> Option<Candidate> {
     if members.len() < LEAST_MEMBERS {
         return None;
@@ -35,7 +37,12 @@ pub(super) fn fitted(points: &[DVec3], members: &[usize], question: &Question) -
     found.mixture.sigma *= unit;
     found.mixture.area *= unit * unit;
     found.mixture.volume *= unit.powi(3);
-    Some(found)
+    Some(found).filter(is_surface)
+}
+
+/// Whether a shape is larger than its noise. One that is smaller stands for a swarm of points.
+pub(super) fn is_surface(found: &Candidate) -> bool {
+    found.mixture.sigma < MOST_NOISE * found.shape.size()
 }
 
 /// Improves a shape on some points.

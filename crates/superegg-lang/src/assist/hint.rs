@@ -167,7 +167,10 @@ mod tests {
             ("ao ", "|NAME [ALIAS] or samples(0, 1 .. 65536) distance(>0)"),
             ("ao ball ", "|[ALIAS]   needs a selected object"),
             ("ao 16 ", "|distance(>0)"),
-            ("setPattern", "| none|checker|gradient|noise|marble|wood [r(0..1) g(0..1) b(0..1)] [size|x] [y z]"),
+            (
+                "setPattern",
+                "| none|checker|gradient|noise|marble|wood [r(0..1) g(0..1) b(0..1)] [size|x] [y z]",
+            ),
             ("key ", "|FRAME COMMAND ..."),
             ("key 2 ", "|COMMAND ..."),
             ("key 2 setColor 1 ", "|g(0..1) b(0..1)"),

@@ -202,7 +202,7 @@ def fit_parts(
     >>> ball, _ = se.Superquadric((1, 1, 1), (1, 1)).sample_surface(600)
     >>> box, _ = se.Superquadric((1, 2, 1), (0.2, 0.2)).sample_surface(900)
     >>> parts = se.fit_parts(np.vstack([ball, box + [5, 0, 0]]))
-    >>> [part.center.round(1).tolist() for part in parts]
+    >>> [(part.center.round(1) + 0).tolist() for part in parts]
     [[5.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
     """
     at, _ = points(points_)
