@@ -28,7 +28,6 @@ def film() -> se.Film:
         ao pair
         ap ball top
         xs 0 2 0
-        select all
         sky .2 .3 .4 .5 .6 .9"""
     )
     return scene.render(64, 48, samples=16, light="path", cryptomatte=True, transparent=True)
@@ -79,7 +78,7 @@ def test_openexr_reads_them(path: Path, film: se.Film) -> None:
     openexr = pytest.importorskip("OpenEXR")
     with openexr.File(str(path), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
-        header = file.header()
+        header = dict(file.header())
     check_ids(channels, film)
     np.testing.assert_array_equal(channels["id"], film.instance_id)
     manifests = check_manifests({k: v for k, v in header.items() if k.startswith("cryptomatte/")})
