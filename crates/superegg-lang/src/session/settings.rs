@@ -181,6 +181,24 @@ macro_rules! picture_number {
     };
 }
 
+/// A setting of the image that is on or off.
+macro_rules! picture_switch {
+    ($name:literal, $field:ident, $summary:literal) => {
+        SettingSpec {
+            name: $name,
+            kind: SettingKind::Switch,
+            summary: concat!($summary, "; saved with the scene"),
+            is_of_scene: true,
+            get: |picture, _| Value::Switch(picture.$field),
+            set: |picture, _, value| {
+                if let Value::Switch(on) = value {
+                    picture.$field = on;
+                }
+            },
+        }
+    };
+}
+
 /// A setting that is one of a few values, each with its word: `$field` is its field in a `Picture`
 /// or a `Settings`.
 macro_rules! choice {
@@ -245,48 +263,19 @@ pub const SETTINGS: &[SettingSpec] = &[
         "srgb" => Encoding::Srgb, "linear" => Encoding::Linear),
     choice!("bits", true, |picture, _settings| picture.bits, "bits per channel of a PNG file; saved with the scene",
         "8" => 8, "16" => 16),
-    SettingSpec {
-        name: "dither",
-        kind: SettingKind::Switch,
-        summary: "8 bits are dithered, so that gradients have no bands; saved with the scene",
-        is_of_scene: true,
-        get: |picture, _| Value::Switch(picture.dither),
-        set: |picture, _, value| {
-            if let Value::Switch(on) = value {
-                picture.dither = on;
-            }
-        },
-    },
+    picture_switch!("dither", dither, "8 bits are dithered, so that gradients have no bands"),
     picture_number!(
         "farDepth",
         far_depth as f64,
         Range::NonNegative,
         "the depth of pixels without a hit in an .exr, which programs that scale pictures need; 0 is infinity"
     ),
-    SettingSpec {
-        name: "cryptomatte",
-        kind: SettingKind::Switch,
-        summary: "an .exr also has Cryptomatte: how much of each pixel every instance and every object covers, with their names; saved with the scene",
-        is_of_scene: true,
-        get: |picture, _| Value::Switch(picture.cryptomatte),
-        set: |picture, _, value| {
-            if let Value::Switch(on) = value {
-                picture.cryptomatte = on;
-            }
-        },
-    },
-    SettingSpec {
-        name: "transparent",
-        kind: SettingKind::Switch,
-        summary: "the background is transparent; saved with the scene",
-        is_of_scene: true,
-        get: |picture, _| Value::Switch(picture.transparent),
-        set: |picture, _, value| {
-            if let Value::Switch(on) = value {
-                picture.transparent = on;
-            }
-        },
-    },
+    picture_switch!(
+        "cryptomatte",
+        cryptomatte,
+        "an .exr also has Cryptomatte: how much of each pixel every instance and every object covers, with their names"
+    ),
+    picture_switch!("transparent", transparent, "the background is transparent"),
     choice!("light", true, |picture, _settings| picture.light_model,
         "light straight from the lights, or path: by any number of surfaces and from the sky; saved with the scene",
         "course" => LightModel::Course, "path" => LightModel::Path),

@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { intersect, mesh, parse } from 'superegg';
-import { native, nativeFile, needsNative, root, seeded } from './native.js';
+import { DUMP, native, nativeFile, needsNative, root, seeded } from './native.js';
 
 const rows = (csv) => csv.trim().split('\n').slice(1).map((line) => line.split(','));
 
@@ -131,19 +131,6 @@ function sameNumbers(actual, expected, what) {
   const [a, b] = [actual.match(number).map(Number), expected.match(number).map(Number)];
   a.forEach((x, i) => assert.ok(Math.abs(x - b[i]) <= 1e-6 * (1 + Math.abs(b[i])), `${what}: ${x} for ${b[i]}`));
 }
-
-const DUMP = `ITEM: TIMESTEP
-0
-ITEM: NUMBER OF ATOMS
-2
-ITEM: BOX BOUNDS ff ff ff
--1 1
--1 1
--1 1
-ITEM: ATOMS id x y z shapex shapey shapez quat1 quat2 quat3 quat4 blockiness1 blockiness2
-7 0 0 0 .1 .2 .3 1 0 0 0 8 2
-9 .5 0 0 .2 .2 .2 1 0 0 0 2 2
-`;
 
 test('files of other programs', async () => {
   const scene = await parse({ name: 'grains.dump', bytes: new TextEncoder().encode(DUMP) });

@@ -96,3 +96,17 @@ export function seeded(seed) {
     return ((x ^ (x >>> 14)) >>> 0) / 2 ** 32;
   };
 }
+
+/** Two superquadric grains as LIGGGHTS dumps them. */
+export const DUMP = `ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+2
+ITEM: BOX BOUNDS ff ff ff
+-1 1
+-1 1
+-1 1
+ITEM: ATOMS id x y z shapex shapey shapez quat1 quat2 quat3 quat4 blockiness1 blockiness2
+7 0 0 0 .1 .2 .3 1 0 0 0 8 2
+9 .5 0 0 .2 .2 .2 1 0 0 0 2 2
+`;

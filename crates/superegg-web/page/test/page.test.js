@@ -6,7 +6,7 @@ import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { deflateRawSync } from 'node:zlib';
-import { decodePng, difference, native, nativeFile, needsNative, root } from '../../package/test/native.js';
+import { DUMP, decodePng, difference, native, nativeFile, needsNative, root } from '../../package/test/native.js';
 import { launch, needsBrowser, screens, serve } from './browser.js';
 
 const EGG = 'primitive egg\ncoeff 1 1 1.3\nexp 1 .8\ncolor orange\n';
@@ -178,19 +178,6 @@ test('a scene without end does not hold up the page', needsBrowser, () => withPa
   await picture(page, () => type(page, EGG));
   assert.equal(await problems(page), 'no errors');
 }, { path: fragment(EGG) }));
-
-const DUMP = `ITEM: TIMESTEP
-0
-ITEM: NUMBER OF ATOMS
-2
-ITEM: BOX BOUNDS ff ff ff
--1 1
--1 1
--1 1
-ITEM: ATOMS id x y z shapex shapey shapez quat1 quat2 quat3 quat4 blockiness1 blockiness2
-7 0 0 0 .1 .2 .3 1 0 0 0 8 2
-9 .5 0 0 .2 .2 .2 1 0 0 0 2 2
-`;
 
 async function drop(page, name, text) {
   const data = await page.evaluateHandle(([name, text]) => {
