@@ -34,7 +34,11 @@ export async function serve() {
     response.end(readFileSync(file));
   });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-  return { address: `http://127.0.0.1:${server.address().port}/`, stop: () => new Promise((resolve) => server.close(resolve)) };
+  const stop = () => new Promise((resolve) => {
+    server.close(resolve);
+    server.closeAllConnections();
+  });
+  return { address: `http://127.0.0.1:${server.address().port}/`, stop };
 }
 
 export const launch = () => chromium.launch({
