@@ -6,7 +6,7 @@ use std::sync::Arc;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_scene::TextureMapping;
 
-use crate::texture::pixels::TexturePixels;
+use crate::texture::pixels::{Rows, TexturePixels};
 
 /// A point of a surface with the footprint of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -34,16 +34,21 @@ pub(crate) struct MappedTexture {
 impl MappedTexture {
     /// The mean of the picture over the footprint at a point.
     pub(crate) fn value(&self, place: &TexturePlace) -> DVec3 {
-        let (at, footprint) = match (self.mapping, place.unit) {
-            (TextureMapping::Around, Some(unit)) => around(unit, place.extents / place.radii),
+        match (self.mapping, place.unit) {
+            (TextureMapping::Around, Some(unit)) => {
+                let (at, footprint) = around(unit, place.extents / place.radii);
+                // Beyond a pole lies no other end of the picture.
+                let rows = Rows::UpTo(self.scale.recip());
+                self.pixels.mean(at / self.scale, footprint / self.scale, rows)
+            }
             _ => {
                 let (at, footprint) = on_side(place);
                 // The picture has one width for both directions, and its centre lies at the origin.
                 let aspect = DVec2::new(1.0, self.pixels.aspect());
-                return self.pixels.mean(at * aspect / self.scale + 0.5, footprint * aspect / self.scale);
+                let (at, footprint) = (at * aspect / self.scale + 0.5, footprint * aspect / self.scale);
+                self.pixels.mean(at, footprint, Rows::Repeat)
             }
-        };
-        self.pixels.mean(at / self.scale, footprint / self.scale)
+        }
     }
 }
 
@@ -100,6 +105,27 @@ mod tests {
             let value = half.value(&place(unit, unit));
             let expected = DVec3::new((2.0 * turn).fract(), (2.0 * rise).fract(), 0.0);
             assert!((value - expected).length() < 1e-3, "{value} {expected}");
+        }
+    }
+
+    #[test]
+    fn the_poles_have_the_first_and_the_last_row_alone() {
+        // Rows of red, black, black and blue; one picture, two and a quarter from pole to pole.
+        let rows = [Vec3::X, Vec3::ZERO, Vec3::ZERO, Vec3::Z];
+        let pixels = Arc::new(TexturePixels::new((1, 4), rows.to_vec()));
+        for (scale, north) in [(1.0, DVec3::X), (0.5, DVec3::X), (4.0, DVec3::Z)] {
+            let texture =
+                MappedTexture { pixels: Arc::clone(&pixels), mapping: TextureMapping::Around, scale };
+            for across in [0.0, 1e-9, 0.01] {
+                for extent in [0.0, 1e-3] {
+                    let at = |z: f64| {
+                        let unit = DVec3::new(across, 0.0, z);
+                        texture.value(&TexturePlace { extents: DVec3::splat(extent), ..place(unit, unit) })
+                    };
+                    assert!((at(1.0) - north).length() < 0.05, "{scale} {across} {extent}: {}", at(1.0));
+                    assert!((at(-1.0) - DVec3::Z).length() < 0.05, "{scale} {across} {extent}: {}", at(-1.0));
+                }
+            }
         }
     }
 

@@ -116,35 +116,45 @@ impl TexturePixels {
         self.levels[0].width as f64 / self.levels[0].height as f64
     }
 
-    /// The mean around a point over a footprint, both in pictures: (0, 0) is the lower left corner, and the picture repeats.
-    pub(crate) fn mean(&self, at: DVec2, footprint: DVec2) -> DVec3 {
+    /// The mean around a point over a footprint, both in pictures: (0, 0) is the lower left corner, and the picture repeats
+    /// within `rows`.
+    pub(crate) fn mean(&self, at: DVec2, footprint: DVec2, rows: Rows) -> DVec3 {
         let Level { width, height, .. } = &self.levels[0];
         // A long footprint is the mean of several short ones along its longer side.
         let in_pixels = footprint.abs() * DVec2::new(*width as f64, *height as f64);
         let (long, short) = (in_pixels.max_element(), in_pixels.min_element());
         if !long.is_finite() {
-            return self.level(self.levels.len() - 1, at);
+            return self.level(self.levels.len() - 1, at, rows);
         }
         let probes = (long / short.max(1.0)).ceil().clamp(1.0, MOST_PROBES);
         let along = if in_pixels.x >= in_pixels.y { DVec2::X } else { DVec2::Y };
         let width = (long / probes).max(short);
         let step = along * footprint.abs().dot(along) / probes;
         let first = at - 0.5 * (probes - 1.0) * step;
-        let sum: DVec3 = (0..probes as u32).map(|i| self.blurred(first + f64::from(i) * step, width)).sum();
+        let sum: DVec3 =
+            (0..probes as u32).map(|i| self.blurred(first + f64::from(i) * step, width, rows)).sum();
         sum / probes
     }
 
     /// The value at a point, blurred over a width in pixels.
-    fn blurred(&self, at: DVec2, width_px: f64) -> DVec3 {
+    fn blurred(&self, at: DVec2, width_px: f64, rows: Rows) -> DVec3 {
         let level = width_px.max(1.0).log2().min((self.levels.len() - 1) as f64);
         let (lower, part) = (level.floor() as usize, level.fract());
-        let value = self.level(lower, at);
-        if part == 0.0 { value } else { value.lerp(self.level(lower + 1, at), part) }
+        let value = self.level(lower, at, rows);
+        if part == 0.0 { value } else { value.lerp(self.level(lower + 1, at, rows), part) }
     }
 
     /// The value of a level at a point, linear between the centres of pixels.
-    fn level(&self, level: usize, at: DVec2) -> DVec3 {
+    fn level(&self, level: usize, at: DVec2, rows: Rows) -> DVec3 {
         let Level { width, height, values } = &self.levels[level];
+        let at = match rows {
+            Rows::Repeat => at,
+            Rows::UpTo(end) => {
+                // From the centre of the first row to that of the last.
+                let half = (0.5 / *height as f64).min(0.5 * end);
+                DVec2::new(at.x, at.y.max(half).min(end - half))
+            }
+        };
         let inside = at - at.floor();
         if !inside.is_finite() {
             return DVec3::ZERO;
@@ -160,6 +170,15 @@ impl TexturePixels {
         let upper = value(left, above).lerp(value(right, above), part);
         upper.lerp(value(left, below).lerp(value(right, below), part), down)
     }
+}
+
+/// How far a picture repeats from row to row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Rows {
+    /// Without an end.
+    Repeat,
+    /// From 0 up to this number of pictures. The rows at the ends continue beyond them.
+    UpTo(f64),
 }
 
 /// The most probes of a long footprint. A longer one is blurred across, too.
@@ -212,16 +231,16 @@ mod tests {
             for (i, y) in [(0, 0.75), (3, 0.25)] {
                 for x in 0..3 {
                     let at = DVec2::new((f64::from(x) + 0.5) / 3.0 + turn, y - turn);
-                    let value = pixels.mean(at, DVec2::ZERO);
+                    let value = pixels.mean(at, DVec2::ZERO, Rows::Repeat);
                     assert!((value - DVec3::new(f64::from(i + x), 0.0, 1.0)).length() < 1e-6, "{at} {value}");
                 }
             }
         }
         // Across the seam.
-        assert!((pixels.mean(DVec2::new(0.0, 0.75), DVec2::ZERO).x - 1.0).abs() < 1e-9);
+        assert!((pixels.mean(DVec2::new(0.0, 0.75), DVec2::ZERO, Rows::Repeat).x - 1.0).abs() < 1e-9);
         for bad in [f64::NAN, f64::INFINITY, 1e300, f64::MAX] {
-            assert!(pixels.mean(DVec2::splat(bad), DVec2::ONE).is_finite());
-            assert!(pixels.mean(DVec2::ONE, DVec2::splat(bad)).is_finite());
+            assert!(pixels.mean(DVec2::splat(bad), DVec2::ONE, Rows::Repeat).is_finite());
+            assert!(pixels.mean(DVec2::ONE, DVec2::splat(bad), Rows::Repeat).is_finite());
         }
     }
 
@@ -232,7 +251,7 @@ mod tests {
             let (sum, count) = (0..width * height).fold((0.0, 0.0), |(sum, count), i| {
                 (sum + ((i % width + i / width) % 2) as f64, count + 1.0)
             });
-            let wide = pixels.mean(DVec2::new(0.3, 0.8), DVec2::splat(4.0)).x;
+            let wide = pixels.mean(DVec2::new(0.3, 0.8), DVec2::splat(4.0), Rows::Repeat).x;
             assert!((wide - sum / count).abs() < 0.08, "{width} x {height}: {wide}");
         }
         // A long footprint blurs along itself alone: columns of stripes stay.
@@ -240,8 +259,11 @@ mod tests {
         let stripes = TexturePixels::new((32, 32), (0..1024).map(value).collect());
         let (dark, bright) = (DVec2::new(0.25, 0.5), DVec2::new(0.75, 0.5));
         let tall = DVec2::new(0.0, 0.5);
-        assert!(stripes.mean(dark, tall).x < 0.05 && stripes.mean(bright, tall).x > 0.95);
-        assert!((stripes.mean(dark, DVec2::new(1.0, 0.0)).x - 0.5).abs() < 0.1);
+        assert!(
+            stripes.mean(dark, tall, Rows::Repeat).x < 0.05
+                && stripes.mean(bright, tall, Rows::Repeat).x > 0.95
+        );
+        assert!((stripes.mean(dark, DVec2::new(1.0, 0.0), Rows::Repeat).x - 0.5).abs() < 0.1);
     }
 
     #[test]
@@ -250,7 +272,11 @@ mod tests {
         let mut png = Vec::new();
         picture.write_to(&mut Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
         let right = |is_color| {
-            TexturePixels::of_file(&png, is_color).unwrap().mean(DVec2::new(0.75, 0.5), DVec2::ZERO)
+            TexturePixels::of_file(&png, is_color).unwrap().mean(
+                DVec2::new(0.75, 0.5),
+                DVec2::ZERO,
+                Rows::Repeat,
+            )
         };
         assert!((right(true) - DVec3::new(1.0, 0.502_886, 0.0)).length() < 1e-5, "{}", right(true));
         assert!((right(false) - DVec3::new(1.0, 188.0 / 255.0, 0.0)).length() < 1e-6);
