@@ -82,6 +82,28 @@ fn a_pattern_takes_the_numbers_of_its_word() {
 }
 
 #[test]
+fn only_bumps_have_a_height() {
+    let mut session = session(&["prm ball", "setTexture color a.png 2 box", "texture bump b.png"]);
+    for line in ["texture color a.png 1 box 0.1", "texture Roughness a.png 1 around 0"] {
+        let before = session.clone();
+        let fault = session.run_line(line).unwrap_err();
+        assert_eq!((fault.code.as_str(), fault.columns.unwrap().start), ("argument-count", 8), "{line}");
+        assert_eq!(session, before, "{line}");
+    }
+    let saved = |session: &Session| {
+        let text = write_session(session);
+        assert_eq!(load_text("saved", &text).0, *session);
+        text
+    };
+    assert!(saved(&session).contains("setTexture color \"a.png\" 2 box\n"));
+    assert!(saved(&session).contains("setTexture bump \"b.png\" 1 around\n"));
+    session.run_line("texture bump \"b c.png\" 0.5 box -0.25").unwrap();
+    assert!(saved(&session).contains("setTexture bump \"b c.png\" 0.5 box -0.25\n"));
+    session.run_line("texture bump none").unwrap();
+    assert!(!saved(&session).contains("bump"));
+}
+
+#[test]
 fn a_light_is_replaced_whole_and_a_camera_keeps_its_lens() {
     let mut session = session(&["light lamp 0 0 5", "lightRadius lamp 2", "lens 0.5", "ortho 4"]);
     assert_eq!(session.scene().light("lamp").unwrap().radius, 2.0);

@@ -1,5 +1,6 @@
 //! Shading: materials, direct light, reflection and refraction.
 
+pub(crate) mod bump;
 pub(crate) mod context;
 pub(crate) mod direct;
 pub(crate) mod emitters;

@@ -9,6 +9,8 @@ pub enum TextureChannel {
     Color,
     /// The roughness of the facets, for [`LightModel::Path`](crate::LightModel) alone.
     Roughness,
+    /// The height of bumps, which turn the normal that light takes.
+    Bump,
 }
 
 /// How a picture lies on a shape.
@@ -31,6 +33,14 @@ pub struct Texture {
     /// The size of the picture, above 0: as a part of the way around and from pole to pole, or in units of the primitive's
     /// own space. It repeats beyond its sides.
     pub scale: f64,
+    /// The height of white above black for [`TextureChannel::Bump`], in units of the primitive's own space; below 0 for dents.
+    /// `None` for [`Texture::HEIGHT`]. Other channels have none.
+    pub height: Option<f64>,
+}
+
+impl Texture {
+    /// The height of bumps that name none.
+    pub const HEIGHT: f64 = 0.05;
 }
 
 /// The textures of a primitive.
@@ -40,14 +50,20 @@ pub struct Textures {
     pub color: Option<Texture>,
     /// For [`TextureChannel::Roughness`].
     pub roughness: Option<Texture>,
+    /// For [`TextureChannel::Bump`].
+    pub bump: Option<Texture>,
 }
 
 impl TextureChannel {
+    /// Every channel.
+    pub const ALL: [Self; 3] = [Self::Color, Self::Roughness, Self::Bump];
+
     /// The word of the channel in the language.
     pub fn word(self) -> &'static str {
         match self {
             Self::Color => "color",
             Self::Roughness => "roughness",
+            Self::Bump => "bump",
         }
     }
 }
@@ -68,6 +84,7 @@ impl Textures {
         match channel {
             TextureChannel::Color => self.color.as_ref(),
             TextureChannel::Roughness => self.roughness.as_ref(),
+            TextureChannel::Bump => self.bump.as_ref(),
         }
     }
 
@@ -76,13 +93,12 @@ impl Textures {
         match channel {
             TextureChannel::Color => self.color = texture,
             TextureChannel::Roughness => self.roughness = texture,
+            TextureChannel::Bump => self.bump = texture,
         }
     }
 
     /// All textures with their channels.
     pub fn all(&self) -> impl Iterator<Item = (TextureChannel, &Texture)> {
-        [TextureChannel::Color, TextureChannel::Roughness]
-            .into_iter()
-            .filter_map(|channel| Some((channel, self.get(channel)?)))
+        TextureChannel::ALL.into_iter().filter_map(|channel| Some((channel, self.get(channel)?)))
     }
 }

@@ -551,19 +551,19 @@ pub const COMMANDS: &[CommandSpec] = &[
         group: Group::Primitives,
         options: &[],
         args: &[
-            &[arg("color|roughness", ArgKind::Choice(&["color", "roughness"])), FILE],
+            &[arg("color|roughness|bump", ArgKind::Choice(&["color", "roughness", "bump"])), FILE],
             &[number("scale", Range::Positive)],
             &[arg("around|box", ArgKind::Choice(&["around", "box"]))],
+            &[number("height", Range::Any)],
         ],
-        summary: "sets a picture (.png, .jpg, .hdr) on the surface: 'color' times the colour and the pattern, or 'roughness' for 'set light path'; 'around' once and from pole to pole, or as a 'box' from six sides; FILE 'none' removes it",
-        default: "none; scale 1, around",
+        summary: "sets a picture (.png, .jpg, .hdr) on the surface: 'color' times the colour and the pattern, 'roughness' for 'set light path', or 'bump' as heights up to 'height', which turn the normals that light takes; 'around' once and from pole to pole, or as a 'box' from six sides; FILE 'none' removes it",
+        default: "none; scale 1, around, height 0.05",
         example: "setTexture color bricks.png 2 box",
         build: Build::Primitive(|args| PrimitiveCommand::SetTexture {
-            channel: if args.words[0].eq_ignore_ascii_case("color") {
-                TextureChannel::Color
-            } else {
-                TextureChannel::Roughness
-            },
+            channel: TextureChannel::ALL
+                .into_iter()
+                .find(|channel| args.words[0].eq_ignore_ascii_case(channel.word()))
+                .unwrap_or(TextureChannel::Color),
             texture: (args.words[1] != "none").then(|| Texture {
                 file: args.text(1).into(),
                 mapping: match args.words.get(2) {
@@ -571,6 +571,7 @@ pub const COMMANDS: &[CommandSpec] = &[
                     _ => TextureMapping::Around,
                 },
                 scale: args.optional_number(0).unwrap_or(1.0),
+                height: args.optional_number(1),
             }),
         }),
     },

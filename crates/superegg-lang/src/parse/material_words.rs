@@ -16,6 +16,7 @@ pub(crate) fn pattern_words(pattern: &Pattern) -> String {
 
 /// The arguments of a texture.
 pub(crate) fn texture_words(channel: TextureChannel, texture: &Texture) -> String {
-    let Texture { file, mapping, scale } = texture;
-    format!("{} \"{file}\" {} {}", channel.word(), format_number(*scale), mapping.word())
+    let Texture { file, mapping, scale, height } = texture;
+    let height = height.map(|height| format!(" {}", format_number(height))).unwrap_or_default();
+    format!("{} \"{file}\" {} {}{height}", channel.word(), format_number(*scale), mapping.word())
 }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Exponents, ShapeError, Superquadric, TransformStep};
 use superegg_scene::{
-    Camera, Entity, EnvironmentLight, Floor, Lens, Light, Scene, SceneError, Sky, Textures, TrackSubject,
+    Camera, Entity, EnvironmentLight, Floor, Lens, Light, Scene, SceneError, Sky, TextureChannel, Textures,
+    TrackSubject,
 };
 
 use crate::diagnostic::{Fault, FaultCode};
@@ -357,6 +358,12 @@ impl Session {
                 material.pattern = pattern(word, numbers, parsed)?;
             }
             PrimitiveCommand::SetTexture { channel, texture } => {
+                let has_height = texture.as_ref().is_some_and(|texture| texture.height.is_some());
+                if has_height && *channel != TextureChannel::Bump {
+                    let message = format!("a texture of {} has no height", channel.word());
+                    let fault = Fault::new(FaultCode::ArgumentCount, message).at(parsed.argument_columns());
+                    return Err(fault.help("only 'setTexture bump' has one"));
+                }
                 let mut textures = primitive.textures.as_deref().cloned().unwrap_or_default();
                 textures.set(*channel, texture.clone());
                 primitive.textures = (textures != Textures::default()).then(|| Arc::new(textures));

@@ -27,7 +27,7 @@ pub(crate) struct FirstLight {
 pub(crate) struct FirstHit {
     /// The depth along the line of sight, in world units.
     pub(crate) depth: f32,
-    /// The unit normal on the side of the camera, in world space.
+    /// The unit normal of light on the side of the camera, in world space: with bumps.
     pub(crate) normal: Vec3,
     /// The linear colour of the surface.
     pub(crate) albedo: Vec3,

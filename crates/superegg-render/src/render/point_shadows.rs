@@ -49,8 +49,9 @@ impl PointShadows {
             }
         };
         for (index, point) in hits.points.iter().enumerate() {
-            // Facets are not shaded in lanes.
-            if context.has_facets(point) || lit.add(index, point, light, 1) == Reach::BeyondF32 {
+            // Facets and bumps are not shaded in lanes.
+            let is_single = context.has_facets(point) || point.bump.is_some();
+            if is_single || lit.add(index, point, light, 1) == Reach::BeyondF32 {
                 let sample = LightSample::to_centre(light, point.position);
                 let color = sample.and_then(|sample| unoccluded_light(context, point, &sample));
                 color.into_iter().for_each(|color| push(index, point.state.weight * color));

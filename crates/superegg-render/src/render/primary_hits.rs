@@ -16,7 +16,7 @@ use crate::camera::view::{PacketDirections, View};
 use crate::film::first::{FirstHit, SampleResults};
 use crate::render::surface_cache::SurfaceCache;
 use crate::render::surface_ids::SurfaceIdTable;
-use crate::shade::context::{RenderContext, at_surface};
+use crate::shade::context::{RenderContext, at_surface, bump_at, cos_of_weights};
 use crate::shade::medium::Media;
 use crate::shade::phong::LobeWeights;
 use crate::shade::point::{PathState, SurfaceOwner, SurfacePoint, SurfaceView};
@@ -235,8 +235,9 @@ impl<'a> PrimaryHits<'a> {
         let direction = ray.direction.normalize();
         let view = SurfaceView { normal, direction, width: footprint.width };
         let (material, primitive) = (&surface.material, surface.primitive);
-        let Finish { albedo, material } =
+        let Finish { albedo, material, bumped } =
             camera.context.finish(material, primitive, hit.unit_point, world_from_unit, &view);
+        let bump = bump_at(normal, hit.leaving, bumped, -direction);
         SurfacePoint {
             state: state.after(ray.origin, position),
             owner: SurfaceOwner::Instance(Rc::clone(&surface.path)),
@@ -247,8 +248,9 @@ impl<'a> PrimaryHits<'a> {
             to_eye: -direction,
             footprint,
             albedo,
-            weights: LobeWeights::of(&material, direction.dot(normal).abs()),
+            weights: LobeWeights::of(&material, cos_of_weights(direction, normal, bump.as_deref())),
             material,
+            bump,
         }
     }
 
@@ -273,7 +275,7 @@ impl<'a> PrimaryHits<'a> {
             };
             results.first_hits[point.state.pixel] = Some(FirstHit {
                 depth: camera.view.depth(point.position) as f32,
-                normal: point.facing_normal().as_vec3(),
+                normal: point.shading_normal().as_vec3(),
                 albedo: point.albedo.as_vec3(),
                 ids,
             });

@@ -8,6 +8,7 @@ use superegg_scene::{Light, Material, Picture};
 use superegg_trace::{CompiledScene, Footprint, Hit, InstancePath, Target, TraceRay};
 
 use crate::settings::{Environment, RenderSettings};
+use crate::shade::bump::Bump;
 use crate::shade::floor::FloorPlane;
 use crate::shade::medium::Media;
 use crate::shade::microfacet::surface::Microfacets;
@@ -161,13 +162,14 @@ impl<'a> RenderContext<'a> {
         let footprint = at_surface(footprint, ray, hit.t);
         let Located { position, position_error, normal } = surface.locate(hit);
         let view = SurfaceView { normal, direction, width: footprint.width };
-        let Finish { albedo, material } = self.finish(
+        let Finish { albedo, material, bumped } = self.finish(
             &surface.material,
             surface.primitive,
             hit.unit_point,
             &surface.world_from_unit,
             &view,
         );
+        let bump = bump_at(normal, hit.leaving, bumped, -direction);
         SurfacePoint {
             state: state.after(ray.origin, position),
             owner: SurfaceOwner::Instance(Rc::clone(&surface.path)),
@@ -178,8 +180,9 @@ impl<'a> RenderContext<'a> {
             to_eye: -direction,
             footprint,
             albedo,
-            weights: LobeWeights::of(&material, direction.dot(normal).abs()),
+            weights: LobeWeights::of(&material, cos_of_weights(direction, normal, bump.as_deref())),
             material,
+            bump,
         }
     }
 
@@ -196,22 +199,44 @@ impl<'a> RenderContext<'a> {
         let footprint = at_surface(footprint, ray, t);
         let (position, position_error) = ground.project(ray.point_at(t));
         let view = SurfaceView { normal: ground.up(), direction, width: footprint.width };
-        let Finish { albedo, material } =
+        let Finish { albedo, material, bumped } =
             finish_of_floor(ground, self.paths.textures.floor.as_deref(), position, &view);
+        let leaving = ray.direction.dot(ground.up()) > 0.0;
+        let bump = bump_at(ground.up(), leaving, bumped, -direction);
         SurfacePoint {
             state: state.after(ray.origin, position),
             owner: SurfaceOwner::Floor,
             position,
             position_error,
             normal: ground.up(),
-            leaving: ray.direction.dot(ground.up()) > 0.0,
+            leaving,
             to_eye: -direction,
             footprint,
             material,
             albedo,
-            weights: LobeWeights::of(ground.material, direction.dot(ground.up()).abs()),
+            weights: LobeWeights::of(
+                ground.material,
+                cos_of_weights(direction, ground.up(), bump.as_deref()),
+            ),
+            bump,
         }
     }
+}
+
+/// The bump of a point by the outward normals of its shape and with bumps.
+pub(crate) fn bump_at(
+    normal: DVec3,
+    leaving: bool,
+    bumped: Option<DVec3>,
+    to_eye: DVec3,
+) -> Option<Box<Bump>> {
+    let side = if leaving { -1.0 } else { 1.0 };
+    bumped.map(|bumped| Box::new(Bump::new(side * normal, side * bumped, to_eye)))
+}
+
+/// The cosine of the angle between a ray and the normal of mirrors.
+pub(crate) fn cos_of_weights(direction: DVec3, normal: DVec3, bump: Option<&Bump>) -> f64 {
+    direction.dot(bump.map_or(normal, |bump| bump.mirror)).abs()
 }
 
 /// The width of a ray at a hit, and its growth per world unit from there.

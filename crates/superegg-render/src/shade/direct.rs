@@ -100,7 +100,10 @@ fn open_directions(
     for (i, point) in points.iter().enumerate().filter(|(i, _)| is_sampled(*i)) {
         let key = point.state.key.branch(AMBIENT);
         for sample in 0..count {
-            let direction = cosine_direction(key.point(sample, count), point.facing_normal());
+            let direction = cosine_direction(key.point(sample, count), point.shading_normal());
+            if point.open_part(direction) == 0.0 {
+                continue;
+            }
             let ray = toward(point, distance * direction);
             if context.transmittance_past_floor(&ray.ray, point.is_on_floor(), 1.0) > 0.0 {
                 rays.push(ray);

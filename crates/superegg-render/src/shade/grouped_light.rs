@@ -277,9 +277,13 @@ fn end_of(light: &Light) -> f64 {
 }
 
 /// Whether the shadow rays of a point may share a shaft: they leave its surface in clear air, or they go through its shape,
-/// which transmits light, and need none. Facets are not shaded in lanes.
+/// which transmits light, and need none. Facets and bumps are not shaded in lanes.
 fn is_groupable(context: &RenderContext<'_>, point: &SurfacePoint<'_>) -> bool {
     let is_clear = point.leaving && context.has_transmission;
     let is_outside = !point.leaving && !point.state.media.absorbs();
-    !context.has_facets(point) && (is_clear || is_outside) && !point.is_proxy() && point.position.is_finite()
+    !context.has_facets(point)
+        && point.bump.is_none()
+        && (is_clear || is_outside)
+        && !point.is_proxy()
+        && point.position.is_finite()
 }

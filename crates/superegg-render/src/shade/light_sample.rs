@@ -49,16 +49,18 @@ pub(crate) fn unoccluded_light(
     point: &SurfacePoint<'_>,
     sample: &LightSample,
 ) -> Option<DVec3> {
-    let normal = point.facing_normal();
+    let normal = point.shading_normal();
+    let open = point.open_part(sample.unit);
+    (open > 0.0 && point.facing_normal().dot(sample.unit) > 0.0).then_some(())?;
+    if let Some(surface) = context.microfacets(point) {
+        return Some(sample.color * surface.lit_by_lamp(sample.unit));
+    }
     (normal.dot(sample.unit) > 0.0).then(|| {
-        if let Some(surface) = context.microfacets(point) {
-            return sample.color * surface.lit_by_lamp(sample.unit);
-        }
         phong::direct(
             &point.material,
             &point.weights,
             point.albedo,
-            sample.color,
+            open * sample.color,
             normal,
             point.to_eye,
             sample.unit,

@@ -76,7 +76,7 @@ impl Lobe {
         let (mut refracted, mut reflectance) = (DVec3::ZERO, 1.0);
         if weights.transmitted > 0.0 {
             let (ratio, _) = point.beyond();
-            if let Some(found) = phong::refract(-point.to_eye, point.facing_normal(), ratio) {
+            if let Some(found) = point.refract(ratio) {
                 (refracted, reflectance) = found;
             }
         }
@@ -90,15 +90,14 @@ impl Lobe {
 
     /// A direction of the lobe, with the density of the light that it scatters.
     fn direction(self, point: &SurfacePoint<'_>, is_blurred: bool) -> DVec3 {
-        let normal = point.facing_normal();
         let key = point.state.key.branch(self.branch());
         match self {
-            Self::Matt => cosine_direction(key.point(0, 1), normal),
+            Self::Matt => cosine_direction(key.point(0, 1), point.shading_normal()),
             Self::Mirror if is_blurred && point.material.gloss > 0.0 => {
                 let exponent = point.material.highlight_exponent();
-                phong::rough_mirror(-point.to_eye, normal, exponent, key.point(0, 1))
+                point.rough_mirror(exponent, key.point(0, 1))
             }
-            Self::Mirror | Self::Reflected => phong::mirror(-point.to_eye, normal),
+            Self::Mirror | Self::Reflected => phong::mirror(-point.to_eye, point.mirror_normal()),
             Self::Refracted(direction) => direction,
         }
     }
@@ -131,8 +130,8 @@ impl<'a> Receiver<'a> {
     fn scattered(&self, point: &SurfacePoint<'_>, direction: DVec3) -> Scattered {
         match self {
             Self::Matt(share) => {
-                let density = FRAC_1_PI * point.facing_normal().dot(direction).max(0.0);
-                Scattered { light: density * *share, density }
+                let density = FRAC_1_PI * point.shading_normal().dot(direction).max(0.0);
+                Scattered { light: point.open_part(direction) * density * *share, density }
             }
             Self::Facets(facets) => facets.scattered(direction),
         }
@@ -297,7 +296,7 @@ impl<'a> PathRays<'a> {
         for (lobe, share) in Lobe::of(point) {
             if share.max_element() > 0.0 {
                 let ray = self.ray_of_lobe(point, lobe, share);
-                self.push(point, ray, shading);
+                ray.into_iter().for_each(|ray| self.push(point, ray, shading));
             }
         }
     }
@@ -325,24 +324,30 @@ impl<'a> PathRays<'a> {
         for (lobe, share) in lobes {
             let likelihood = share.max_element();
             if chosen < likelihood && likelihood > 0.0 {
-                return Some(self.ray_of_lobe(point, lobe, share * (total / likelihood)));
+                return self.ray_of_lobe(point, lobe, share * (total / likelihood));
             }
             chosen -= likelihood;
         }
         None
     }
 
-    fn ray_of_lobe(&self, point: &SurfacePoint<'_>, lobe: Lobe, share: DVec3) -> NextRay {
+    /// A ray of a lobe that scatters this share of the light; `None` if bumps keep it from leaving.
+    fn ray_of_lobe(&self, point: &SurfacePoint<'_>, lobe: Lobe, mut share: DVec3) -> Option<NextRay> {
         let direction = lobe.direction(point, self.context.picture.gloss_rays > 0);
         let (media, density) = match lobe {
             Lobe::Refracted(_) => (point.beyond().1, None),
             Lobe::Mirror | Lobe::Reflected => (point.state.media.clone(), None),
             Lobe::Matt => {
-                let density = FRAC_1_PI * point.facing_normal().dot(direction).max(0.0);
+                let density = FRAC_1_PI * point.shading_normal().dot(direction).max(0.0);
+                let open = point.open_part(direction);
+                if open == 0.0 {
+                    return None;
+                }
+                share *= open;
                 (point.state.media.clone(), Some(density))
             }
         };
-        NextRay { direction, share, density, branch: lobe.branch(), media }
+        Some(NextRay { direction, share, density, branch: lobe.branch(), media })
     }
 
     fn push(&mut self, point: &SurfacePoint<'_>, ray: NextRay, shading: &mut ShadingState<'_, 'a>) {
@@ -394,6 +399,9 @@ fn ray_of_facets(point: &SurfacePoint<'_>, facets: &Microfacets<'_>) -> Option<N
     let key = point.state.key;
     let choice = key.branch(CHOICE).point(0, 1).x;
     let (direction, Scattered { light, density }) = facets.sample(choice, key.branch(FACETS).point(0, 1))?;
+    if point.bump.is_some() && light == DVec3::ZERO {
+        return None;
+    }
     let is_beyond = direction.dot(point.facing_normal()) < 0.0;
     Some(NextRay {
         direction,

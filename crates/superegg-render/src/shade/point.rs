@@ -4,16 +4,17 @@ use std::borrow::Cow;
 use std::ops::Deref;
 use std::rc::Rc;
 
-use superegg_geom::glam::{DAffine3, DVec3};
+use superegg_geom::glam::{DAffine3, DVec2, DVec3};
 use superegg_geom::{Ray, RayStart};
 use superegg_scene::Material;
 use superegg_trace::{CompiledPrimitive, Footprint, InstancePath, SurfaceStart, TraceRay};
 
 use crate::camera::sobol::SampleKey;
+use crate::shade::bump::Bump;
 use crate::shade::floor::FloorPlane;
 use crate::shade::medium::Media;
 use crate::shade::pattern;
-use crate::shade::phong::LobeWeights;
+use crate::shade::phong::{self, LobeWeights};
 
 /// A material of the scene, or the mean material of a proxy.
 #[derive(Clone, Debug)]
@@ -85,6 +86,8 @@ pub(crate) struct SurfacePoint<'a> {
     /// The colour of the surface here, with its pattern.
     pub(crate) albedo: DVec3,
     pub(crate) weights: LobeWeights,
+    /// The normals of light, if they are not that of the shape.
+    pub(crate) bump: Option<Box<Bump>>,
 }
 
 impl PathState {
@@ -99,6 +102,37 @@ impl SurfacePoint<'_> {
     /// The unit normal on the side of the ray.
     pub(crate) fn facing_normal(&self) -> DVec3 {
         if self.leaving { -self.normal } else { self.normal }
+    }
+
+    /// The unit normal of matt light and highlights, on the side of the ray.
+    pub(crate) fn shading_normal(&self) -> DVec3 {
+        self.bump.as_ref().map_or_else(|| self.facing_normal(), |bump| bump.normal)
+    }
+
+    /// The unit normal of mirrors, glass and facets, on the side of the ray.
+    pub(crate) fn mirror_normal(&self) -> DVec3 {
+        self.bump.as_ref().map_or_else(|| self.facing_normal(), |bump| bump.mirror)
+    }
+
+    /// The part of the light from a unit direction that its bumps let reach the point: 1 without any, 0 from below.
+    pub(crate) fn open_part(&self, direction: DVec3) -> f64 {
+        self.bump.as_ref().map_or(1.0, |bump| bump.open_part(self.facing_normal().dot(direction)))
+    }
+
+    /// The refracted direction of the ray and the reflectance, as [`phong::refract`]. With bumps `None` also where the direction
+    /// would not go through the surface: all is reflected.
+    pub(crate) fn refract(&self, ratio: f64) -> Option<(DVec3, f64)> {
+        let found = phong::refract(-self.to_eye, self.mirror_normal(), ratio);
+        found.filter(|(direction, _)| self.bump.is_none() || self.facing_normal().dot(*direction) < 0.0)
+    }
+
+    /// The direction of the ray after a rough mirror, as [`phong::rough_mirror`]. With bumps, one into the surface is replaced
+    /// by that of the sharp mirror.
+    pub(crate) fn rough_mirror(&self, exponent: f64, square: DVec2) -> DVec3 {
+        let normal = self.mirror_normal();
+        let rough = phong::rough_mirror(-self.to_eye, normal, exponent, square);
+        let is_above = self.bump.is_none() || self.facing_normal().dot(rough) > 0.0;
+        if is_above { rough } else { phong::mirror(-self.to_eye, normal) }
     }
 
     /// Whether the point is on a proxy.

@@ -1,4 +1,4 @@
-//! Colour and roughness of surfaces, with patterns and textures.
+//! Colour, roughness and bumps of surfaces, with patterns and textures.
 
 use std::rc::Rc;
 
@@ -6,6 +6,7 @@ use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_scene::{Material, Pattern};
 use superegg_trace::CompiledPrimitive;
 
+use crate::shade::bump::bumped_normal;
 use crate::shade::floor::FloorPlane;
 use crate::shade::point::{MaterialRef, SurfaceView, albedo_of_floor, albedo_of_shape, extents};
 use crate::texture::mapping::TexturePlace;
@@ -16,6 +17,8 @@ pub(crate) struct Finish<'a> {
     /// The colour with pattern and texture.
     pub(crate) albedo: DVec3,
     pub(crate) material: MaterialRef<'a>,
+    /// The unit normal that a texture of bumps has turned, on the side of the normal of the view.
+    pub(crate) bumped: Option<DVec3>,
 }
 
 /// The finish at a point of a shape, given in the space of the unit shape. `primitive` has its textures; `None` for a proxy.
@@ -26,7 +29,7 @@ pub(crate) fn finish_of_shape<'a>(
     world_from_unit: &DAffine3,
     view: &SurfaceView,
 ) -> Finish<'a> {
-    let plain = Finish { albedo: material.color, material: material.clone() };
+    let plain = Finish { albedo: material.color, material: material.clone(), bumped: None };
     let Some((primitive, textures)) = primitive else { return plain };
     let finish = match material.pattern {
         Pattern::None => plain,
@@ -47,7 +50,7 @@ pub(crate) fn finish_of_shape<'a>(
         extents: extents(axes, view),
         radii,
     };
-    textured(finish, textures, &place)
+    textured(finish, textures, &place, axes)
 }
 
 /// The finish at a point of the floor.
@@ -58,7 +61,7 @@ pub(crate) fn finish_of_floor<'a>(
     view: &SurfaceView,
 ) -> Finish<'a> {
     let albedo = albedo_of_floor(ground, position, view);
-    let finish = Finish { albedo, material: MaterialRef::Scene(ground.material) };
+    let finish = Finish { albedo, material: MaterialRef::Scene(ground.material), bumped: None };
     let Some(textures) = textures else { return finish };
     let place = TexturePlace {
         local: ground.local(position),
@@ -67,11 +70,17 @@ pub(crate) fn finish_of_floor<'a>(
         extents: extents(ground.axes(), view),
         radii: DVec3::ONE,
     };
-    textured(finish, textures, &place)
+    textured(finish, textures, &place, ground.axes())
 }
 
-fn textured<'a>(finish: Finish<'a>, textures: &PrimitiveTextures, place: &TexturePlace) -> Finish<'a> {
-    let Finish { mut albedo, mut material } = finish;
+/// A finish with textures. `axes` are the world vectors of unit steps along the axes of the primitive's own space.
+fn textured<'a>(
+    finish: Finish<'a>,
+    textures: &PrimitiveTextures,
+    place: &TexturePlace,
+    axes: [DVec3; 3],
+) -> Finish<'a> {
+    let Finish { mut albedo, mut material, .. } = finish;
     if let Some(texture) = &textures.color {
         albedo *= texture.value(place);
     }
@@ -79,5 +88,9 @@ fn textured<'a>(finish: Finish<'a>, textures: &PrimitiveTextures, place: &Textur
         let roughness = Some(texture.value(place).x.clamp(0.0, 1.0));
         material = MaterialRef::Mean(Rc::new(Material { roughness, ..*material }));
     }
-    Finish { albedo, material }
+    let bumped = textures
+        .bump
+        .as_ref()
+        .and_then(|(texture, height)| bumped_normal(place.normal, *height * texture.gradient(place), axes));
+    Finish { albedo, material, bumped }
 }

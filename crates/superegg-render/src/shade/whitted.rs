@@ -61,7 +61,7 @@ impl<'a> Wavefront<'a> {
             self.terminate(&state.media, -point.to_eye, state.pixel, state.weight * rest, shading);
             return;
         }
-        let normal = point.facing_normal();
+        let normal = point.mirror_normal();
         let blurred = if self.bounces == 1 {
             self.context.picture.gloss_rays
         } else {
@@ -71,7 +71,7 @@ impl<'a> Wavefront<'a> {
         let mut sharp = if is_blurred { 0.0 } else { weights.mirror };
         if weights.transmitted > 0.0 {
             let (ratio, beyond) = point.beyond();
-            let refracted = phong::refract(-point.to_eye, normal, ratio);
+            let refracted = point.refract(ratio);
             sharp += weights.transmitted * refracted.map_or(1.0, |(_, reflectance)| reflectance);
             if let Some((direction, reflectance)) = refracted {
                 let share = weights.transmitted * (1.0 - reflectance) * point.albedo.map(f64::sqrt);
@@ -90,7 +90,7 @@ impl<'a> Wavefront<'a> {
         }
         let (key, exponent) = (state.key.branch(BLURRED), material.highlight_exponent());
         for sample in 0..blurred {
-            let direction = phong::rough_mirror(-point.to_eye, normal, exponent, key.point(sample, blurred));
+            let direction = point.rough_mirror(exponent, key.point(sample, blurred));
             let share = DVec3::splat(weights.mirror / f64::from(blurred));
             let choice = BLURRED + 1 + sample;
             shading.stats.rays.reflection +=

@@ -37,18 +37,49 @@ impl MappedTexture {
         match (self.mapping, place.unit) {
             (TextureMapping::Around, Some(unit)) => {
                 let (at, footprint) = around(unit, place.extents / place.radii);
-                // Beyond a pole lies no other end of the picture.
-                let rows = Rows::UpTo(self.scale.recip());
-                self.pixels.mean(at / self.scale, footprint / self.scale, rows)
+                self.pixels.mean(at / self.scale, footprint / self.scale, self.rows())
             }
             _ => {
-                let (at, footprint) = on_side(place);
-                // The picture has one width for both directions, and its centre lies at the origin.
-                let aspect = DVec2::new(1.0, self.pixels.aspect());
-                let (at, footprint) = (at * aspect / self.scale + 0.5, footprint * aspect / self.scale);
+                let (at, footprint) = self.in_pictures(on_side(place));
                 self.pixels.mean(at, footprint, Rows::Repeat)
             }
         }
+    }
+
+    /// The gradient of the red channel along the surface in the primitive's own space, of which the part along the normal has
+    /// no meaning; as [`MappedTexture::value`] over the footprint.
+    pub(crate) fn gradient(&self, place: &TexturePlace) -> DVec3 {
+        match (self.mapping, place.unit) {
+            (TextureMapping::Around, Some(unit)) => {
+                let (at, footprint) = around(unit, place.extents / place.radii);
+                // Next to a pole a pixel is narrow, and what it shows is as wide as a pixel is high.
+                let rise = self.scale / self.pixels.height();
+                let turn = 0.5 * rise * unit.length() / unit.truncate().length();
+                let footprint = DVec2::new(footprint.x.max(turn).min(1.0), footprint.y);
+                let mut slope = self.pixels.slope(at / self.scale, footprint / self.scale, self.rows());
+                if footprint.x == 1.0 {
+                    slope.x = 0.0;
+                }
+                gradient_around(unit, slope / self.scale) / place.radii
+            }
+            _ => {
+                let (at, footprint) = self.in_pictures(on_side(place));
+                let slope = self.pixels.slope(at, footprint, Rows::Repeat);
+                gradient_on_side(place, slope * DVec2::new(1.0, self.pixels.aspect()) / self.scale)
+            }
+        }
+    }
+
+    /// The rows from pole to pole. Beyond a pole lies no other end of the picture.
+    fn rows(&self) -> Rows {
+        Rows::UpTo(self.scale.recip())
+    }
+
+    /// A point and a footprint of a side in pictures. The picture has one width for both directions, and its centre lies at the
+    /// origin.
+    fn in_pictures(&self, (at, footprint): (DVec2, DVec2)) -> (DVec2, DVec2) {
+        let aspect = DVec2::new(1.0, self.pixels.aspect());
+        (at * aspect / self.scale + 0.5, footprint * aspect / self.scale)
     }
 }
 
@@ -60,6 +91,30 @@ fn around(unit: DVec3, extents: DVec3) -> (DVec2, DVec2) {
     let sideways = extents.truncate().max_element();
     let rise = (across * extents.z + unit.z.abs() * sideways) / unit.length_squared().max(1e-12);
     (at, DVec2::new((turn / TAU).min(1.0), (rise / PI).min(1.0)))
+}
+
+/// The gradient in the space of the unit shape of a function of longitude and latitude as in [`around`], by its derivatives.
+fn gradient_around(unit: DVec3, by_turn_and_rise: DVec2) -> DVec3 {
+    let across = unit.truncate().length();
+    if across == 0.0 {
+        return DVec3::ZERO;
+    }
+    let (cos, sin) = (unit.x / across, unit.y / across);
+    let east = DVec3::new(-sin, cos, 0.0) / (TAU * across);
+    let north = DVec3::new(-cos * unit.z, -sin * unit.z, across) / (PI * unit.length_squared());
+    let by_turn = if by_turn_and_rise.x == 0.0 { DVec3::ZERO } else { by_turn_and_rise.x * east };
+    by_turn + by_turn_and_rise.y * north
+}
+
+/// The gradient in the primitive's own space of a function of the coordinates of [`on_side`], by its derivatives.
+fn gradient_on_side(place: &TexturePlace, slope: DVec2) -> DVec3 {
+    let axis = place.normal.abs().max_position();
+    let sign = place.normal[axis].signum();
+    match axis {
+        0 => DVec3::new(0.0, sign * slope.x, slope.y),
+        1 => DVec3::new(-sign * slope.x, 0.0, slope.y),
+        _ => DVec3::new(sign * slope.x, slope.y, 0.0),
+    }
 }
 
 /// The coordinates on the side that the normal faces most, and the footprint in both. From outside, the first goes to the
@@ -105,6 +160,46 @@ mod tests {
             let value = half.value(&place(unit, unit));
             let expected = DVec3::new((2.0 * turn).fract(), (2.0 * rise).fract(), 0.0);
             assert!((value - expected).length() < 1e-3, "{value} {expected}");
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_heights() {
+        // Smooth heights, the same at both ends.
+        let height = |i: usize| {
+            let [x, y] = [i % 256, i / 256].map(|at| TAU * (at as f64 + 0.5) / 256.0);
+            (0.3 * x.sin() + 0.2 * (2.0 * y).cos() + 0.1 * (x + y).sin()) as f32
+        };
+        let pixels =
+            Arc::new(TexturePixels::new((256, 256), (0..65536).map(|i| Vec3::splat(height(i))).collect()));
+        for mapping in [TextureMapping::Around, TextureMapping::Box] {
+            for scale in [0.5, 1.0, 1.7] {
+                let texture = MappedTexture { pixels: Arc::clone(&pixels), mapping, scale };
+                for i in 0..200 {
+                    let part = |step: f64| (f64::from(i) * step).fract();
+                    let (longitude, latitude) = (TAU * (part(0.618) - 0.5), 2.4 * (part(0.755) - 0.5));
+                    let across = latitude.cos();
+                    let unit = DVec3::new(across * longitude.cos(), across * longitude.sin(), latitude.sin());
+                    let place = place(unit, unit / DVec3::new(2.0, 1.0, 0.5));
+                    let gradient = texture.gradient(&place);
+                    let (first, second) = place.normal.normalize().any_orthonormal_pair();
+                    for along in [first, second] {
+                        const STEP: f64 = 1e-2;
+                        let value = |side: f64| {
+                            let local = place.local + side * STEP * along;
+                            texture.value(&TexturePlace { local, unit: Some(local / place.radii), ..place }).x
+                        };
+                        let expected = (value(1.0) - value(-1.0)) / (2.0 * STEP);
+                        // Values repeat where the longitude does.
+                        let is_seam = mapping == TextureMapping::Around && unit.x < 0.0 && unit.y.abs() < 0.1;
+                        assert!(
+                            is_seam || (gradient.dot(along) - expected).abs() < 0.03 * (1.0 + expected.abs()),
+                            "{mapping:?} {scale} {unit}: {} {expected}",
+                            gradient.dot(along)
+                        );
+                    }
+                }
+            }
         }
     }
 

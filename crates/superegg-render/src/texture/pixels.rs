@@ -116,6 +116,11 @@ impl TexturePixels {
         self.levels[0].width as f64 / self.levels[0].height as f64
     }
 
+    /// The height in pixels.
+    pub(crate) fn height(&self) -> f64 {
+        self.levels[0].height as f64
+    }
+
     /// The mean around a point over a footprint, both in pictures: (0, 0) is the lower left corner, and the picture repeats
     /// within `rows`.
     pub(crate) fn mean(&self, at: DVec2, footprint: DVec2, rows: Rows) -> DVec3 {
@@ -134,6 +139,33 @@ impl TexturePixels {
         let sum: DVec3 =
             (0..probes as u32).map(|i| self.blurred(first + f64::from(i) * step, width, rows)).sum();
         sum / probes
+    }
+
+    /// The slope of the red channel in both directions at a point, per picture: the mean over a footprint of at least one
+    /// pixel, so that it has no jumps. 0 where the footprint is as wide as the picture.
+    pub(crate) fn slope(&self, at: DVec2, footprint: DVec2, rows: Rows) -> DVec2 {
+        let Level { width, height, .. } = &self.levels[0];
+        let wide = footprint.abs().max(DVec2::new(*width as f64, *height as f64).recip());
+        let along = |axis: DVec2| {
+            let width = wide.dot(axis);
+            // Of one pixel, too; and where the width is no number.
+            let is_narrow = width < 1.0;
+            if !is_narrow {
+                return 0.0;
+            }
+            let [below, above] =
+                [-0.5, 0.5].map(|side| self.mean(at + side * width * axis, footprint, rows).x);
+            let rise = above - below;
+            // Equal values are interpolated with a rounding error.
+            if rise.abs() <= 8.0 * f64::EPSILON * above.abs().max(below.abs()) { 0.0 } else { rise / width }
+        };
+        DVec2::new(along(DVec2::X), along(DVec2::Y))
+    }
+
+    /// Whether the red channel has one value everywhere.
+    pub(crate) fn is_flat(&self) -> bool {
+        let values = &self.levels[0].values;
+        values.iter().all(|value| value.x == values[0].x)
     }
 
     /// The value at a point, blurred over a width in pixels.

@@ -20,6 +20,8 @@ pub struct TextureSet {
 pub(crate) struct PrimitiveTextures {
     pub(crate) color: Option<MappedTexture>,
     pub(crate) roughness: Option<MappedTexture>,
+    /// With the height of white above black, in units of the primitive's own space.
+    pub(crate) bump: Option<(MappedTexture, f64)>,
 }
 
 /// The textures of the primitives of a compiled scene, by their indices.
@@ -54,13 +56,19 @@ impl TextureSet {
                         pixels
                     }
                 };
+                let height = texture.height.unwrap_or(Texture::HEIGHT);
                 let texture = MappedTexture { pixels, mapping: texture.mapping, scale: texture.scale };
                 match channel {
                     TextureChannel::Color => mapped.color = Some(texture),
                     TextureChannel::Roughness => mapped.roughness = Some(texture),
+                    // A flat picture turns no normal.
+                    TextureChannel::Bump if height == 0.0 || texture.pixels.is_flat() => {}
+                    TextureChannel::Bump => mapped.bump = Some((texture, height)),
                 }
             }
-            by_name.insert(name.into(), Arc::new(mapped));
+            if mapped != PrimitiveTextures::default() {
+                by_name.insert(name.into(), Arc::new(mapped));
+            }
         }
         Ok(Self { by_name })
     }
@@ -97,6 +105,10 @@ impl TextureSet {
             for texture in [&textures.color, &textures.roughness] {
                 let fingerprint = texture.as_ref().map_or(0, |texture| texture.pixels.fingerprint());
                 bytes.extend(fingerprint.to_le_bytes());
+            }
+            if let Some((texture, height)) = &textures.bump {
+                bytes.extend(texture.pixels.fingerprint().to_le_bytes());
+                bytes.extend(height.to_le_bytes());
             }
         }
         bytes

@@ -11,6 +11,7 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use superegg_geom::glam::{DVec2, DVec3};
 
 use crate::camera::sobol::cosine_direction;
+use crate::shade::bump::Bump;
 use crate::shade::microfacet::albedo::{AlbedoTables, GlassAlbedo, LEAST_RATIO, MirrorAlbedo};
 use crate::shade::microfacet::ggx::{Ggx, grazing};
 use crate::shade::phong;
@@ -36,6 +37,8 @@ pub(crate) struct Microfacets<'a> {
     glass: Option<Glass<'a>>,
     /// The probability of each way of [`Microfacets::sample`], as in [`WAYS`].
     chances: [f64; 5],
+    /// Bumps, with the unit normal of the shape on the side of the eye.
+    bump: Option<(Bump, DVec3)>,
 }
 
 /// The glass of a surface.
@@ -84,7 +87,7 @@ impl<'a> Microfacets<'a> {
     pub(crate) fn of(tables: &'a AlbedoTables, point: &SurfacePoint<'_>) -> Option<Self> {
         let roughness = point.material.facet_roughness()?;
         let material = &point.material;
-        let normal = point.facing_normal();
+        let normal = point.mirror_normal();
         let (across, down) = normal.any_orthonormal_pair();
         let eye = DVec3::new(across.dot(point.to_eye), down.dot(point.to_eye), normal.dot(point.to_eye));
         // A normal that has been rounded may look away from the eye.
@@ -111,6 +114,7 @@ impl<'a> Microfacets<'a> {
             matt: material.diffuse * point.albedo,
             glass,
             chances: [0.0; 5],
+            bump: point.bump.as_deref().map(|bump| (*bump, point.facing_normal())),
         };
         surface.chances = surface.chances();
         Some(surface)
@@ -143,7 +147,20 @@ impl<'a> Microfacets<'a> {
 
     /// The light that arrives from a unit direction in the world and is scattered to the eye.
     pub(crate) fn scattered(&self, direction: DVec3) -> Scattered {
-        self.scattered_locally(self.in_frame(direction))
+        let scattered = self.scattered_locally(self.in_frame(direction));
+        Scattered { light: self.past_bumps(direction) * scattered.light, ..scattered }
+    }
+
+    /// The part of the light from a unit direction in the world that bumps let pass: none where it is on one side of the facets
+    /// and on the other of the shape.
+    fn past_bumps(&self, direction: DVec3) -> f64 {
+        let Some((bump, facing)) = &self.bump else { return 1.0 };
+        let cos = facing.dot(direction);
+        match self.axes[2].dot(direction) > 0.0 {
+            true => bump.open_part(cos),
+            false if cos < 0.0 => 1.0,
+            false => 0.0,
+        }
     }
 
     /// The part of the light of a lamp without a size that is scattered to the eye, with the cosine. Lamps have no image in
@@ -158,7 +175,7 @@ impl<'a> Microfacets<'a> {
         } else {
             self.diffuse(to_lamp.z)
         };
-        PI * light
+        PI * self.past_bumps(direction) * light
     }
 
     /// A direction in the world, by a random number in [0, 1) and a random point of the unit square, and what the surface
@@ -194,7 +211,10 @@ impl<'a> Microfacets<'a> {
         let is_valid = scattered.density > 0.0 && scattered.density.is_finite();
         let [across, down, normal] = self.axes;
         let in_world = direction.x * across + direction.y * down + direction.z * normal;
-        is_valid.then(|| (in_world.normalize(), scattered))
+        is_valid.then(|| {
+            let direction = in_world.normalize();
+            (direction, Scattered { light: self.past_bumps(direction) * scattered.light, ..scattered })
+        })
     }
 
     /// The direction whose light a facet mirrors to the eye; `None` if another facet is in its way.

@@ -39,6 +39,7 @@ fn point(material: &Material, cos: f64, leaving: bool) -> SurfacePoint<'_> {
         material: MaterialRef::Scene(material),
         albedo: material.color,
         weights: LobeWeights::of(material, cos),
+        bump: None,
     }
 }
 
