@@ -8,6 +8,7 @@ pub(crate) mod data;
 pub(crate) mod folders;
 pub(crate) mod kept_settings;
 pub(crate) mod maker;
+pub(crate) mod names;
 mod no_scene;
 pub(crate) mod notes;
 pub(crate) mod picture;

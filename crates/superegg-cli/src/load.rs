@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use superegg_geom::Aabb;
-use superegg_lang::{Diagnostic, Session};
-use superegg_scene::Scene;
+use superegg_lang::{Diagnostic, Session, rename_files};
+use superegg_render::{EnvironmentPixels, TexturePixels};
+use superegg_scene::{EnvironmentPicture, Scene, Texture, TextureChannel};
 
 pub use crate::files::data::DataOptions;
 use crate::files::data::{self, Note};
-use crate::files::scene;
+use crate::files::names::name_for_saving;
+use crate::files::{scene, surroundings};
 
 /// A scene that was read, and how.
 #[derive(Debug)]
@@ -61,6 +63,31 @@ pub fn load_bytes(name: &Path, bytes: &[u8], options: &DataOptions) -> Result<Lo
 /// Sets the camera and the light of data for a picture of this size.
 pub fn frame_data(scene: &mut Scene, bounds: &Aabb, size: (u32, u32)) {
     data::frame(scene, bounds, &DataOptions { size: Some(size), ..DataOptions::default() });
+}
+
+/// The pixels of a texture of a scene in `folder`: the file is searched in the working folder, and then there.
+///
+/// # Errors
+/// It cannot be read.
+pub fn texture_pixels(
+    texture: &Texture,
+    channel: TextureChannel,
+    folder: Option<&Path>,
+) -> Result<TexturePixels> {
+    surroundings::texture_of(texture, channel, folder)
+}
+
+/// The pixels of the surroundings of a scene in `folder`, searched as those of [`texture_pixels`].
+///
+/// # Errors
+/// They cannot be read.
+pub fn surroundings_pixels(picture: &EnvironmentPicture, folder: Option<&Path>) -> Result<EnvironmentPixels> {
+    surroundings::pixels_of(picture, folder)
+}
+
+/// Gives the files that a scene in `from` names the names by which they are found from a scene in `to`.
+pub fn rename_for_saving(scene: &mut Scene, from: Option<&Path>, to: &Path) {
+    rename_files(scene, &mut |name| name_for_saving(name, from, to));
 }
 
 fn of_loaded(loaded: scene::Loaded) -> LoadedScene {

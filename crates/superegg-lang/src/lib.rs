@@ -49,7 +49,7 @@ pub use parse::number::{NumberError, format_number, parse_number};
 pub use parse::parser::{Columns, Parsed, parse_line};
 pub use session::help::{example_line, help};
 pub use session::interpreter::{Effect, Session};
-pub use session::keys::key_frames;
+pub use session::keys::{key_frames, rename_files};
 pub use session::notes::creation_note;
 pub use session::script::{Flow, Perform, load_text, not_text, run_script};
 pub use session::selection::Selection;

@@ -17,12 +17,8 @@ use superegg::exchange::write::written::Written;
 use superegg::geom::glam::{DAffine3, DMat3, DQuat, DVec3};
 use superegg::geom::{Aabb, Exponents};
 use superegg::lang::{Effect, Fault, Session, key_frames, scene_at, write_scene, write_without_tables};
-use superegg::render::{
-    EnvironmentPixels, Framing, Output, RenderOptions, RenderSettings, TexturePixels, TextureSet,
-};
-use superegg::scene::{
-    Entity, EnvironmentPicture, InstanceTable, Material, TableBuilder, Texture, TextureChannel,
-};
+use superegg::render::{Framing, Output, RenderOptions, RenderSettings, TextureSet};
+use superegg::scene::{Entity, EnvironmentPicture, InstanceTable, Material, TableBuilder, Texture};
 use superegg::trace::{BatchOptions, CompiledScene, InstancePath};
 use superegg::{Model, Part};
 use superegg_cli::load::{self as program, LoadedScene, frame_data};
@@ -49,11 +45,22 @@ struct State {
     compiled: Option<Arc<CompiledScene>>,
     /// The box of data whose camera nobody has set.
     data: Option<Aabb>,
+    /// The folder of the scene's file, where the files that it names are searched.
+    folder: Option<PathBuf>,
 }
 
 impl State {
     fn new(model: Model) -> Self {
-        Self { model, compiled: None, data: None }
+        Self { model, compiled: None, data: None, folder: None }
+    }
+
+    /// The scene with the names that files have for a scene in this folder; `None` for where the scene is.
+    fn scene_for(&self, folder: Option<&Path>) -> superegg::scene::Scene {
+        let mut scene = self.model.scene().clone();
+        if let Some(folder) = folder {
+            program::rename_for_saving(&mut scene, self.folder.as_deref(), folder);
+        }
+        scene
     }
 
     fn compiled(&mut self) -> Arc<CompiledScene> {
@@ -99,7 +106,7 @@ pub(crate) fn load_files(
     let options = options(keywords)?;
     let name = paths.first().map(|path| path.display().to_string()).unwrap_or_default();
     let loaded = interruptible(py, |_| Ok(()), |_| program::load_files(&paths, &options))?;
-    loaded_scene(loaded.map_err(|error| errors::of_file(&error, &name))?)
+    loaded_scene(loaded.map_err(|error| errors::of_file(&error, &name))?, Path::new(&name))
 }
 
 /// As [`load_files`], of the bytes of one file.
@@ -112,17 +119,20 @@ pub(crate) fn load_bytes(
 ) -> PyResult<(Scene, Vec<String>, Vec<String>)> {
     let options = options(keywords)?;
     let loaded = detached(py, || program::load_bytes(Path::new(name), bytes, &options))?;
-    loaded_scene(loaded.map_err(|error| errors::of_file(&error, name))?)
+    loaded_scene(loaded.map_err(|error| errors::of_file(&error, name))?, Path::new(name))
 }
 
-fn loaded_scene(loaded: LoadedScene) -> PyResult<(Scene, Vec<String>, Vec<String>)> {
+/// The scene that was read from the file at a path.
+fn loaded_scene(loaded: LoadedScene, path: &Path) -> PyResult<(Scene, Vec<String>, Vec<String>)> {
     if let Some(error) = errors::of_diagnostics(&loaded.diagnostics) {
         return Err(error);
     }
     let LoadedScene { session, diagnostics, readings, mut warnings, bounds, .. } = loaded;
     warnings.extend(diagnostics.iter().map(ToString::to_string));
     let model = Model::from_scene(session.scene().clone(), session.selected()).map_err(errors::value)?;
-    let state = State { data: bounds, ..State::new(model) };
+    // Whole, because the working folder may change.
+    let folder = std::path::absolute(path).ok().and_then(|path| Some(path.parent()?.to_owned()));
+    let state = State { data: bounds, folder, ..State::new(model) };
     Ok((Scene(Mutex::new(state)), readings, warnings))
 }
 
@@ -148,18 +158,21 @@ impl Scene {
         Self(Mutex::new(self.lock().clone()))
     }
 
-    fn text(&self, py: Python<'_>) -> PyResult<String> {
+    /// The scene file; for one in a folder with the names that files have there.
+    #[pyo3(signature = (folder=None))]
+    fn text(&self, py: Python<'_>, folder: Option<PathBuf>) -> PyResult<String> {
         detached(py, || {
             let state = self.lock();
-            write_scene(state.model.scene(), state.model.root())
+            write_scene(&state.scene_for(folder.as_deref()), state.model.root())
         })
     }
 
-    /// The binary scene file.
-    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+    /// The binary scene file, as [`Scene::text`].
+    #[pyo3(signature = (folder=None))]
+    fn to_bytes<'py>(&self, py: Python<'py>, folder: Option<PathBuf>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = detached(py, || {
             let state = self.lock();
-            let scene = state.model.scene();
+            let scene = &state.scene_for(folder.as_deref());
             let tables: Vec<(&str, &InstanceTable)> = scene.tables().collect();
             let mut bytes = Vec::new();
             let text = write_without_tables(scene, state.model.root());
@@ -244,11 +257,11 @@ impl Scene {
 
     /// The scene at a frame of its keys.
     fn at(&self, frame: f64) -> PyResult<Self> {
-        let State { model, data, .. } = self.lock().clone();
+        let State { model, data, folder, .. } = self.lock().clone();
         let session = Session::with_scene(model.scene().clone(), model.root());
         let still = scene_at(&session, frame).map_err(errors::value)?;
         let model = Model::from_scene(still, model.root()).map_err(errors::value)?;
-        Ok(Self(Mutex::new(State { data, ..State::new(model) })))
+        Ok(Self(Mutex::new(State { data, folder, ..State::new(model) })))
     }
 
     /// Carries out lines of the modelling language, all or none, and returns what they print.
@@ -593,23 +606,18 @@ impl Scene {
         }
         frame(&mut scene, &compiled, data);
         let settings = RenderSettings::of(&scene).with_output(output).with_layers(request.layers);
+        let folder = self.lock().folder.clone();
+        let folder = folder.as_deref();
+        let pixels_of = |picture: &EnvironmentPicture| {
+            program::surroundings_pixels(picture, folder).map_err(|error| errors::value(format!("{error:#}")))
+        };
+        let texture_of = |texture: &Texture, channel| {
+            program::texture_pixels(texture, channel, folder)
+                .map_err(|error| errors::value(format!("{error:#}")))
+        };
         let settings = settings.with_surroundings(&scene, pixels_of)?;
         Ok((compiled, settings.with_textures(TextureSet::of(&scene, texture_of)?)))
     }
-}
-
-/// Reads a texture.
-fn texture_of(texture: &Texture, channel: TextureChannel) -> PyResult<TexturePixels> {
-    let wrong = |reason: String| errors::value(format!("the texture '{}': {reason}", texture.file));
-    let bytes = std::fs::read(&*texture.file).map_err(|error| wrong(error.to_string()))?;
-    TexturePixels::of_file(&bytes, channel == TextureChannel::Color).map_err(|error| wrong(error.to_string()))
-}
-
-/// Reads a picture of the surroundings.
-fn pixels_of(picture: &EnvironmentPicture) -> PyResult<EnvironmentPixels> {
-    let wrong = |reason: String| errors::value(format!("the environment '{}': {reason}", picture.file));
-    let bytes = std::fs::read(&*picture.file).map_err(|error| wrong(error.to_string()))?;
-    EnvironmentPixels::of_file(&bytes).map_err(|error| wrong(error.to_string()))
 }
 
 /// Sets the camera of data, and of a scene that sets none and is not in sight.

@@ -483,3 +483,26 @@ def test_surroundings_are_seen_and_missing_ones_are_errors(tmp_path):
     scene.set_environment(tmp_path / "none.hdr")
     with pytest.raises(ValueError, match="none.hdr"):
         scene.render(8, 8, samples=1)
+
+
+def test_files_are_found_beside_the_scene_that_names_them(tmp_path):
+    header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n"
+    for folder in ("scene", "lib", "other"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "lib" / "grey.hdr").write_bytes(header + bytes([128, 64, 128, 128] * 2))
+    (tmp_path / "scene" / "s.scn").write_text("load ../lib/t.scn\n")
+    lines = "prm ball\ntexture color grey.hdr\nambient 1\ndiffuse 0\nspecular 0\nenvironment grey.hdr\n"
+    (tmp_path / "lib" / "t.scn").write_text(lines)
+
+    def check(scene):
+        film = scene.render(8, 8, samples=1)
+        assert np.allclose(film.color[0, 0], [0.5, 0.25, 0.5])
+        assert np.allclose(film.color[4, 4], [0.5, 0.25, 0.5])
+
+    scene = se.load(tmp_path / "scene" / "s.scn")
+    check(scene)
+    check(scene.at(0.0))
+    for name in ("a.scn", "a.sqb"):
+        scene.save(tmp_path / "other" / name)
+        check(se.load(tmp_path / "other" / name))
+    assert '"../lib/grey.hdr"' in (tmp_path / "other" / "a.scn").read_text()

@@ -15,6 +15,7 @@ use crate::ordered_map::OrderedMap;
 use crate::picture::Picture;
 use crate::primitive::{Material, Primitive};
 use crate::table::InstanceTable;
+use crate::texture::{Texture, TextureChannel};
 use crate::tracks::Tracks;
 use crate::uses::Uses;
 
@@ -666,6 +667,37 @@ impl Scene {
         }
         self.tracks.remove_light(name);
         Ok(())
+    }
+
+    /// Gives other names to files: of textures, and of the picture of the surroundings. `new_name` returns `None` for a name that
+    /// stays. Returns whether any name is another now.
+    pub fn rename_files(&mut self, new_name: &mut dyn FnMut(&str) -> Option<String>) -> bool {
+        let mut is_changed = false;
+        let textured = self.entities().filter(|(_, entity)| entity.has_textures());
+        let names: Vec<Arc<str>> = textured.map(|(name, _)| name.into()).collect();
+        for name in names {
+            let Ok(primitive) = self.primitive(&name) else { continue };
+            let Some(mut textures) = primitive.textures.as_deref().cloned() else { continue };
+            let mut is_renamed = false;
+            for channel in TextureChannel::ALL {
+                let Some(texture) = textures.get(channel) else { continue };
+                if let Some(file) = new_name(&texture.file) {
+                    textures.set(channel, Some(Texture { file: file.into(), ..texture.clone() }));
+                    is_renamed = true;
+                }
+            }
+            if is_renamed && let Ok(primitive) = self.primitive_mut(&name) {
+                primitive.textures = Some(Arc::new(textures));
+                is_changed = true;
+            }
+        }
+        if let Some(EnvironmentLight::Picture(picture)) = &mut self.environment
+            && let Some(file) = new_name(&picture.file)
+        {
+            picture.file = file.into();
+            is_changed = true;
+        }
+        is_changed
     }
 
     /// The keyframe tracks, in the order of creation. The scene only stores them; the language,

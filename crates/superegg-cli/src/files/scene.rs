@@ -20,6 +20,7 @@ use crate::files::access;
 use crate::files::binary_scene::{self, open_input};
 use crate::files::data::{self, DataOptions, FileKind, LoadedData, Note};
 use crate::files::folders::Folders;
+use crate::files::names::{folder_of, rename_for};
 use crate::files::no_scene::kind_of_no_scene;
 use crate::files::surroundings::{pixels_of, texture_of};
 
@@ -177,15 +178,20 @@ pub(crate) fn lines_of(path: &Path, session: &Session) -> String {
     format!("load \"{}\"\n", identity(path).display())
 }
 
-/// Like [`load`], into a session with these settings, and keeps the lines. Stops when `interrupt`
-/// becomes true.
+/// Like [`load`], into a session with these settings, and keeps the lines. The files that the scene names
+/// are then found from the working folder. Stops when `interrupt` becomes true.
 pub(crate) fn load_into(path: &Path, settings: Settings, interrupt: &AtomicBool) -> Result<Loaded> {
     if let Some(mut loaded) = load_data(path, &DataOptions::default())? {
         loaded.session.settings = settings;
+        rename_for(&mut loaded.session, folder_of(path), Path::new(""));
         loaded.lines = lines_of(path, &loaded.session);
         return Ok(loaded);
     }
-    load_lines(path, settings, Lines::Kept, interrupt)
+    let mut loaded = load_lines(path, settings, Lines::Kept, interrupt)?;
+    if rename_for(&mut loaded.session, folder_of(path), Path::new("")) {
+        loaded.lines = write_session(&loaded.session);
+    }
+    Ok(loaded)
 }
 
 /// The fate of the lines of a scene file. Large ones take as much memory as the scene.
@@ -265,7 +271,7 @@ impl Loader<'_> {
         bytes: &[u8],
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Flow {
-        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let folder = folder_of(path).to_owned();
         let name = path.display().to_string();
         run_script(session, &name, bytes, diagnostics, &mut |session, line, effect, diagnostics| {
             if self.interrupt.load(Ordering::Relaxed) {
@@ -342,6 +348,9 @@ impl Loader<'_> {
         self.open.push(identity(&path));
         let flow = self.run(session, &path, &bytes, diagnostics);
         self.open.pop();
+        if rename_for(session, folder_of(&path), folder) && self.kept == Lines::Kept {
+            self.lines = write_session(session);
+        }
         Ok(flow)
     }
 
@@ -354,7 +363,7 @@ impl Loader<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Result<Flow, Fault> {
         let path = self.find_nested(&Folders::of_user().expand(file), folder)?;
-        let added = match load_data(&path, &DataOptions::default()).map_err(|error| unreadable(&error))? {
+        let mut added = match load_data(&path, &DataOptions::default()).map_err(|error| unreadable(&error))? {
             Some(loaded) => loaded.session,
             None => {
                 let bytes = read_nested(&path)?;
@@ -370,6 +379,7 @@ impl Loader<'_> {
         if self.is_interrupted {
             return Ok(Flow::Stop);
         }
+        rename_for(&mut added, folder_of(&path), folder);
         let lines = session.lines_to_include(&added)?;
         for line in lines.lines() {
             session.run_line(line)?;

@@ -384,3 +384,63 @@ fn textures_are_found_beside_the_scene_and_missing_ones_are_faults() {
         assert!((said.out + &said.err).contains(cause), "{cause}");
     }
 }
+
+#[test]
+fn files_are_found_beside_the_scene_that_names_them() {
+    let sandbox = Sandbox::new();
+    for folder in ["top", "lib", "lib/deep", "other"] {
+        std::fs::create_dir(sandbox.path(folder)).unwrap();
+    }
+    let red = image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 0]));
+    red.save(sandbox.path("lib/deep/red.png")).unwrap();
+    // Another file of that name, which nobody means.
+    image::RgbImage::from_pixel(2, 2, image::Rgb([0, 0, 255])).save(sandbox.path("top/red.png")).unwrap();
+    let mut grey = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n".to_vec();
+    grey.extend([128, 64, 128, 128].repeat(2));
+    sandbox.write("lib/grey.hdr", &grey);
+    let material = "ambient 1\ndiffuse 0\nspecular 0\n";
+    sandbox.write("lib/deep/ball.scn", format!("prm ball\ntexture color red.png\n{material}"));
+    sandbox.write(
+        "lib/b.scn",
+        "load deep/ball.scn\nenvironment grey.hdr\nset encoding linear\nset size 32x24\n",
+    );
+    let size = "set encoding linear\nset size 32x24\n";
+    sandbox.write("top/load.scn", "load ../lib/b.scn\n");
+    sandbox.write(
+        "top/include.scn",
+        format!("include ../lib/b.scn\ninclude ../lib/deep/plain.scn\nprm ball\n{size}"),
+    );
+    sandbox.write("lib/deep/plain.scn", "prm plain\n");
+    sandbox.write("top/key.scn", "include ../lib/deep/key.scn\nprm ball\nset size 32x24\n");
+    sandbox.write("lib/deep/key.scn", format!("prm ball\n{material}key 0 texture color red.png 1\n"));
+    let pixel = |name: &str, x, y| picture(&sandbox, name).to_rgb8().get_pixel(x, y).0;
+    let check = |scene: &str| {
+        sandbox.run(&format!("render {scene} -o a.png --quiet")).fine();
+        assert_eq!((pixel("a.png", 16, 12), pixel("a.png", 0, 0)), ([255, 0, 0], [128, 64, 128]), "{scene}");
+    };
+    check("top/load.scn");
+    // What a prompt loads is found from its folder, and what it saves from that of the file.
+    for (load, save) in [
+        ("top/load.scn", "other/a.scn"),
+        ("top/load.scn", "lib/deep/a.scn"),
+        ("lib/b.scn", "b.scn"),
+        ("other/a.scn", "other/b.sqb"),
+        ("other/b.sqb", "top/c.scn"),
+    ] {
+        sandbox.run_with("", &format!("load {load}\nrender {save}.png --wait\nsave {save}\nstop\n"));
+        check(save);
+    }
+    assert!(sandbox.read("lib/deep/a.scn").contains("\"red.png\""), "{}", sandbox.read("lib/deep/a.scn"));
+    assert!(sandbox.read("other/a.scn").contains("\"../lib/grey.hdr\""), "{}", sandbox.read("other/a.scn"));
+    assert!(sandbox.read("b.scn").contains("\"lib/deep/red.png\""), "{}", sandbox.read("b.scn"));
+    sandbox.run("render top/include.scn -o i.png --quiet").fine();
+    assert_eq!(pixel("i.png", 16, 12), [255, 0, 0]);
+    sandbox.run("render top/key.scn --frame 0 -o k.png --quiet").fine();
+    assert_eq!(pixel("k.png", 16, 12), [255, 0, 0]);
+    // A name beside the outer scene alone is a fault of the inner one.
+    sandbox.write("top/blue.scn", "load ../lib/blue.scn\n");
+    std::fs::rename(sandbox.path("top/red.png"), sandbox.path("top/blue.png")).unwrap();
+    sandbox.write("lib/blue.scn", "prm ball\ntexture color blue.png\n");
+    let said = sandbox.run("check top/blue.scn");
+    assert_eq!(said.code, Some(1), "{}", said.out);
+}

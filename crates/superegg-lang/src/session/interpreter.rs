@@ -19,7 +19,7 @@ use crate::parse::number::{format_number, parse_number};
 use crate::parse::parser::{Parsed, parse_suggesting, parse_words, plain_object_command, words_of_command};
 use crate::session::checks::{check_camera, check_direction, check_light, pattern, target_distance};
 use crate::session::faults::{scene_fault, table_help};
-use crate::session::keys::{ALL_FRAMES, subject_of};
+use crate::session::keys::{self, ALL_FRAMES, subject_of};
 use crate::session::selection::Selection;
 use crate::session::settings::{self, Settings};
 use crate::session::{help, info};
@@ -28,7 +28,8 @@ use crate::text::shorten;
 
 /// A scene, the selected name in it, and the settings.
 ///
-/// Every change goes through [`Session::run_line`] or [`Session::execute`]. Cloning takes constant
+/// Every change goes through [`Session::run_line`] or [`Session::execute`], but for other names of files
+/// ([`Session::rename_files`]). Cloning takes constant
 /// time, whatever the size of the scene.
 ///
 /// ```
@@ -75,6 +76,11 @@ impl Session {
     pub fn with_scene(scene: Scene, selected: Option<&str>) -> Self {
         let selected = selected.filter(|name| scene.get(name).is_some()).map(str::to_owned);
         Self { scene, selected, ..Self::default() }
+    }
+
+    /// Gives other names to the files of textures and surroundings, as [`rename_files`](crate::rename_files).
+    pub fn rename_files(&mut self, new_name: &mut dyn FnMut(&str) -> Option<String>) -> bool {
+        keys::rename_files(&mut self.scene, new_name)
     }
 
     /// The scene as it is now.

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use superegg_scene::{Scene, Track, TrackSubject, TrackWord};
+use superegg_scene::{Key, Scene, Track, TrackSubject, TrackWord};
 
 use crate::diagnostic::Fault;
 use crate::grammar::command::{Command, Needs, ObjectCommand};
@@ -102,6 +102,38 @@ pub(crate) fn subject_of(
         cursor: cursor.filter(|_| moves_child).map(Into::into),
     };
     Ok((subject, numbers))
+}
+
+/// Gives other names to files, as [`Scene::rename_files`], in the commands of keys, too.
+pub fn rename_files(scene: &mut Scene, new_name: &mut dyn FnMut(&str) -> Option<String>) -> bool {
+    let is_scene_changed = scene.rename_files(new_name);
+    let mut is_changed = false;
+    let tracks: Vec<(TrackSubject, Vec<Key>)> = scene
+        .tracks()
+        .map(|track| {
+            let mut subject = track.subject().clone();
+            let args = find_command(&subject.command).into_iter().flat_map(CommandSpec::all_args);
+            for (word, arg) in subject.words.iter_mut().zip(args) {
+                if let (TrackWord::Word(file), ArgKind::File) = (&mut *word, arg.kind)
+                    && let Some(new) = new_name(file)
+                {
+                    *word = TrackWord::Word(new.into());
+                    is_changed = true;
+                }
+            }
+            (subject, track.keys().cloned().collect())
+        })
+        .collect();
+    if is_changed {
+        scene.remove_keys(None, |_| true);
+        for (subject, keys) in tracks {
+            for key in keys {
+                // Cannot fail: the keys of a track have one count of numbers.
+                let _ = scene.set_key(subject.clone(), key.frame, &key.numbers);
+            }
+        }
+    }
+    is_scene_changed || is_changed
 }
 
 /// The frames that have keys, in rising order, each once.

@@ -633,14 +633,16 @@ class Scene:
         """Write the scene.
 
         ``.sqb`` in binary; ``.stl``, ``.ply``, ``.obj``, ``.glb``, ``.vtp``, ``.pov``, ``.csv``, ``.nrrd`` and
-        ``.vti`` as `export` does; anything else as text (``.scn``).
+        ``.vti`` as `export` does; anything else as text (``.scn``). Textures and surroundings get the names by which
+        they are found from there.
         """
         name = os.fspath(path)
         ending = os.path.splitext(name)[1].lower()
         if ending in _EXPORTED:
             self.export(name)
             return
-        data = self.to_bytes() if ending == ".sqb" else self.to_text().encode()
+        folder = os.path.dirname(name)
+        data = self._core.to_bytes(folder) if ending == ".sqb" else self._core.text(folder).encode()
         with open(name, "wb") as file:
             file.write(data)
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use superegg_lang::{Fault, FaultCode, write_session};
 
 use crate::files::binary_scene;
+use crate::files::names::{folder_of, name_for_saving};
 use crate::files::scene::{Loaded, load_into};
 use crate::files::{self, Overwrite};
 use crate::modeller::faults::{not_loadable, quoted, unreadable, unwritable};
@@ -121,11 +122,14 @@ impl Modeller {
                 })?;
             }
         }
+        let mut session = self.session().clone();
+        if !is_stream {
+            session.rename_files(&mut |name| name_for_saving(name, None, folder_of(&path)));
+        }
         if binary_scene::has_extension(&path) && !as_history {
-            let session = self.session();
             binary_scene::write(&path, session.scene(), session.selected())
         } else {
-            let text = if as_history { self.timeline.typed_lines() } else { write_session(self.session()) };
+            let text = if as_history { self.timeline.typed_lines() } else { write_session(&session) };
             files::write(&path, text.as_bytes())
         }
         .map_err(|error| unwritable(&error))?;

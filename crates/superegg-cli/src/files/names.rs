@@ -1,0 +1,86 @@
+//! The names of files in scenes: where such a file is searched, and how it is named in another folder's scene.
+//!
+//! One rule holds for `load`, `include`, `environment` and `setTexture`: a name is searched in the working folder, and then
+//! beside the file that has the line. A scene has many such files where it loads or includes others; what these name is
+//! therefore renamed when they are read, so that one folder is enough to find everything.
+
+use std::path::{Component, Path, PathBuf};
+
+use superegg_lang::Session;
+
+use crate::files::folders::Folders;
+
+/// A file that a scene in `folder` names: in the working folder, else in `folder`.
+pub(crate) fn found(name: &str, folder: Option<&Path>) -> PathBuf {
+    let name = Folders::of_user().expand(name);
+    // The prefix makes '-' a file, not standard input.
+    let here = Path::new(".").join(&name);
+    let beside = folder.map(|folder| folder.join(&name));
+    beside.filter(|beside| !here.exists() && beside.exists()).unwrap_or(here)
+}
+
+/// The folder of a file.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+/// Gives the files of a scene in `folder` the names that they have in a scene in `top`: the path to one beneath `top` begins
+/// there, any other path stays as it is. The working folder is "". Returns whether any name is another now.
+pub(crate) fn rename_for(session: &mut Session, folder: &Path, top: &Path) -> bool {
+    if folder == top {
+        return false;
+    }
+    session.rename_files(&mut |name| {
+        let beside = beside(name, folder)?;
+        let seen = beside.strip_prefix(top).unwrap_or(&beside);
+        seen.to_str().map(str::to_owned)
+    })
+}
+
+/// The path of a file that is found in `folder` and not in the working folder.
+fn beside(name: &str, folder: &Path) -> Option<PathBuf> {
+    let name = Folders::of_user().expand(name);
+    let beside = folder.join(&name);
+    (!name.is_absolute() && !Path::new(".").join(&name).exists() && beside.exists()).then_some(beside)
+}
+
+/// The name by which a file of a scene in `from` is found from a scene in `to`, wherever the program runs; `None` if the name
+/// stays, as that of a file which cannot be found does. Both are `None` or "" for the working folder.
+pub(crate) fn name_for_saving(name: &str, from: Option<&Path>, to: &Path) -> Option<String> {
+    let typed = Folders::of_user().expand(name);
+    let to = if to.as_os_str().is_empty() { Path::new(".") } else { to };
+    let file = found(name, from).canonicalize().ok()?;
+    if typed.is_absolute() || to.join(&typed).canonicalize().is_ok_and(|there| there == file) {
+        return None;
+    }
+    let to = to.canonicalize().ok()?;
+    let seen = relative(&file, &to).filter(|seen| to.join(seen).exists()).unwrap_or(file);
+    seen.to_str().map(|seen| seen.replace('\\', "/"))
+}
+
+/// The path of a file as seen from a folder, both absolute and without `..`; `None` where nothing but the root is common.
+fn relative(file: &Path, folder: &Path) -> Option<PathBuf> {
+    let common = file.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    let is_name = |component: &Component<'_>| matches!(component, Component::Normal(_));
+    if !file.components().take(common).any(|component| is_name(&component)) {
+        return None;
+    }
+    let up = folder.components().skip(common).map(|_| Component::ParentDir);
+    Some(up.chain(file.components().skip(common)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_seen_from_folders() {
+        let seen = |file: &str, folder: &str| {
+            relative(Path::new(file), Path::new(folder)).map(|path| path.display().to_string())
+        };
+        assert_eq!(seen("/a/b/c.png", "/a/b").as_deref(), Some("c.png"));
+        assert_eq!(seen("/a/b/c.png", "/a").as_deref(), Some("b/c.png"));
+        assert_eq!(seen("/a/c.png", "/a/b/d").as_deref(), Some("../../c.png"));
+        assert_eq!(seen("/x/c.png", "/a/b"), None);
+    }
+}
