@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use superegg_geom::glam::{DMat3, DVec3};
 use superegg_geom::{
-    Aabb, Exponents, NormForm, Ray, RayStart, Superquadric, Transform, TransformStep, textbook,
+    Aabb, Exponents, KnownCrossing, NormForm, Ray, RayStart, Superquadric, Transform, TransformStep, textbook,
 };
 
 fn config(cases: u32) -> ProptestConfig {
@@ -237,6 +237,55 @@ proptest! {
             if let Some(next) = shape.intersect(&Ray::new(hit.point, direction), start) {
                 prop_assert!(next.t > 1e-9, "{next:?}");
                 prop_assert_eq!(next.leaving, across < 0.0);
+            }
+        }
+    }
+
+    /// What is known about the first crossing changes no answer: neither an interval around it, nor that there is none
+    /// beyond a first stretch.
+    #[test]
+    fn a_known_crossing_is_the_one_that_is_found(
+        shape in unit_shape(), ray in ray(), direction in vector(1.0), before in 0.0..1.0f64, after in 1e-4..0.05f64,
+    ) {
+        let mut rays = vec![(ray, RayStart::Free)];
+        if let Some(hit) = shape.intersect(&ray, RayStart::Free).filter(|hit| is_smooth_at(hit.point)) {
+            let across = shape.normal(hit.point).dot(direction);
+            let start = if across >= 0.0 { RayStart::SurfaceOutward } else { RayStart::SurfaceInward };
+            rays.push((Ray::new(hit.point, direction), start));
+        }
+        for (ray, start) in rays {
+            let found = shape.intersect(&ray, start);
+            if start == RayStart::Free && found.is_none_or(|hit| hit.leaving) {
+                continue;
+            }
+            // The first stretch ends before the crossing, or hides it.
+            let no_crossing_after = |t: f64| KnownCrossing { clear_from: t, between: None };
+            let known = match found {
+                None => no_crossing_after(before),
+                Some(hit) => {
+                    let beyond = hit.t + after;
+                    let is_across = (shape.norm().value(ray.point_at(beyond)) < 1.0) != hit.leaving;
+                    if !is_across {
+                        continue;
+                    }
+                    let outside = hit.t - after.min(hit.t) * before;
+                    KnownCrossing { clear_from: outside * before, between: Some([outside, beyond]) }
+                }
+            };
+            let other = shape.intersect_known(&ray, start, &known);
+            prop_assert_eq!(other.map(|hit| hit.leaving), found.map(|hit| hit.leaving), "{:?} {:?}", known, found);
+            if let (Some(a), Some(b)) = (other, found) {
+                let slope = (shape.norm().value(b.point + 1e-4 * ray.direction) - 1.0).abs() * 1e4;
+                prop_assert!(off(a.t, b.t) < 1e-11 / slope.clamp(1e-4, 1.0), "{known:?} {a:?} {b:?}");
+                let last = shape.intersect(&Ray::new(b.point, ray.direction), if b.leaving {
+                    RayStart::SurfaceOutward
+                } else {
+                    RayStart::SurfaceInward
+                });
+                if start != RayStart::Free && last.is_none() {
+                    let hidden = shape.intersect_known(&ray, start, &no_crossing_after(b.t + 0.01));
+                    prop_assert_eq!(hidden, found);
+                }
             }
         }
     }

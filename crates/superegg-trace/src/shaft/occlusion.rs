@@ -3,9 +3,10 @@
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::LanePowers;
 use superegg_geom::kernels::stream::{
-    END, ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
+    END, ENTRY_LANES, EntryKind, FIRST_STRETCH, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits,
+    StreamLanes,
 };
-use superegg_geom::{Ray, RayStart};
+use superegg_geom::{KnownCrossing, Ray, RayStart};
 use superegg_simd::{Arch, Simd, WithSimd, bits};
 
 use super::occluders::Occluder;
@@ -149,13 +150,23 @@ impl WithSimd for Occlude<'_> {
                         continue;
                     }
                     let ray = group * ENTRY_LANES + lane;
-                    if kind == EntryKind::Unresolved || occluder.start != RayStart::Free {
-                        test_in_f64(scene, occluder, t_max, rays, ray);
-                        continue;
-                    }
                     let entry = entries.get(lane);
+                    let is_inside = kind == EntryKind::Inside;
+                    let entry = match occluder.start {
+                        RayStart::Free => Some(entry),
+                        RayStart::SurfaceOutward if !occluder.is_convex && is_inside => {
+                            entry.without_first(FIRST_STRETCH)
+                        }
+                        RayStart::SurfaceOutward | RayStart::SurfaceInward => None,
+                    };
+                    let Some(entry) = entry.filter(|_| kind != EntryKind::Unresolved) else {
+                        test_in_f64(scene, occluder, t_max, rays, ray, None);
+                        continue;
+                    };
                     let ShapeEntry { t_entry, t_per_s, length, .. } = entry;
-                    let exit = (kind == EntryKind::Inside).then_some(t_entry + f64::from(length) * t_per_s);
+                    // A free ray may start inside.
+                    let may_exit = is_inside && occluder.start == RayStart::Free;
+                    let exit = may_exit.then_some(t_entry + f64::from(length) * t_per_s);
                     let (ray, number) = (ray as u32, number as u32);
                     let queued = Queued { ray, occluder: number, t_entry, t_per_s, exit };
                     let queue = if occluder.is_convex { &mut convex } else { &mut others };
@@ -211,7 +222,10 @@ impl Queue {
         } else {
             lanes.enters(count, answers);
         }
-        for lane in bits(answers.found | answers.unresolved) {
+        // The first stretch of rays that start on the shape is not known.
+        let is_on_shape = |queued: &Queued| occluders[queued.occluder as usize].start != RayStart::Free;
+        let on_shape = queued.iter().rev().fold(0, |mask, ray| mask << 1 | u32::from(is_on_shape(ray)));
+        for lane in bits(answers.found | answers.unresolved | on_shape) {
             let Queued { ray, occluder, t_entry, t_per_s, exit } = queued[lane];
             let (ray, length) = (ray as usize, answers.s[lane]);
             // The kernel finds a point inside the shape. A ray from outside hits the shape before; one that starts inside
@@ -220,7 +234,9 @@ impl Queue {
             if length < f32::INFINITY && t < t_max * (1.0 - END) && t > 0.0 {
                 rays.close(ray);
             } else {
-                test_in_f64(scene, &occluders[occluder as usize], t_max, rays, ray);
+                let is_miss = length == f32::INFINITY && answers.unresolved >> lane & 1 == 0;
+                let known = is_miss.then_some(KnownCrossing { clear_from: t_entry, between: None });
+                test_in_f64(scene, &occluders[occluder as usize], t_max, rays, ray, known);
             }
         }
         queued.clear();
@@ -228,13 +244,24 @@ impl Queue {
 }
 
 #[inline(never)]
-fn test_in_f64(scene: &CompiledScene, occluder: &Occluder, t_max: f64, rays: &mut ShaftRays, index: usize) {
+fn test_in_f64(
+    scene: &CompiledScene,
+    occluder: &Occluder,
+    t_max: f64,
+    rays: &mut ShaftRays,
+    index: usize,
+    known: Option<KnownCrossing>,
+) {
     if !rays.is_open(index) {
         return;
     }
     let shape = scene.primitives[occluder.primitive as usize].unit_shape();
     let local = rays.ray(index).through(&occluder.unit_from_world);
-    if shape.occluded(&local, occluder.start, t_max) {
+    let is_occluded = match known {
+        Some(known) => shape.intersect_known(&local, occluder.start, &known).is_some_and(|hit| hit.t < t_max),
+        None => shape.occluded(&local, occluder.start, t_max),
+    };
+    if is_occluded {
         rays.close(index);
     }
 }

@@ -3,11 +3,12 @@
 //! A ray at a leaf first waits for the test of the shape's own box, then for the solver, until the kernel has a full batch.
 //! A ray that waits at many leaves may already have its closest hit in a queue, so it flushes the queues.
 
-use superegg_geom::RayStart;
 use superegg_geom::kernels::LanePowers;
 use superegg_geom::kernels::stream::{
-    END, ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
+    END, ENTRY_LANES, EntryKind, FIRST_STRETCH, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits,
+    StreamLanes,
 };
+use superegg_geom::{KnownCrossing, RayStart};
 
 use super::table::{DONE, Nearest, Outcome, Precision, Query, RayLeafPair, RayTable};
 use superegg_simd::bits;
@@ -148,23 +149,31 @@ impl<'s> LeafQueues<'s> {
             let is_inside = kind == EntryKind::Inside;
             // The one hit of a ray that goes into the shape is its exit.
             let is_inward = start == RayStart::SurfaceInward && is_inside && query.any_before.is_none();
-            let is_solvable = start == RayStart::Free || is_inward;
-            if kind == EntryKind::Unresolved
-                || !is_solvable
-                || (pair.leaf.lane_powers.is_none() && start != RayStart::Free)
-            {
-                table.leaf_states[pair.id as usize].waits -= 1;
-                table.test_in_f64(query, &pair, start);
-                continue;
-            }
+            let is_on_surface = start != RayStart::Free;
+            let is_solvable = match pair.leaf.lane_powers {
+                Some(_) => !is_on_surface || is_inward,
+                None => !is_on_surface || is_inward || (start == RayStart::SurfaceOutward && is_inside),
+            };
             let approach = self.approaches.get(lane);
+            let approach = match pair.leaf.lane_powers {
+                None if is_on_surface => approach.without_first(FIRST_STRETCH),
+                None | Some(_) => Some(approach),
+            };
+            let Some(approach) = approach.filter(|_| is_solvable && kind != EntryKind::Unresolved) else {
+                table.leaf_states[pair.id as usize].waits -= 1;
+                table.test_in_f64(query, &pair, start, None);
+                continue;
+            };
             let ShapeEntry { t_entry: entry, t_per_s: t_per_length, length, .. } = approach;
             let exit = is_inside.then_some(entry + f64::from(length) * t_per_length);
             let ray = QueuedRay { pair, start, entry, t_per_length, exit };
             match pair.leaf.lane_powers {
                 None => {
                     let shape = query.scene.primitives[pair.leaf.primitive as usize].unit_shape();
-                    self.not_convex.push(LanePowers::of_any(&shape), &approach, false, ray);
+                    // Only free rays may start inside without being known to.
+                    let exit = exit.filter(|_| !is_on_surface);
+                    let ray = QueuedRay { exit, ..ray };
+                    self.not_convex.push(LanePowers::of_any(&shape), &approach, is_inward, ray);
                 }
                 // Occlusion does not depend on whether the ray starts in the box.
                 Some(powers) if is_inside && query.any_before.is_none() => {
@@ -218,12 +227,19 @@ impl<'s> LeafQueues<'s> {
             return;
         }
         self.not_convex.lanes.clear_from(count);
-        self.not_convex.lanes.enters(count, &mut self.answers);
-        for lane in bits(end_waits(table, &self.not_convex.rays, &self.answers)) {
+        if query.any_before.is_some() {
+            self.not_convex.lanes.enters(count, &mut self.answers);
+        } else {
+            self.not_convex.lanes.isolate(count, &mut self.answers);
+        }
+        // The first stretch of rays that start on the shape is not known.
+        let on_surface = self.not_convex.rays.iter().rev();
+        let on_surface = on_surface.fold(0, |mask, ray| mask << 1 | u32::from(ray.start != RayStart::Free));
+        for lane in bits(end_waits(table, &self.not_convex.rays, &self.answers) | on_surface) {
             let ray = &self.not_convex.rays[lane];
             match query.any_before {
                 Some(t_max) => take_occlusion(query, table, &self.answers, lane, ray, t_max),
-                None => table.test_in_f64(query, &ray.pair, ray.start),
+                None => take_isolated(query, table, &self.answers, lane, ray),
             }
         }
         self.not_convex.rays.clear();
@@ -257,7 +273,7 @@ fn take_hit<'s>(
     if answers.unresolved >> lane & 1 == 1 {
         // A grazing ray, which may be behind the nearest hit, or one that starts on the surface.
         if ray.exit.is_some() || t - f64::from(error) < table.t_max(query, id) {
-            table.test_in_f64(query, &ray.pair, ray.start);
+            table.test_in_f64(query, &ray.pair, ray.start, None);
         }
         return;
     }
@@ -266,6 +282,34 @@ fn take_hit<'s>(
         let precision = Precision::Approximate { leaving };
         table.take(query, id, Nearest { t, error, trail, child, precision });
     }
+}
+
+/// Takes the closest hit of a lane, computed in f64 in the interval that holds it.
+#[inline(always)]
+fn take_isolated<'s>(
+    query: &Query<'s>,
+    table: &mut RayTable,
+    answers: &StreamHits,
+    lane: usize,
+    ray: &QueuedRay<'s>,
+) {
+    let known = known_crossing(answers, lane, ray);
+    let first = known.and_then(|known| known.between).map_or(0.0, |[first, _]| first);
+    if first < table.t_max(query, ray.pair.id as usize) {
+        table.test_in_f64(query, &ray.pair, ray.start, known);
+    }
+}
+
+/// The results of [`StreamLanes::isolate`] or [`StreamLanes::enters`] for a lane; `None` if it is unresolved.
+#[inline(always)]
+fn known_crossing(answers: &StreamHits, lane: usize, ray: &QueuedRay<'_>) -> Option<KnownCrossing> {
+    let t_at = |s: f32| ray.entry + f64::from(s) * ray.t_per_length;
+    let (s, error) = (answers.s[lane], answers.error[lane]);
+    let is_resolved = answers.unresolved >> lane & 1 == 0;
+    is_resolved.then(|| KnownCrossing {
+        clear_from: ray.entry,
+        between: s.is_finite().then(|| [t_at(s - error), t_at(s)]),
+    })
 }
 
 /// Takes the occlusion of a lane, by a hit before `t_max`.
@@ -283,12 +327,16 @@ fn take_occlusion<'s>(
         return;
     }
     let length = answers.s[lane];
+    if length == f32::INFINITY && ray.start != RayStart::Free {
+        let known = known_crossing(answers, lane, ray);
+        return table.test_in_f64(query, &ray.pair, ray.start, known);
+    }
     // The kernel finds a point inside the shape. A ray from outside hits the shape before; one that starts inside hits it
     // where it leaves.
     let t = ray.exit.unwrap_or(ray.entry + f64::from(length) * ray.t_per_length);
     if length < f32::INFINITY && t < t_max * (1.0 - END) && t > 0.0 {
         table.end(id, Outcome::Occluded);
     } else if length < f32::INFINITY || answers.unresolved >> lane & 1 == 1 {
-        table.test_in_f64(query, &ray.pair, ray.start);
+        table.test_in_f64(query, &ray.pair, ray.start, None);
     }
 }

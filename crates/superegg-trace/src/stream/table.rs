@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::stream::BoxRay;
-use superegg_geom::{Ray, RayStart, ShapeHit, Superquadric};
+use superegg_geom::{KnownCrossing, Ray, RayStart, ShapeHit, Superquadric};
 
 use crate::ray::footprint::Footprint;
 use crate::ray::query::{Hit, SurfaceStart, TraceRay};
@@ -218,9 +218,15 @@ impl RayTable {
         }
     }
 
-    /// Tests a leaf in f64.
+    /// Tests a leaf in f64. `known` is what lanes have found out about the first crossing.
     #[inline(never)]
-    pub(super) fn test_in_f64(&mut self, query: &Query<'_>, pair: &RayLeafPair<'_>, start: RayStart) {
+    pub(super) fn test_in_f64(
+        &mut self,
+        query: &Query<'_>,
+        pair: &RayLeafPair<'_>,
+        start: RayStart,
+        known: Option<KnownCrossing>,
+    ) {
         let RayLeafPair { id, trail, index, leaf } = *pair;
         let id = id as usize;
         let [origin, direction] = self.lines[id];
@@ -232,6 +238,7 @@ impl RayTable {
             child: index,
             shape: query.scene.primitives[leaf.primitive as usize].unit_shape(),
             primitive: leaf.primitive,
+            known,
         };
         self.test_shape_in_f64(query, id, &tested, &local, start);
     }
@@ -245,14 +252,22 @@ impl RayTable {
         local: &Ray,
         start: RayStart,
     ) {
-        let TestedShape { trail, child, shape, primitive } = *tested;
+        let TestedShape { trail, child, shape, primitive, known } = *tested;
         if let Some(t_max) = query.any_before {
-            if shape.occluded(local, start, t_max) {
+            let is_occluded = match known {
+                Some(known) => shape.intersect_known(local, start, &known).is_some_and(|hit| hit.t < t_max),
+                None => shape.occluded(local, start, t_max),
+            };
+            if is_occluded {
                 self.end(id, Outcome::Occluded);
             }
             return;
         }
-        let Some(ShapeHit { t, leaving, point: unit_point }) = shape.intersect(local, start) else { return };
+        let found = match known {
+            Some(known) => shape.intersect_known(local, start, &known),
+            None => shape.intersect(local, start),
+        };
+        let Some(ShapeHit { t, leaving, point: unit_point }) = found else { return };
         // Each ray keeps one hit.
         let kept = match self.outcomes[id] {
             Outcome::Hit(Nearest { precision: Precision::Exact(kept), .. }) => kept as usize,
@@ -318,4 +333,6 @@ pub(super) struct TestedShape {
     pub(super) shape: Superquadric,
     /// The primitive to report.
     pub(super) primitive: u32,
+    /// What lanes have found out about the first crossing.
+    pub(super) known: Option<KnownCrossing>,
 }

@@ -6,6 +6,8 @@ use glam::{DAffine3, DVec3};
 pub const ENTRY_LANES: usize = 8;
 /// Relative error of the ends of rays.
 pub const END: f64 = 4e-6;
+/// Rays that start on a shape are searched from here on, in lengths of unit space.
+pub const FIRST_STRETCH: f32 = 1.0 / 32.0;
 /// The box [-1, 1]^3 is enlarged by this factor, for rounding.
 const BOX: f64 = 1.0 + 1e-6;
 /// The squared radius of the sphere around the box, with a margin.
@@ -64,6 +66,20 @@ pub struct ShapeEntry {
     pub t_entry: f64,
     /// Converts a length in the space of the shape to t.
     pub t_per_s: f64,
+}
+
+impl ShapeEntry {
+    /// The segment without its first stretch, of this length; `None` if it is not more than twice as long.
+    #[inline(always)]
+    pub fn without_first(self, length: f32) -> Option<Self> {
+        let is_longer = self.length > 2.0 * length;
+        is_longer.then(|| Self {
+            start: std::array::from_fn(|axis| self.start[axis] + length * self.direction[axis]),
+            length: self.length - length,
+            t_entry: self.t_entry + f64::from(length) * self.t_per_s,
+            ..self
+        })
+    }
 }
 
 impl ShapeEntries {

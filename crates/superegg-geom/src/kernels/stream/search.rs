@@ -1,4 +1,5 @@
-//! Rays against shapes of any exponents, in f32: certain misses and certain entries.
+//! Rays against shapes of any exponents, in f32: certain misses, certain entries, and short intervals that hold the first
+//! crossing.
 //!
 //! N rises with |x|, |y| and |z|. Along an interval of a ray each of them has a least value, which is 0 or that at one end,
 //! so N of these three is a lower bound of N on the interval: above 1, the ray does not enter the shape there. Intervals are
@@ -14,7 +15,11 @@ use super::solve::{StreamHits, StreamLanes};
 /// The most intervals that are examined.
 const MOST_STEPS: u32 = 64;
 /// Shorter intervals, in unit space, are not halved.
-const LEAST_WIDTH: f32 = 1.0 / 4096.0;
+const LEAST_WIDTH: f32 = 1.0 / 1024.0;
+/// The widest interval that isolates the first crossing. Newton's method in f64 needs three steps on it.
+const ISOLATED: f32 = 1.0 / 64.0;
+/// The same where any point inside is an answer: the ends of wider intervals are seldom inside.
+const ANY: f32 = 1.0 / 4.0;
 /// More than the rounding error of a coordinate.
 const COORDINATE: f32 = 6e-7;
 /// The error of a logarithm to base 2 of a norm is below this times 1 + 1/p + 1/q.
@@ -28,59 +33,114 @@ impl StreamLanes {
     /// [`StreamLanes::enters`] for the registers from `i` on.
     #[inline(always)]
     pub(super) fn enters_at<S: Simd>(&self, simd: S, i: usize, hits: &mut StreamHits) {
+        let Found { crossed, unresolved, s, .. } = self.search(simd, i).run(ANY);
+        hits.s.store(i, crossed.select(s, s.all(f32::INFINITY)));
+        hits.found |= crossed.bits_from(i);
+        hits.unresolved |= unresolved.bits_from(i);
+    }
+
+    /// [`StreamLanes::isolate`] for the registers from `i` on.
+    #[inline(always)]
+    pub(super) fn isolate_at<S: Simd>(&self, simd: S, i: usize, hits: &mut StreamHits) {
+        let Found { crossed, unresolved, s, clear } = self.search(simd, i).run(ISOLATED);
+        hits.s.store(i, crossed.select(s, s.all(f32::INFINITY)));
+        hits.error.store(i, s - clear);
+        hits.found |= crossed.bits_from(i);
+        hits.unresolved |= unresolved.bits_from(i);
+    }
+
+    #[inline(always)]
+    fn search<S: Simd>(&self, simd: S, i: usize) -> Search<S, SIDE_BY_SIDE> {
+        let inside = Mask::of_bits_from(simd, self.inward, i);
         let length: Lanes<S, SIDE_BY_SIDE> = self.length.load(simd, i);
-        let search = Search {
+        Search {
             start: Triple::load(simd, &self.start, i),
             direction: Triple::load(simd, &self.direction, i),
             length,
+            inside,
+            side: inside.select(length.all(-1.0), length.all(1.0)),
             norm: NormOfBounds::new(self.p.load(simd, i), self.q.load(simd, i)),
-        };
-        let (inside, unresolved, s) = search.run();
-        hits.s.store(i, inside.select(s, length.all(f32::INFINITY)));
-        hits.found |= inside.bits_from(i);
-        hits.unresolved |= unresolved.bits_from(i);
+        }
     }
+}
+
+/// The results of a search, by lanes.
+struct Found<S: Simd, const K: usize> {
+    /// The lanes with a point on the other side.
+    crossed: Mask<S, K>,
+    /// Those without an answer.
+    unresolved: Mask<S, K>,
+    /// The distances of the points on the other side.
+    s: Lanes<S, K>,
+    /// The distances up to which the rays are certainly on the side of their start.
+    clear: Lanes<S, K>,
 }
 
 struct Search<S: Simd, const K: usize> {
     start: Triple<S, K>,
     direction: Triple<S, K>,
     length: Lanes<S, K>,
+    /// The rays that start inside and look for their exit.
+    inside: Mask<S, K>,
+    /// -1 for these, 1 for all others.
+    side: Lanes<S, K>,
     norm: NormOfBounds<S, K>,
 }
 
 impl<S: Simd, const K: usize> Search<S, K> {
-    /// The lanes with a point inside, those without an answer, and the distances of the points inside.
+    /// The first steps: rays that may meet the shape, and those whose powers are too small.
     #[inline(always)]
-    fn run(&self) -> (Mask<S, K>, Mask<S, K>, Lanes<S, K>) {
-        let Self { start, direction, length, norm } = self;
+    fn begin(&self) -> (Mask<S, K>, Mask<S, K>) {
+        let active = self.length.all(0.0).le(self.length);
+        let unresolved = active & self.norm.beyond_f32;
+        (active.and_not(unresolved), unresolved)
+    }
+
+    /// Whether the rays are certainly on the side of their start between two points.
+    #[inline(always)]
+    fn is_clear(&self, near: Triple<S, K>, far: Triple<S, K>) -> Mask<S, K> {
+        let Self { inside, side, norm, .. } = self;
+        let closest = select(*inside, greatest_between(near, far), least_between(near, far));
+        norm.tolerance.le(*side * norm.log_value(closest))
+    }
+
+    /// Whether a point is certainly on the other side.
+    #[inline(always)]
+    fn is_across(&self, point: Triple<S, K>) -> Mask<S, K> {
+        let Self { inside, side, norm, .. } = self;
+        let closest = select(*inside, reduced(point), enlarged(point));
+        (*side * norm.log_value(closest)).le(-norm.tolerance)
+    }
+
+    /// Looks for an interval, no wider than `most`, at the end of which the rays are on the other side for the first time.
+    #[inline(always)]
+    fn run(&self, most: f32) -> Found<S, K> {
+        let Self { start, direction, length, .. } = self;
         let (zero, half) = (length.all(0.0), length.all(0.5));
-        let mut active = zero.le(*length);
-        let mut unresolved = active & norm.beyond_f32;
-        active = active.and_not(unresolved);
-        let mut inside = zero.lt(zero);
-        let (mut s, mut width, mut at) = (zero, *length, zero);
+        let (mut active, mut unresolved) = self.begin();
+        let mut crossed = zero.lt(zero);
+        let (mut s, mut width, mut end) = (zero, *length, *length);
         for _ in 0..MOST_STEPS {
             if !active.any() {
                 break;
             }
-            let near = start.along(s, *direction);
             let far = start.along(s + width, *direction);
-            let is_clear = active & norm.tolerance.le(norm.log_value(least_between(near, far)));
-            let middle = s + width * half;
-            let point = start.along(middle, *direction);
-            let is_inside = active & norm.log_value(enlarged(point)).le(-norm.tolerance);
-            at = is_inside.select(middle, at);
-            inside = inside | is_inside;
+            let is_clear = active & self.is_clear(start.along(s, *direction), far);
+            let is_short = active.and_not(is_clear) & width.le(length.all(most));
+            if is_short.any() {
+                let is_across = is_short & self.is_across(far);
+                end = is_across.select(s + width, end);
+                crossed = crossed | is_across;
+                active = active.and_not(is_across);
+            }
             s = is_clear.select(s + width, s);
-            let next = is_clear.select((width + width).min(*length - s), width * half);
-            width = next;
-            let is_over = is_clear & next.le(zero);
-            let is_narrow = active.and_not(is_clear) & next.lt(length.all(LEAST_WIDTH));
-            active = active.and_not(is_inside | is_over | is_narrow);
-            unresolved = unresolved | is_narrow.and_not(is_inside);
+            width = is_clear.select((width + width).min(*length - s), width * half);
+            let is_over = is_clear & width.le(zero);
+            let is_narrow = active.and_not(is_clear) & width.lt(length.all(LEAST_WIDTH));
+            active = active.and_not(is_over | is_narrow);
+            unresolved = unresolved | is_narrow;
         }
-        (inside, (unresolved | active).and_not(inside), at)
+        Found { crossed, unresolved: unresolved | active, s: end, clear: s }
     }
 }
 
@@ -128,6 +188,25 @@ fn least_size<S: Simd, const K: usize>(a: Lanes<S, K>, b: Lanes<S, K>) -> Lanes<
     let zero = a.all(0.0);
     let least = (a.abs().min(b.abs()) - a.all(COORDINATE)).max(zero);
     zero.lt(a * b).select(least, zero)
+}
+
+/// Upper bounds of |x|, |y| and |z| between two points of a line.
+#[inline(always)]
+fn greatest_between<S: Simd, const K: usize>(a: Triple<S, K>, b: Triple<S, K>) -> Triple<S, K> {
+    let (a, b) = (enlarged(a), enlarged(b));
+    Triple { x: a.x.max(b.x), y: a.y.max(b.y), z: a.z.max(b.z) }
+}
+
+/// Lower bounds of |x|, |y| and |z|.
+#[inline(always)]
+fn reduced<S: Simd, const K: usize>(point: Triple<S, K>) -> Triple<S, K> {
+    least_between(point, point)
+}
+
+/// `a` where the mask is true, `b` elsewhere.
+#[inline(always)]
+fn select<S: Simd, const K: usize>(mask: Mask<S, K>, a: Triple<S, K>, b: Triple<S, K>) -> Triple<S, K> {
+    Triple { x: mask.select(a.x, b.x), y: mask.select(a.y, b.y), z: mask.select(a.z, b.z) }
 }
 
 /// Upper bounds of |x|, |y| and |z|.
@@ -210,5 +289,71 @@ mod tests {
             }
         }
         assert!(inside > 10_000 && clear > 10_000 && open * 4 < inside + clear, "{inside} {clear} {open}");
+    }
+
+    #[test]
+    fn intervals_hold_the_first_crossing() {
+        let exponents = [1e-4, 0.3, 1.0, 1.9, 2.0, 2.4, 3.0, 4.0, 7.0, 20.0];
+        let mut random = SplitMix::new(22);
+        let (mut isolated, mut open) = ([0, 0], 0);
+        for case in 0..exponents.len() * exponents.len() * 12 {
+            let (e, n) =
+                (exponents[case % exponents.len()], exponents[case / exponents.len() % exponents.len()]);
+            let shape = Superquadric::unit(Exponents::new(e, n).unwrap());
+            let mut vector = || DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0));
+            let is_inward = case % 2 == 1;
+            let mut lanes = [StreamLanes::default(), StreamLanes::new(Arch::Scalar)];
+            let mut rays = Vec::new();
+            for lane in 0..STREAM_LANES {
+                let (mut start, mut to) = (vector(), vector());
+                if is_inward {
+                    start *= 0.98 * random_share(lane) / shape.norm().value(start);
+                    to = start + vector();
+                } else {
+                    start[lane % 3] = 1.0;
+                }
+                let start = start.as_vec3();
+                let direction = (to.as_vec3() - start).normalize();
+                let exits = (0..3).map(|axis| {
+                    let face = f64::from(direction[axis].signum());
+                    (face - f64::from(start[axis])) / f64::from(direction[axis])
+                });
+                let length = exits.filter(|t| t.is_finite()).fold(4.0, f64::min).max(0.0) as f32;
+                let (start_f32, direction_f32) = (start.to_array(), direction.to_array());
+                let entry = ShapeEntry {
+                    start: start_f32,
+                    direction: direction_f32,
+                    length,
+                    t_entry: 0.0,
+                    t_per_s: 1.0,
+                };
+                for lanes in &mut lanes {
+                    lanes.set(lane, LanePowers::of_any(&shape), &entry, is_inward);
+                }
+                rays.push(Ray::new(start.as_dvec3(), direction.as_dvec3()));
+            }
+            for lanes in &lanes {
+                let mut answers = StreamHits::default();
+                lanes.isolate(STREAM_LANES, &mut answers);
+                for (lane, ray) in rays.iter().enumerate() {
+                    if answers.found >> lane & 1 == 0 {
+                        open += answers.unresolved >> lane & 1;
+                        continue;
+                    }
+                    isolated[usize::from(is_inward)] += 1;
+                    let exact = shape.intersect_certified(ray, RayStart::Free).unwrap();
+                    let (s, error) = (f64::from(answers.s[lane]), f64::from(answers.error[lane]));
+                    assert_eq!(exact.leaving, is_inward);
+                    assert!((s - error..=s).contains(&exact.t), "{shape:?} {ray:?} {exact:?} {s} {error}");
+                    assert!(error <= f64::from(ISOLATED) * 1.001);
+                }
+            }
+        }
+        assert!(isolated[0] > 5_000 && isolated[1] > 10_000 && open < 6_000, "{isolated:?} {open}");
+    }
+
+    /// From just below the surface to the middle.
+    fn random_share(lane: usize) -> f64 {
+        1.0 - lane as f64 / STREAM_LANES as f64
     }
 }

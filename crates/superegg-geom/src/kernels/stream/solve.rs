@@ -32,7 +32,7 @@ pub struct StreamLanes {
     pub(super) p: StreamColumn,
     pub(super) q: StreamColumn,
     /// The rays that are known to start on the surface and to go in, one bit each.
-    inward: u32,
+    pub(super) inward: u32,
     arch: Arch,
 }
 
@@ -76,6 +76,7 @@ enum LaneSearch {
     FromInside,
     Occluded,
     Enters,
+    Isolate,
 }
 
 /// A search, compiled for each instruction set once: callers of all kinds share the code.
@@ -99,6 +100,7 @@ impl WithSimd for StreamKernel<'_> {
                 LaneSearch::FromInside => lanes.intersect_from_inside_at(simd, i, hits),
                 LaneSearch::Occluded => lanes.occluded_at(simd, i, hits),
                 LaneSearch::Enters => lanes.enters_at(simd, i, hits),
+                LaneSearch::Isolate => lanes.isolate_at(simd, i, hits),
             }
         }
     }
@@ -162,6 +164,13 @@ impl StreamLanes {
     /// As [`StreamLanes::occluded`], whatever the exponents. Where a ray may enter its shape, `unresolved` is set.
     pub fn enters(&self, count: usize, hits: &mut StreamHits) {
         self.run(LaneSearch::Enters, count, hits);
+    }
+
+    /// As [`StreamLanes::enters`], with an interval of the first crossing: the ray is outside up to `s - error`, and inside
+    /// at `s`. Where both are equal the ray may start inside. For rays that are set as inward, inside and outside are
+    /// swapped: they look for their exit.
+    pub fn isolate(&self, count: usize, hits: &mut StreamHits) {
+        self.run(LaneSearch::Isolate, count, hits);
     }
 
     /// Not inlined: the code is large.
