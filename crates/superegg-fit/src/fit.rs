@@ -43,7 +43,7 @@ pub struct Fit {
     pub surface_error: f64,
     /// The number of points that were fitted: all, or [`FitOptions::most_points`].
     pub used: usize,
-    /// What the points leave in doubt.
+    /// The doubts that the points leave.
     pub warnings: Vec<FitWarning>,
     /// The density of outliers over the largest density on the surface.
     background: f64,

@@ -17,7 +17,7 @@ pub(crate) struct NormalEquations {
 }
 
 impl NormalEquations {
-    /// Of the residuals of points, their derivatives, and weights.
+    /// From the residuals of points, their derivatives, and weights.
     pub(crate) fn of(linear: &Linearization, weights: &[Row]) -> Self {
         let mut sums = Sums { matrix: [[[0.0; WIDTH]; COUNT]; COUNT], gradient: [[0.0; WIDTH]; COUNT] };
         Arch::new().dispatch(Sum { linear, weights, to: &mut sums });

@@ -13,8 +13,8 @@ pub struct FitOptions {
     pub outliers: f64,
     /// The least and the most value of both exponents, 0.01 to 8.
     pub exponents: [f64; 2],
-    /// The most points that are fitted, at least 1000. Of more points an even random choice of this many
-    /// is taken.
+    /// The most points that are fitted, at least 1000. A larger cloud is thinned at random to
+    /// this many.
     pub most_points: usize,
 }
 

@@ -42,11 +42,11 @@ impl Residuals {
 const CHUNK: usize = 1 << 12;
 /// The most points whose closest points are all proven.
 const PROVEN: usize = 100_000;
-/// Of more points, those within this many standard deviations of the surface are not.
+/// With more points, those within this many standard deviations of the surface are not.
 const NEAR: f64 = 4.0;
 
 /// The signed distances of points to a shape at the origin, along the axes, to a proven relative error
-/// of 1e-6. Of more than 100,000 points those near the surface have the distance that the local search
+/// of 1e-6. With more than 100,000 points, those near the surface have the distance that the local search
 /// finds, which takes a hundredth of the time and is the same for 97 % or more of them.
 pub(crate) fn distances(shape: &Superquadric, points: &[DVec3], sigma: f64) -> Vec<f64> {
     let exponents = [shape.exponents().e(), shape.exponents().n()];

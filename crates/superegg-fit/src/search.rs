@@ -47,7 +47,7 @@ const FIRST_SIGMA: f64 = 0.3;
 /// The share of outliers among dense points to begin with.
 const DENSE_OUTLIERS: f64 = 0.1;
 
-/// What is asked of a search.
+/// The task of a search.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Question {
     pub(crate) bounds: Bounds,
@@ -56,7 +56,7 @@ pub(crate) struct Question {
     pub(crate) seed: u64,
 }
 
-/// What a search finds.
+/// The result of a search.
 pub(crate) struct Found {
     pub(crate) best: Candidate,
     /// Another shape that the points show as well.

@@ -1,11 +1,11 @@
-//! What a fit leaves in doubt.
+//! The doubts that a fit leaves.
 
 use std::fmt;
 
 use superegg_geom::Superquadric;
 use superegg_geom::glam::{DQuat, DVec3};
 
-/// What a fit leaves in doubt.
+/// The doubts that a fit leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FitWarning {

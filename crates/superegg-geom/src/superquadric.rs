@@ -345,7 +345,7 @@ impl Superquadric {
     }
 }
 
-/// What is known about the first crossing of a ray with a shape: facts that were proved in f32.
+/// Facts about the first crossing of a ray with a shape that were proved in f32.
 #[derive(Clone, Copy, Debug)]
 pub struct KnownCrossing {
     /// From this t on there is no crossing before `between`. For a free ray it lies before the unit box; for one that starts

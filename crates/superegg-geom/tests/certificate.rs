@@ -29,7 +29,7 @@ impl Interval {
         }
     }
 
-    /// Of numbers >= 0, to a power > 0.
+    /// Numbers >= 0 to a power > 0.
     fn power(self, p: f64) -> Self {
         let raised = Self::rounded(self.0.max(0.0).powf(p), self.1.powf(p));
         // The rounding of large powers is that of the logarithm, times the power.

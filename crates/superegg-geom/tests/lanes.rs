@@ -56,7 +56,7 @@ fn distance_from_tangency(shape: &Superquadric, ray: &Ray) -> f64 {
     (value(low) - 1.0).abs()
 }
 
-/// What the lanes may differ by: hit or miss only within 1e-5 of tangency, the place by 1e-5 across the surface.
+/// The differences that lanes may have: hit or miss only within 1e-5 of tangency, the place by 1e-5 across the surface.
 fn check(shape: &Superquadric, ray: &Ray, lanes: Option<ShapeHit>, exact: Option<ShapeHit>) {
     let context = || format!("{:?} {ray:?}: {lanes:?} for {exact:?}", shape.exponents());
     match (&lanes, &exact) {

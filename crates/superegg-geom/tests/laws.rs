@@ -169,7 +169,7 @@ proptest! {
         }
     }
 
-    /// What is occluded is what has a crossing before the end.
+    /// A ray is occluded where it has a crossing before the end.
     #[test]
     fn occluded_is_a_crossing_before_the_end(shape in unit_shape(), ray in ray(), end in 0.0..3.0f64) {
         for start in [RayStart::Free, RayStart::SurfaceOutward, RayStart::SurfaceInward] {
@@ -241,7 +241,7 @@ proptest! {
         }
     }
 
-    /// What is known about the first crossing changes no answer: neither an interval around it, nor that there is none
+    /// Facts about the first crossing change no answer: neither an interval around it, nor that there is none
     /// beyond a first stretch.
     #[test]
     fn a_known_crossing_is_the_one_that_is_found(

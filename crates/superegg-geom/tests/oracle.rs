@@ -38,7 +38,7 @@ fn read(path: &Path) -> Vec<TruthRow> {
         .collect()
 }
 
-/// What the design asks of an answer: no wrong hit or miss, t to 1e-6 (1 + t), normals to 1e-4 where the surface is smooth.
+/// The demands on an answer: no wrong hit or miss, t to 1e-6 (1 + t), normals to 1e-4 where the surface is smooth.
 fn check(row: &TruthRow, answer: Option<ShapeHit>) -> Result<(), String> {
     let (expected, actual) = match (&row.hit, answer) {
         (None, None) => return Ok(()),

@@ -1,4 +1,4 @@
-//! Wrong use of the library is refused. What cannot even be written is in the doc tests of
+//! Wrong use of the library is refused. Uses that do not compile are in the doc tests of
 //! `Exponents` and `Convex`.
 
 use superegg_geom::glam::DVec3;

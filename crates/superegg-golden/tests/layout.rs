@@ -298,7 +298,7 @@ fn a_circle_is_found() {
     let path = |text: &str| text.split("::").map(str::to_owned).collect::<ModulePath>();
     let expected: BTreeSet<ModulePath> = ["a", "b::d", "c"].map(path).into();
     assert_eq!(circles(&imports), [expected]);
-    // Of folders b, a and c: d is in b.
+    // The folders are b, a and c; d is in b.
     let expected: BTreeSet<ModulePath> = ["a", "b", "c"].map(path).into();
     assert_eq!(circles(&between_folders(&imports)), [expected]);
 }

@@ -1,7 +1,7 @@
-//! Habits of language that a tool can see: none of them is in documents, help texts and messages.
+//! Habits of language that a tool can see: none of them is in documents, help texts, messages and comments.
 //!
 //! Documents are the Markdown files without their code. Help texts and messages are the string literals of the crates and the documentation of
-//! the program's arguments. `CONTRIBUTING.md` says how to write instead.
+//! the program's arguments. Comments are those of Rust. `CONTRIBUTING.md` says how to write instead.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -200,6 +200,66 @@ impl Texts {
             }
             _ => {}
         }
+    }
+}
+
+/// The paragraphs of the comments of a Rust file, with the number of their first line.
+fn comments(text: &str) -> Vec<(usize, String)> {
+    // The comment marks become those of quotes, of one kind after the other, so that code in doc comments is left out as in
+    // Markdown.
+    let marks = ["///", "//!", "//"];
+    let mut found = Vec::new();
+    for mark in marks {
+        let lines = text.lines().map(|line| {
+            let line = line.trim_start();
+            let is_of_kind = marks.iter().find(|mark| line.starts_with(**mark)) == Some(&mark);
+            let rest = if is_of_kind { &line[mark.len()..] } else { "" };
+            rest.strip_prefix(' ').unwrap_or(rest)
+        });
+        found.extend(paragraphs(&lines.collect::<Vec<_>>().join("\n")));
+    }
+    found
+}
+
+#[test]
+fn no_comment_has_a_banned_habit() {
+    let mut sources = Vec::new();
+    files(&project().join("crates"), ".rs", &mut sources);
+    // The habits themselves stand in this file.
+    sources.retain(|path| !path.ends_with("tests/words.rs"));
+    let mut found = Vec::new();
+    let mut count = 0;
+    for path in sources {
+        let comments = comments(&fs::read_to_string(&path).unwrap());
+        count += comments.len();
+        for (line, text) in comments {
+            found
+                .extend(faults(&text).into_iter().map(|fault| format!("{}:{line}: {fault}", path.display())));
+        }
+    }
+    assert!(count > 8000, "only {count} paragraphs were found");
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn the_paragraphs_of_comments_are_found() {
+    let text = "//! Of a file.\n\nfn f() {\n    // One\n    // two.\n    let x = 1; // no\n    /// ```\n    /// What\n    /// ```\n}\n";
+    let expected = [(1, "Of a file."), (4, "One two.")].map(|(line, text)| (line, text.to_owned()));
+    assert_eq!(comments(text), expected);
+}
+
+#[test]
+fn every_finding_has_a_row() {
+    let folder = project().join("findings");
+    let table = fs::read_to_string(folder.join("README.md")).unwrap();
+    let mut scripts = Vec::new();
+    files(&folder, ".sh", &mut scripts);
+    assert!(scripts.len() > 5);
+    for script in scripts {
+        let name = script.file_name().unwrap().to_string_lossy().into_owned();
+        assert!(table.contains(&format!("[{name}]({name})")), "findings/README.md has no row for {name}");
+        let text = fs::read_to_string(&script).unwrap();
+        assert!(text.contains("For us:"), "{name} has no line that begins with 'For us:'");
     }
 }
 

@@ -107,7 +107,7 @@ fn lines() -> impl Strategy<Value = Vec<String>> {
 fn run(lines: &[String]) -> Timeline {
     let mut timeline = Timeline::default();
     for line in lines {
-        // A line that does not fit what is there is refused, and that is well.
+        // A line that does not fit the scene is refused, and that is right.
         let _ = timeline.run_line(line);
     }
     timeline

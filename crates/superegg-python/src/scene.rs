@@ -136,7 +136,7 @@ fn loaded_scene(loaded: LoadedScene, path: &Path) -> PyResult<(Scene, Vec<String
     Ok((Scene(Mutex::new(state)), readings, warnings))
 }
 
-/// What a picture shows beside the scene's own settings.
+/// The settings of a picture beside the scene's own.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct PictureRequest {

@@ -13,7 +13,7 @@ impl Random {
         (self.0 >> 33) % end
     }
 
-    /// Of plain size; if `is_hostile` also of any size, and sometimes no finite number.
+    /// A number of plain size; if `is_hostile` also of any size, and sometimes no finite number.
     fn number(&mut self, is_hostile: bool) -> f64 {
         let plain = self.below(2001) as f64 * 1e-3 - 1.0;
         match self.below(if is_hostile { 24 } else { 4 }) {

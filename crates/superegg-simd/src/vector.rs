@@ -86,8 +86,8 @@ impl<S: Simd, const K: usize> Lanes<S, K> {
         Self { simd, registers: [simd.splat_f32s(x); K] }
     }
 
-    /// Loads the `K` registers of a slice from register `i` on. The slice has a multiple of `S::F32_LANES` numbers; what
-    /// is left of another is not reached.
+    /// Loads the `K` registers of a slice from register `i` on. The slice has a multiple of `S::F32_LANES` numbers; a
+    /// remainder is not read.
     #[inline(always)]
     pub fn load(simd: S, from: &[f32], i: usize) -> Self {
         let from = S::as_simd_f32s(from).0;

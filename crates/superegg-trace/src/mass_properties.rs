@@ -163,8 +163,8 @@ impl<'a> SceneMeasures<'a> {
     ///
     /// Points are drawn evenly inside each instance, in proportion to the volumes. A point that k instances hold counts
     /// 1/k, so the mean is the volume of the union as a part of the sum of volumes (R. Karp, M. Luby, N. Madras,
-    /// Monte-Carlo approximation algorithms for enumeration problems, 1989). Without overlaps the volume is exact. Of the
-    /// surfaces the points count that are inside no other instance.
+    /// Monte-Carlo approximation algorithms for enumeration problems, 1989). Without overlaps the volume is exact. The
+    /// area counts the points of surfaces that are inside no other instance.
     pub fn union(&self, samples: usize, seed: u64) -> UnionProperties {
         let middle = self.bounds().center();
         let middle = if middle.is_finite() { middle } else { DVec3::ZERO };

@@ -16,7 +16,7 @@ pub(crate) fn error(message: impl Display) -> JsError {
     JsError::new(&message.to_string())
 }
 
-/// What a scene has.
+/// The contents of a scene.
 #[derive(Serialize)]
 pub(crate) struct Summary {
     pub(crate) root: Option<String>,
@@ -49,7 +49,7 @@ pub(crate) struct FirstHit {
     pub(crate) steps: Option<u32>,
 }
 
-/// A picture to render. What is left out is as the scene has it.
+/// A picture to render. Missing fields are those of the scene.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default, deny_unknown_fields)]
 pub(crate) struct PictureRequest {

@@ -1,4 +1,4 @@
-//! What the engine takes from its surroundings: the time, and the console for panics.
+//! The engine's surroundings: the time, and the console for panics.
 
 use wasm_bindgen::prelude::wasm_bindgen;
 

@@ -40,7 +40,7 @@ struct Word {
     word: String,
     /// The arguments of a command.
     detail: String,
-    /// What a command does.
+    /// The effect of a command.
     info: &'static str,
 }
 

@@ -42,7 +42,7 @@ fn no_files(line: &str) -> Fault {
 /// Reads a file by its content: a scene, a binary scene, or data of another program.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// The file's fault.
 pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Read, String> {
     let head = &bytes[..bytes.len().min(HEAD)];
     if head.starts_with(&sqb::SIGNATURE) {

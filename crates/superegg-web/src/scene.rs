@@ -86,7 +86,7 @@ impl Scene {
     /// Reads a file by its content: a scene, a binary scene, or data of another program. `name` is that of the file.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// The file's fault.
     pub fn read(name: &str, bytes: &[u8]) -> Result<Self, JsError> {
         let Read { session, diagnostics, notes } = read(name, bytes).map_err(error)?;
         let text = std::str::from_utf8(bytes).unwrap_or_default();
@@ -108,7 +108,7 @@ impl Scene {
         write_session(&self.session)
     }
 
-    /// What the scene has, as JSON.
+    /// The contents of the scene, as JSON.
     pub fn summary(&self) -> String {
         let picture = self.session.scene().picture;
         json(&Summary {
@@ -418,7 +418,7 @@ impl Export {
         self.companion.clone()
     }
 
-    /// What the format loses, one sentence each.
+    /// The losses of the format, one sentence each.
     #[wasm_bindgen(getter)]
     pub fn losses(&self) -> Vec<String> {
         self.losses.clone()

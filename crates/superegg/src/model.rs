@@ -168,7 +168,7 @@ impl Model {
     /// Adds a part to the object that is shown, and returns the part's name.
     ///
     /// # Errors
-    /// See [`Model::add_to`]; also if what is shown is a primitive.
+    /// See [`Model::add_to`]; also if the model shows a primitive.
     pub fn add(&mut self, part: Part) -> Result<String, Error> {
         let root = self.root.clone().unwrap_or_else(|| ROOT.to_owned());
         let name = self.add_to(&root, part)?;

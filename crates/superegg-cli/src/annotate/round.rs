@@ -97,7 +97,7 @@ fn multiples(step: Decimal, [low, high]: [f64; 2]) -> Option<Vec<Decimal>> {
     if !(last - first < 16.0 && first.abs() < 9e18 && last.abs() < 9e18) {
         return None;
     }
-    // The quotients are rounded: what is in the range is decided by the numbers.
+    // The quotients are rounded, so the numbers decide which are in the range.
     let all = (first as i128 - 1..=last as i128 + 1)
         .map(|count| Decimal { digits: count * step.digits, exponent: step.exponent });
     let inside: Vec<Decimal> = all.filter(|number| (low..=high).contains(&number.value())).collect();

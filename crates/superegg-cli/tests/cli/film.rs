@@ -81,7 +81,7 @@ fn exposure_and_tone_change_what_is_bright() {
     assert!(middle("--tone reinhard")[0] < plain[0]);
     let bright = middle("--exposure 3 --tone filmic");
     assert!(bright[2] > middle("--exposure 3 --tone reinhard")[2] / 2 && bright[0] > 200, "{bright:?}");
-    // The scene's own settings count until an option says otherwise.
+    // The scene's own settings count until an option overrides them.
     let sandbox = sandbox();
     sandbox.write(
         "up.scn",
@@ -419,7 +419,7 @@ fn files_are_found_beside_the_scene_that_names_them() {
         assert_eq!((pixel("a.png", 16, 12), pixel("a.png", 0, 0)), ([255, 0, 0], [128, 64, 128]), "{scene}");
     };
     check("top/load.scn");
-    // What a prompt loads is found from its folder, and what it saves from that of the file.
+    // A prompt loads from its folder, and saves into that of the file.
     for (load, save) in [
         ("top/load.scn", "other/a.scn"),
         ("top/load.scn", "lib/deep/a.scn"),

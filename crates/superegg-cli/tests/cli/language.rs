@@ -130,7 +130,7 @@ fn files_that_are_no_scenes_are_named_in_one_line_and_faults_are_capped() {
     sandbox.write("mesh.stl", "solid thing\n".to_owned() + &"facet normal 0 0 1\n".repeat(5000));
     let err = sandbox.run("check mesh.stl").failed(2);
     assert!(err.contains("an STL mesh") && err.lines().count() == 1, "{err}");
-    // A file that can be read is loaded; what is wrong with it is one line, too.
+    // A file that can be read is loaded; its fault is one line, too.
     let head = "ply\nformat ascii 1.0\nelement vertex 1\n";
     sandbox.write("cloud.ply", format!("{head}end_header\n1 2 3\n"));
     let err = sandbox.run("check cloud.ply").failed(2);

@@ -170,7 +170,7 @@ impl Names<'_> {
     /// The further columns that the options ask for.
     ///
     /// # Errors
-    /// A message with the names of the file for a name that is none of them.
+    /// A message with the names of the file for any other name.
     pub(super) fn extra(self, names: &[String], all: bool) -> Result<Vec<usize>, (String, String)> {
         let mut columns: Vec<usize> = if all { (0..self.0.len()).collect() } else { Vec::new() };
         for name in names {

@@ -24,7 +24,7 @@ const MOST_AXES: usize = 16;
 /// The format, if a file begins with these bytes.
 ///
 /// # Errors
-/// None: what is wrong with the file is found on reading.
+/// None: faults of the file are found on reading.
 pub(super) fn recognize(head: &[u8]) -> Result<Option<Format>, ReadError> {
     Ok(is_nrrd(head).then_some(Format::TeemNrrd))
 }

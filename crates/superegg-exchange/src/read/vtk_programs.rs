@@ -18,7 +18,7 @@ pub(super) fn recognize(bytes: &[u8]) -> Format {
 /// The format of a VTK file as far as its first bytes name its arrays; `None` if it is no VTK file.
 ///
 /// # Errors
-/// None: what is wrong with the file is found on reading.
+/// None: faults of the file are found on reading.
 pub(super) fn recognize_head(head: &[u8]) -> Result<Option<Format>, ReadError> {
     Ok(vtk::is_vtk(head).then(|| recognize(head)))
 }

@@ -128,8 +128,8 @@ impl<'a> Explainer<'a> {
         best.0
     }
 
-    /// Lets points choose their shape and refines the shapes, in turns. Of shapes with the same surface one
-    /// is left: with different noises they would describe noise that is not normal better than one does.
+    /// Lets points choose their shape and refines the shapes, in turns. One shape is left
+    /// of those with the same surface: with different noises they would describe noise that is not normal better than one does.
     fn settled(&self, mut shapes: Vec<Candidate>, all: &[usize]) -> Vec<Candidate> {
         for _ in 0..ROUNDS {
             let members = self.members(&shapes, all);

@@ -28,7 +28,7 @@ pub(crate) fn random_rotation(random: &mut SplitMix) -> DQuat {
     DQuat::from_xyzw(v.x, v.y, v.z, gaussian(random)).normalize()
 }
 
-/// What is wrong with a cloud.
+/// The faults of a cloud.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Faults {
     /// The noise of each coordinate as a part of the size.

@@ -5,7 +5,7 @@
 //! interval hits. [`PacketKernels::intersect`] searches the rays that hit a shape's box, after they are compacted
 //! ([`LaneCompactor`]).
 //!
-//! Directions and maps are rounded to f32, so a shape is searched at the level N = 1 + tolerance. What is found is a
+//! Directions and maps are rounded to f32, so a shape is searched at the level N = 1 + tolerance. A hit is a
 //! candidate with a bound on its error; no shape is missed.
 
 #![allow(clippy::needless_range_loop, reason = "plain loops become lanes")]

@@ -88,8 +88,8 @@ impl TransformStep {
 /// known to some digits.
 const SMALLEST_DETERMINANT: f64 = 64.0 * f64::EPSILON;
 
-/// The unit quaternion of the same direction; `None` if it is zero or not finite. Of any length: it
-/// is scaled to about 1 before it is squared.
+/// The unit quaternion of the same direction; `None` if it is zero or not finite. Its length
+/// may be any: it is scaled to about 1 before it is squared.
 fn unit_quaternion(quaternion: DQuat) -> Option<DQuat> {
     let v = DVec4::from(quaternion);
     let largest = v.abs().max_element();
@@ -246,9 +246,9 @@ impl Transform {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransformBound {
-    /// Of the factors by which the linear parts of map and inverse stretch a length.
+    /// Bounds of the factors by which the linear parts of map and inverse stretch a length.
     stretch: [f64; 2],
-    /// Of the lengths of the translations of map and inverse.
+    /// Bounds of the lengths of the translations of map and inverse.
     offset: [f64; 2],
 }
 

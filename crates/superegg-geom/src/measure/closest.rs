@@ -76,8 +76,8 @@ impl Superquadric {
     /// The error is larger than the tolerance only where a whole patch of the surface is closest to
     /// within less than the bounds resolve, as near the centre of what is nearly a sphere. Around a
     /// shape of revolution (e = 1 and equal semi-axes) only its profile is searched; a sphere has a
-    /// closed form. Of several closest points, such as those of a point in a plane of symmetry, one
-    /// is returned.
+    /// closed form. If several points are closest, such as those of a point in a plane of symmetry,
+    /// one is returned.
     ///
     /// ```
     /// use superegg_geom::{SearchLimits, Superquadric, glam::DVec3};

@@ -149,7 +149,7 @@ impl ScaledArc {
     }
 
     /// The shorter of the two greedy polygons, with and without a vertex at t = 0: the corner of an
-    /// arc that is nearly a box. Of equal ones the one with that vertex, which is symmetric.
+    /// arc that is nearly a box. If both are equal, the one with that vertex, which is symmetric.
     pub(super) fn polygon(
         &self,
         start: Start,
@@ -201,7 +201,7 @@ impl Polygon {
         self.vertices.len() - 1
     }
 
-    /// Of the vertices with these indices, every other one; the ends and t = 0 stay.
+    /// Every other one of the vertices with these indices; the ends and t = 0 stay.
     pub(super) fn thinned(&self, indices: &[u32]) -> Vec<u32> {
         let stays = |index: u32| {
             let vertex = &self.vertices[index as usize];

@@ -68,7 +68,7 @@ fn face_crossing(origin: DVec3, direction: DVec3, side: f64) -> Option<(f64, DVe
         }
         let face = side.copysign(side * d);
         let t = (face - origin[axis]) / d;
-        // Of the three faces the line enters (or leaves) the box through the last (or first).
+        // The line enters the box through the last of the three faces, and leaves it through the first.
         if found.is_none_or(|(best, _)| side * t < side * best) {
             let point = point_on_plane(origin, direction, axis, face);
             // Coordinates that overflowed to infinity or NaN are on no face.

@@ -130,7 +130,7 @@ fn daylight_pixels(daylight: &Daylight) -> EnvironmentPixels {
     let sun = DVec3::new(sun_angle.sin(), 0.0, sun_angle.cos());
     let sky = PreethamSky::new(daylight.turbidity, sun_angle);
     let illuminance = SUN_OUTSIDE / UNIT * through_air(sun_angle, daylight.turbidity);
-    // What the ground sends back of the sun and of the zenith.
+    // The light of the sun and of the zenith that the ground scatters.
     let ground = GROUND * (illuminance * sun.z / PI + sky.color(1.0, sun_angle));
     let mut colors = Vec::with_capacity(WIDTH * HEIGHT);
     // The part of each pixel that the sun covers is found on a finer grid, and its light kept whole.

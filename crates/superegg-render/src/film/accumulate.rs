@@ -273,7 +273,7 @@ impl TileAccumulator {
         LightPasses { emission, direct, indirect }
     }
 
-    /// What covers a pixel, most of it first. Equal shares are ordered by their ids.
+    /// The things that cover a pixel, the largest share first. Equal shares are ordered by their ids.
     fn coverage(&self, pixel: usize, counts: &[IdCount]) -> Vec<Coverage> {
         let [above, below] = self.sample_weights(pixel);
         let share = |count: &IdCount| f64::from(count.positive) * above + f64::from(count.negative) * below;
@@ -438,7 +438,7 @@ mod tests {
             let mut expected = [[0.0f64; 2]; 3];
             for i in 0..72u32 {
                 let is_negative = mass.negative > 0.0 && i % 4 == 0;
-                // Of six samples one hits nothing, two hit one thing and three another.
+                // One of six samples hits nothing, two hit one thing and three another.
                 let thing = [0, 1, 1, 2, 2, 2][i as usize / 4 % 6];
                 expected[thing][usize::from(is_negative)] += 1.0;
                 let ids = SurfaceIds { names: [thing as u32, 7], ..IDS };

@@ -203,7 +203,7 @@ impl Film {
         &self.passes
     }
 
-    /// What covers the pixel in column `x` and row `y`, most of it first, at most [`crate::MATTE_RANKS`] things. Empty
+    /// The things that cover the pixel in column `x` and row `y`, the largest share first, at most [`crate::MATTE_RANKS`] things. Empty
     /// outside the film, and if the film does not keep mattes. The shares of all things add up to
     /// [`Pixel::alpha`] of a transparent picture, unless there are more.
     pub fn matte(&self, level: MatteLevel, x: u32, y: u32) -> &[Coverage] {

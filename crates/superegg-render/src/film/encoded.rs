@@ -135,7 +135,7 @@ impl EncodedPicture {
 /// `software` of OpenEXR.
 pub const SOFTWARE: &str = "superegg";
 
-/// What a file says of its values.
+/// The properties of a file's values.
 struct Layout {
     has_alpha: bool,
     is_deep: bool,

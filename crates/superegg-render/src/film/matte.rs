@@ -13,7 +13,7 @@ pub struct Coverage {
     pub share: f32,
 }
 
-/// What the ids of a matte stand for.
+/// The things that the ids of a matte stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MatteLevel {
     /// Instances of primitives.
@@ -68,7 +68,7 @@ impl Mattes {
         self.pixels.is_empty()
     }
 
-    /// What covers a pixel, most of it first; empty without mattes.
+    /// The things that cover a pixel, the largest share first; empty without mattes.
     pub(crate) fn get(&self, pixel: usize, level: MatteLevel) -> &[Coverage] {
         let Entries { start, counts: [instances, objects] } =
             self.pixels.get(pixel).copied().unwrap_or_default();

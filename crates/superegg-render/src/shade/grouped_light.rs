@@ -174,7 +174,7 @@ impl<'a> GroupedLight<'a> {
         least > 0.0 && of_light > 0.0
     }
 
-    /// Lists the points of a group that samples of the light may reach. Those that f32 does not hold are sampled one by one.
+    /// Lists the points of a group that samples of the light may reach. Points that f32 does not hold are sampled one by one.
     fn find_lit(
         &mut self,
         group: usize,

@@ -108,7 +108,7 @@ fn matt_share(point: &SurfacePoint<'_>) -> DVec3 {
     phong::diffuse(&point.material, &point.weights, point.albedo)
 }
 
-/// What a surface scatters of light from any direction, without sharp mirrors and glass.
+/// The scattering of light from any direction by a surface, without sharp mirrors and glass.
 #[expect(clippy::large_enum_variant, reason = "it lives on the stack for one sample")]
 enum Receiver<'a> {
     /// A matt surface, with the part of the light that it scatters.
@@ -126,7 +126,7 @@ impl<'a> Receiver<'a> {
         (share.max_element() > 0.0).then_some(Self::Matt(share))
     }
 
-    /// What is scattered of the light from a unit direction, with the density of paths in that direction.
+    /// The scattered part of the light from a unit direction, with the density of paths in that direction.
     fn scattered(&self, point: &SurfacePoint<'_>, direction: DVec3) -> Scattered {
         match self {
             Self::Matt(share) => {
@@ -244,7 +244,7 @@ impl<'a> PathRays<'a> {
             let light = scattered.light * radiance / (density + scattered.density);
             let ray = toward(point, direction);
             let past = self.context.transmittance_past_floor(&ray.ray, point.is_on_floor(), f64::INFINITY);
-            // What shines through a floor is found by paths, and so is what shines through a medium that absorbs.
+            // Paths find the light that shines through a floor or through a medium that absorbs.
             if light.max_element() > 0.0 && past == 1.0 && !point.state.media.absorbs() {
                 rays.push(ray);
                 lights.push((point.state.pixel, point.state.weight * light));

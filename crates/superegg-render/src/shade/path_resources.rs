@@ -1,4 +1,4 @@
-//! What a render computes of a scene before it starts.
+//! The data that a render computes from a scene before it starts.
 
 use superegg_scene::{LightModel, Material};
 use superegg_trace::CompiledScene;
@@ -8,7 +8,7 @@ use crate::shade::emitters::Emitters;
 use crate::shade::microfacet::albedo::AlbedoTables;
 use crate::texture::set::TexturesByIndex;
 
-/// What a render computes of a scene before it starts: the emitters and tables of paths, and the textures of any picture.
+/// The data that a render computes from a scene before it starts: the emitters and tables of paths, and the textures of any picture.
 #[derive(Default)]
 pub(crate) struct PathResources {
     /// Empty in other models of light.

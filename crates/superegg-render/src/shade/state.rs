@@ -1,11 +1,11 @@
-//! What shading writes, and the memory that it reuses.
+//! The results of shading, and the memory that it reuses.
 
 use superegg_geom::glam::DVec3;
 
 use crate::shade::surfaces::Surfaces;
 use crate::stats::TraceStats;
 
-/// What shading writes, and the memory that it reuses.
+/// The results of shading, and the memory that it reuses.
 pub(crate) struct ShadingState<'t, 'a> {
     /// The colours of the samples.
     pub(crate) colors: &'t mut [DVec3],

@@ -148,7 +148,7 @@ impl TexturePixels {
         let wide = footprint.abs().max(DVec2::new(*width as f64, *height as f64).recip());
         let along = |axis: DVec2| {
             let width = wide.dot(axis);
-            // Of one pixel, too; and where the width is no number.
+            // Also with one pixel, and where the width is no number.
             let is_narrow = width < 1.0;
             if !is_narrow {
                 return 0.0;

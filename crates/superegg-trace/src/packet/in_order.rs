@@ -3,7 +3,7 @@
 //! A traversal that opens one group after the other takes time without end where the parts of a deep fractal overlap: each
 //! ray is in the boxes of exponentially many groups. Here all groups wait in one queue, so that none is opened that lies
 //! behind the hits of all its rays. If that is too much work still, the rays of the trace are widened: groups are hit as
-//! their proxies at larger sizes. Of all widths that are powers of two the smallest counts whose traversal is within
+//! their proxies at larger sizes. The width is the smallest power of two whose traversal is within
 //! [`PacketLimits::work`], as far as that is found with about twice as much work.
 //!
 //! [`PacketLimits::work`]: super::traverse::PacketLimits

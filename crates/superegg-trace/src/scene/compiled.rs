@@ -208,8 +208,8 @@ impl CompiledScene {
         self.materials[material as usize].refracted.is_some_and(|share| share > 0.0)
     }
 
-    /// The indices of a path's children among the children of their objects. Of two paths the one with the
-    /// lexicographically smaller list comes first.
+    /// The indices of a path's children among the children of their objects. Paths are ordered by these lists,
+    /// lexicographically.
     pub(crate) fn rank(&self, path: &InstancePath) -> Vec<u32> {
         let mut ranks = Vec::with_capacity(path.indices().len());
         self.for_each_level(path, |_, child| ranks.extend(child));

@@ -333,6 +333,6 @@ pub(super) struct TestedShape {
     pub(super) shape: Superquadric,
     /// The primitive to report.
     pub(super) primitive: u32,
-    /// What lanes have found out about the first crossing.
+    /// The facts that lanes have proved about the first crossing.
     pub(super) known: Option<KnownCrossing>,
 }

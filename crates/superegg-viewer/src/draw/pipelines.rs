@@ -14,8 +14,8 @@ pub(super) struct Pipelines {
     film_sampler: wgpu::Sampler,
     pub(super) phong: [wgpu::RenderPipeline; 3],
     pub(super) gouraud: [wgpu::RenderPipeline; 3],
-    /// Transparent surfaces: counter-clockwise triangles, clockwise ones. Of each what dims the things
-    /// behind it, and its own light.
+    /// Transparent surfaces: counter-clockwise triangles, clockwise ones. Each has a
+    /// pass that dims the things behind it, and one for its own light.
     pub(super) clear_phong: [[wgpu::RenderPipeline; 2]; 2],
     pub(super) clear_gouraud: [[wgpu::RenderPipeline; 2]; 2],
     /// Floor and sky.

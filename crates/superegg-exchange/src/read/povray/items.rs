@@ -307,7 +307,7 @@ impl Parser {
         Ok(modifiers.into_node(NodeKind::Use(target), levels))
     }
 
-    /// Reads one modifier of an object; what is not known is passed with a warning.
+    /// Reads one modifier of an object; unknown ones are skipped with a warning.
     fn modifier(&mut self, modifiers: &mut Modifiers) -> Parsed<()> {
         let Some(word) = self.word().map(str::to_owned) else { return self.advance() };
         if self.transform(&mut modifiers.steps)? {

@@ -103,7 +103,7 @@ struct Reader<'a, 'w> {
 }
 
 impl Reader<'_, '_> {
-    /// Reads what follows a keyword; breaks at a word that is none.
+    /// Reads the part after a keyword; breaks at any other word.
     fn part(&mut self, keyword: &str) -> Result<ControlFlow<()>, ReadError> {
         match keyword {
             "POINTS" => self.points()?,

@@ -1,4 +1,4 @@
-//! What a search along a ray needs of N at a point, and the trait of its evaluators.
+//! The values of N that a search along a ray needs at a point, and the trait of its evaluators.
 
 use superegg_simd::{Lanes, Simd, Triple};
 

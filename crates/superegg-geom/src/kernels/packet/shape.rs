@@ -64,7 +64,7 @@ pub(super) struct BoxSpan<S: Simd> {
     pub(super) active: Mask<S>,
 }
 
-/// What all rays against one shape share, in registers.
+/// The data that all rays against one shape share, in registers.
 #[derive(Clone, Copy)]
 pub(super) struct PreparedShape<S: Simd> {
     pub(super) map: Linear<S>,

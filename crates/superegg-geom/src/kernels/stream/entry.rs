@@ -58,7 +58,7 @@ pub enum EntryKind {
 pub struct ShapeEntry {
     /// The first point in the box.
     pub start: [f32; 3],
-    /// Of unit length.
+    /// A unit vector.
     pub direction: [f32; 3],
     /// The length of the segment: to the exit from the box, or to the end of the ray where it enters from outside.
     pub length: f32,

@@ -69,7 +69,7 @@ impl Default for StreamLanes {
     }
 }
 
-/// What is asked about the rays.
+/// The query about the rays.
 #[derive(Clone, Copy)]
 enum LaneSearch {
     Closest,

@@ -82,9 +82,9 @@ struct MirrorRow {
 /// The curves of glass of one roughness and index, for light from the thinner and from the denser side.
 #[derive(Clone, Debug)]
 struct GlassRow {
-    /// What is reflected or transmitted.
+    /// The reflected or transmitted part.
     kept: [Curve; 2],
-    /// What is transmitted.
+    /// The transmitted part.
     transmitted: [Curve; 2],
 }
 
@@ -104,7 +104,7 @@ pub(crate) struct MirrorAlbedo<'a> {
 /// The albedo of one side of a glass surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GlassAlbedo<'a> {
-    /// What is kept, on this side and on the other.
+    /// The part that is not lost, on this side and on the other.
     kept: [Blend<'a, 4>; 2],
     /// The part of the lost light of this side that is given back beyond the surface.
     pub(crate) beyond: f64,

@@ -1,8 +1,8 @@
-//! What a surface with `roughness` or `metallic` scatters.
+//! The scattering of light by a surface with `roughness` or `metallic`.
 //!
 //! The surface is a blend by `metallic` of a metal, whose colour is its reflectance head on, and of a dielectric of the
 //! material's index; of the dielectric, `refracted` is rough glass (Walter et al. 2007) and the rest is matt under a
-//! coat. Single scattering is that of GGX facets. What it loses comes back as diffuse light (Kulla and Conty 2017), and
+//! coat. Single scattering is that of GGX facets. The lost light comes back as diffuse light (Kulla and Conty 2017), and
 //! what the coat does not reflect reaches the matt part, which scatters `diffuse * color` of it. So nothing is lost if
 //! colours are white, and light may go either way along each path.
 
@@ -52,7 +52,7 @@ struct Glass<'a> {
     albedo: GlassAlbedo<'a>,
 }
 
-/// What a surface scatters from one direction to the eye.
+/// The light that a surface scatters from one direction to the eye.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scattered {
     /// The part of the light from there, for each unit of solid angle; the cosine is in it.
