@@ -19,7 +19,7 @@ use crate::scene::proxy::Proxy;
 pub struct BatchOptions {
     /// The number of threads, default: 1. The answers do not depend on it, but for the last digits of t.
     pub threads: NonZeroUsize,
-    /// Whether hits have (u, v), which cost about a fifth of the time; otherwise they are NaN. Default: true.
+    /// Whether hits have (u, v), which take several powers each; otherwise they are NaN. Default: true.
     pub uv: bool,
 }
 
