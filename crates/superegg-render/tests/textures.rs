@@ -113,6 +113,24 @@ fn floors_have_textures_and_layers_change_no_light() {
 }
 
 #[test]
+fn a_texture_that_is_missing_leaves_its_surface_plain() {
+    let file = picture(2, &[1.0, 0.25, 0.25, 1.0]);
+    let of = |lines: &str| scene(&format!("prm ground\n{lines}prm shape\ntexture color here.hdr\n"));
+    let both = of("texture color gone.hdr\ntexture roughness here.hdr\n");
+    assert_eq!(both.picture_files().into_iter().collect::<Vec<_>>(), ["gone.hdr", "here.hdr"]);
+    let pixels = std::sync::Arc::new(TexturePixels::of_file(&file, true).unwrap());
+    let available = |scene: &Scene| {
+        TextureSet::available(scene, |texture, _| (&*texture.file == "here.hdr").then(|| pixels.clone()))
+    };
+    // As a scene that does not name the missing one.
+    let named = of("texture roughness here.hdr\n");
+    let read = |scene: &Scene| TextureSet::of(scene, |_, _| TexturePixels::of_file(&file, true)).unwrap();
+    assert_eq!(available(&both), read(&named));
+    assert_ne!(available(&both), read(&both));
+    assert!(TextureSet::available(&both, |_, _| None).is_empty() && !available(&both).is_empty());
+}
+
+#[test]
 fn noise_has_the_same_shade_from_every_side_and_blends_from_afar() {
     for pattern in ["noise", "marble", "wood"] {
         let text = |distance: f64, fov: f64| {

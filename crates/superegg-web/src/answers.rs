@@ -25,9 +25,20 @@ pub(crate) struct Summary {
     pub(crate) width: u32,
     pub(crate) height: u32,
     pub(crate) samples: u32,
-    /// The picture of the surroundings that the scene names, and whether it was given.
-    pub(crate) surroundings: Option<String>,
-    pub(crate) has_surroundings: bool,
+    /// The number of frames that its keys make, from frame 0 to the last key; 0 without keys.
+    pub(crate) frames: usize,
+    /// The pictures that the scene names: of its surroundings and on its surfaces.
+    pub(crate) files: Vec<FileNamed>,
+}
+
+/// A file that a scene names.
+#[derive(Serialize)]
+pub(crate) struct FileNamed {
+    pub(crate) name: String,
+    #[serde(rename = "given")]
+    pub(crate) is_given: bool,
+    /// Why it cannot be read.
+    pub(crate) fault: Option<String>,
 }
 
 /// A primitive, object or table.

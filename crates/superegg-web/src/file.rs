@@ -39,6 +39,11 @@ fn no_files(line: &str) -> Fault {
     Fault::new(FaultCode::NotHere, message).help("drop the file on the page, or put its lines here").warning()
 }
 
+/// Whether bytes are data of another program, which names no pictures.
+pub(crate) fn is_data(bytes: &[u8]) -> bool {
+    sniff(&bytes[..bytes.len().min(HEAD)]).is_some()
+}
+
 /// Reads a file by its content: a scene, a binary scene, or data of another program.
 ///
 /// # Errors

@@ -2,6 +2,7 @@
 //!
 //! - `document`: a text that is edited: its errors, completion, hints, help, the exponents of a primitive.
 //! - `scene`: a scene that answers: rays, points, meshes, files.
+//! - `pictures`: the picture files that scenes name.
 //! - `picture`: a picture of a scene that is rendered in slices of time, in shards.
 //! - `eye`: the arcball and the eye of the viewer, and the table of keys.
 //!
@@ -17,6 +18,7 @@ pub mod eye;
 mod file;
 mod findings;
 mod picture;
+pub mod pictures;
 mod scene;
 mod text;
 

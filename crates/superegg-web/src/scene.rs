@@ -9,9 +9,9 @@ use superegg_exchange::write::meshes::Tolerance;
 use superegg_exchange::write::scene_mesh::SceneMesh;
 use superegg_geom::glam::{DVec2, DVec3};
 use superegg_geom::{HitColumns, Ray, RayBatch};
-use superegg_lang::{Session, write_session};
-use superegg_render::{EnvironmentPixels, Framing, RenderResources, RenderSettings, View};
-use superegg_scene::{Entity, EnvironmentLight, ViewSettings};
+use superegg_lang::{Session, key_frames, scene_at, write_session};
+use superegg_render::{Framing, RenderResources, RenderSettings, View};
+use superegg_scene::{Entity, ViewSettings};
 use superegg_trace::{BatchOptions, CompiledScene, InstancePath};
 use superegg_viewer::{CastHit, GridChoice, IoGrid, cast};
 use wasm_bindgen::JsError;
@@ -22,6 +22,10 @@ use crate::eye::{camera_of, numbers_of, position_of};
 use crate::file::{Read, read, run_text};
 use crate::findings::{Finding, findings};
 use crate::picture::{Picture, settings_of};
+use crate::pictures::Files;
+
+/// Most frames of a scene with keys.
+const MOST_FRAMES: f64 = 1e6;
 
 /// A scene: it is read once, and compiled for rays when it is first asked.
 #[wasm_bindgen]
@@ -31,7 +35,9 @@ pub struct Scene {
     notes: Vec<String>,
     compiled: OnceCell<Arc<CompiledScene>>,
     resources: OnceCell<Arc<RenderResources>>,
-    surroundings: Option<Arc<EnvironmentPixels>>,
+    files: Files,
+    /// The scene with its keys, while one frame of it is shown.
+    keyed: Option<Session>,
 }
 
 impl Scene {
@@ -42,7 +48,8 @@ impl Scene {
             notes,
             compiled: OnceCell::new(),
             resources: OnceCell::new(),
-            surroundings: None,
+            files: Files::default(),
+            keyed: None,
         }
     }
 
@@ -56,20 +63,19 @@ impl Scene {
         self.session.selected().ok_or_else(|| error("nothing is selected, so the scene shows nothing"))
     }
 
-    /// The picture of the surroundings that the scene names.
-    fn surroundings_file(&self) -> Option<&str> {
-        match &self.session.scene().environment {
-            Some(EnvironmentLight::Picture(picture)) => Some(&picture.file),
-            Some(EnvironmentLight::Daylight(_)) | None => None,
-        }
+    fn settings(&self) -> RenderSettings {
+        self.files.settings(self.session.scene())
     }
 
-    fn settings(&self) -> RenderSettings {
-        let scene = self.session.scene();
-        let settings = RenderSettings::of(scene);
-        let Some(pixels) = &self.surroundings else { return settings };
-        let with = settings.clone().with_surroundings(scene, |_| Ok::<_, ()>(Arc::clone(pixels)));
-        with.unwrap_or(settings)
+    /// The scene with its keys.
+    fn keyed(&self) -> &Session {
+        self.keyed.as_ref().unwrap_or(&self.session)
+    }
+
+    /// The frames from 0 to the last key.
+    fn frames(&self) -> usize {
+        let last = key_frames(self.keyed().scene()).last().copied().unwrap_or(-1.0);
+        (last.floor().clamp(-1.0, MOST_FRAMES) + 1.0) as usize
     }
 }
 
@@ -105,7 +111,7 @@ impl Scene {
 
     /// The scene as text, which reads back as the same scene.
     pub fn text(&self) -> String {
-        write_session(&self.session)
+        write_session(self.keyed())
     }
 
     /// The contents of the scene, as JSON.
@@ -117,8 +123,8 @@ impl Scene {
             width: picture.width,
             height: picture.height,
             samples: picture.samples,
-            surroundings: self.surroundings_file().map(str::to_owned),
-            has_surroundings: self.surroundings.is_some(),
+            frames: self.frames(),
+            files: self.files.named_by(self.session.scene()),
         })
     }
 
@@ -135,13 +141,29 @@ impl Scene {
         json(&names)
     }
 
-    /// Gives the picture of the surroundings that the scene names: a Radiance file.
+    /// Gives the scene the pictures that it names. Those that are missing leave surfaces and surroundings plain.
+    #[wasm_bindgen(js_name = setFiles)]
+    pub fn set_files(&mut self, files: &Files) {
+        self.files = files.clone();
+        self.resources = OnceCell::new();
+    }
+
+    /// Shows the scene at a frame of its keys from now on.
     ///
     /// # Errors
-    /// The file is another one.
-    #[wasm_bindgen(js_name = setSurroundings)]
-    pub fn set_surroundings(&mut self, bytes: &[u8]) -> Result<(), JsError> {
-        self.surroundings = Some(Arc::new(EnvironmentPixels::of_file(bytes).map_err(error)?));
+    /// A keyed command cannot be carried out with its numbers at that frame.
+    #[wasm_bindgen(js_name = setFrame)]
+    pub fn set_frame(&mut self, frame: f64) -> Result<(), JsError> {
+        if !frame.is_finite() {
+            return Err(error(format!("a frame is a finite number, found {frame}")));
+        }
+        let keyed = self.keyed().clone();
+        let still = scene_at(&keyed, frame)
+            .map_err(|fault| error(format!("{}; {}", fault.message, fault.help.unwrap_or_default())))?;
+        self.session = Session::with_scene(still, keyed.selected());
+        self.keyed = Some(keyed);
+        self.compiled = OnceCell::new();
+        self.resources = OnceCell::new();
         Ok(())
     }
 

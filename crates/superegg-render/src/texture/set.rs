@@ -1,6 +1,7 @@
 //! The textures of a scene, read from their files.
 
 use std::collections::{BTreeMap, HashMap};
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use superegg_scene::{Entity, Scene, Texture, TextureChannel};
@@ -41,21 +42,39 @@ impl TextureSet {
         mut read: impl FnMut(&Texture, TextureChannel) -> Result<TexturePixels, E>,
     ) -> Result<Self, E> {
         let mut known: HashMap<(Arc<str>, bool), Arc<TexturePixels>> = HashMap::new();
+        Self::collect(scene, |texture, channel| {
+            let key = (Arc::clone(&texture.file), channel == TextureChannel::Color);
+            if let Some(pixels) = known.get(&key) {
+                return Ok(Some(Arc::clone(pixels)));
+            }
+            let pixels = Arc::new(read(texture, channel)?);
+            known.insert(key, Arc::clone(&pixels));
+            Ok(Some(pixels))
+        })
+    }
+
+    /// The textures that a scene names and `find` has, where files may be missing: a surface without its texture is plain.
+    pub fn available(
+        scene: &Scene,
+        mut find: impl FnMut(&Texture, TextureChannel) -> Option<Arc<TexturePixels>>,
+    ) -> Self {
+        match Self::collect(scene, |texture, channel| Ok::<_, Infallible>(find(texture, channel))) {
+            Ok(found) => found,
+            Err(never) => match never {},
+        }
+    }
+
+    fn collect<E>(
+        scene: &Scene,
+        mut find: impl FnMut(&Texture, TextureChannel) -> Result<Option<Arc<TexturePixels>>, E>,
+    ) -> Result<Self, E> {
         let mut by_name = BTreeMap::new();
         for (name, entity) in scene.entities() {
             let Entity::Primitive(primitive) = entity else { continue };
             let Some(textures) = &primitive.textures else { continue };
             let mut mapped = PrimitiveTextures::default();
             for (channel, texture) in textures.all() {
-                let key = (Arc::clone(&texture.file), channel == TextureChannel::Color);
-                let pixels = match known.get(&key) {
-                    Some(pixels) => Arc::clone(pixels),
-                    None => {
-                        let pixels = Arc::new(read(texture, channel)?);
-                        known.insert(key, Arc::clone(&pixels));
-                        pixels
-                    }
-                };
+                let Some(pixels) = find(texture, channel)? else { continue };
                 let height = texture.height.unwrap_or(Texture::HEIGHT);
                 let texture = MappedTexture { pixels, mapping: texture.mapping, scale: texture.scale };
                 match channel {

@@ -4,9 +4,9 @@
 //     <superegg-scene>prm egg
 //     exp 1 .9</superegg-scene>
 
-import { fetchBytes, surroundingsOf } from './fetch.js';
+import { fetchScene } from './fetch.js';
 import type { SceneSource } from './types.js';
-import { SceneView } from './view.js';
+import { SceneView, keyAction, modestWorkers } from './view.js';
 
 const STYLE = `
 :host { display: block; aspect-ratio: 4 / 3; position: relative; contain: content; }
@@ -15,11 +15,6 @@ canvas:active { cursor: grabbing; }
 p { position: absolute; inset: auto 0 0 0; margin: 0; padding: .5em .75em; font: 13px/1.4 system-ui, sans-serif;
     color: #fff; background: #a3241fe6; white-space: pre-wrap; }
 p:empty { display: none; }`;
-
-const TURNS: Record<string, string> = {
-  ArrowLeft: 'TurnLeft', ArrowRight: 'TurnRight', ArrowUp: 'TurnUp', ArrowDown: 'TurnDown',
-  '+': 'Larger', '=': 'Larger', '-': 'Smaller', Home: 'Home',
-};
 
 /**
  * A scene as an element. Attributes: `src`, the address of a scene or of a file of another program; without it the
@@ -43,7 +38,7 @@ export class SupereggScene extends HTMLElement {
     this.message.setAttribute('role', 'status');
     root.append(style, this.canvas, this.message);
     this.canvas.addEventListener('keydown', (event) => {
-      const action = event.ctrlKey || event.metaKey || event.altKey ? undefined : TURNS[event.key];
+      const action = keyAction(event);
       if (action && this.view?.act(action)) event.preventDefault();
     });
   }
@@ -84,8 +79,7 @@ export class SupereggScene extends HTMLElement {
 
   private begin(loads = true): void {
     if (this.view || !this.isConnected) return;
-    const cores = navigator.hardwareConcurrency || 2;
-    const workers = Number(this.getAttribute('workers')) || Math.ceil(cores / 2);
+    const workers = Number(this.getAttribute('workers')) || modestWorkers();
     this.view = new SceneView(this.canvas, { workers });
     this.view.on('error', (error) => this.fail(error));
     if (loads) void this.load();
@@ -122,12 +116,7 @@ export class SupereggScene extends HTMLElement {
   private async source(): Promise<SceneSource> {
     const src = this.getAttribute('src');
     if (src === null) return this.textContent ?? '';
-    const address = new URL(src, this.baseURI);
-    const bytes = await fetchBytes(address);
-    const name = decodeURIComponent(address.pathname.split('/').pop() ?? 'scene');
-    const named = surroundingsOf(bytes);
-    const surroundings = named ? await fetchBytes(new URL(named, address)).catch(() => undefined) : undefined;
-    return surroundings ? { name, bytes, surroundings } : { name, bytes };
+    return fetchScene(new URL(src, this.baseURI));
   }
 }
 

@@ -13,5 +13,5 @@ export { blit, render, Superseded, WorkerPool, type PictureOptions } from './poo
 export type { Answers, Question, SceneInfo, Size, TestGrid } from './protocol.js';
 export { intersect, mesh, parse, Scene } from './scene.js';
 export type {
-  Finding, FirstHit, Hits, Mesh, Output, PictureRequest, Pixels, SceneSource, Summary,
+  FileNamed, Finding, FirstHit, Hits, Mesh, Output, PictureRequest, Pixels, SceneExtras, SceneSource, Summary,
 } from './types.js';

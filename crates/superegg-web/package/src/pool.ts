@@ -18,7 +18,11 @@ interface Thread {
   end(): void;
 }
 
-async function startThread(hear: (message: FromWorker) => void, failed: (message: string) => void): Promise<Thread> {
+async function startThread(
+  make: (() => Worker) | undefined,
+  hear: (message: FromWorker) => void,
+  failed: (message: string) => void,
+): Promise<Thread> {
   if (inNode) {
     const threads = 'node:worker_threads';
     const { Worker: NodeWorker } = (await import(/* @vite-ignore */ threads)) as typeof import('node:worker_threads');
@@ -27,7 +31,7 @@ async function startThread(hear: (message: FromWorker) => void, failed: (message
     worker.on('error', (error) => failed(error.message));
     return { post: (message) => worker.postMessage(message), end: () => void worker.terminate() };
   }
-  const worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  const worker = make?.() ?? new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
   worker.onmessage = (event: MessageEvent<FromWorker>) => hear(event.data);
   worker.onerror = (event) => failed(event.message || 'its file could not be loaded');
   return { post: (message) => worker.postMessage(message), end: () => worker.terminate() };
@@ -41,6 +45,8 @@ interface Member {
   isReady: boolean;
   /** Messages that wait for the engine. */
   waiting: ToWorker[];
+  /** The files of scenes that it has, so that none is sent twice. */
+  files: Map<string, Uint8Array>;
   /** The number of the last scene or picture that it has begun. */
   begun: number;
   /** Whether it has work that is not finished. A worker that has none is only slow to wake. */
@@ -90,13 +96,18 @@ export class WorkerPool {
   private job: Job | undefined;
   private questions = new Map<number, Asked>();
   private isClosed = false;
+  private makeWorker: (() => Worker) | undefined;
 
-  /** Starts workers: by default as many as the machine has cores, at most 8. */
-  constructor(size?: number) {
+  /**
+   * Starts workers: by default as many as the machine has cores, at most 8. `worker` starts one where the package's own file
+   * has no address, such as in a notebook.
+   */
+  constructor(size?: number, options: { worker?: (() => Worker) | undefined } = {}) {
+    this.makeWorker = options.worker;
     const cores = (globalThis.navigator as Navigator | undefined)?.hardwareConcurrency ?? 2;
     this.size = Math.max(1, Math.min(size ?? cores, 8));
     this.members = Array.from({ length: this.size }, () => ({
-      thread: undefined, life: 0, isReady: false, waiting: [], begun: 0, isBusy: false, loadMs: 0,
+      thread: undefined, life: 0, isReady: false, waiting: [], files: new Map(), begun: 0, isBusy: false, loadMs: 0,
     }));
     this.members.forEach((_, index) => this.restart(index));
   }
@@ -125,8 +136,9 @@ export class WorkerPool {
       this.loading = { number, resolve, reject };
     });
     for (const [index, member] of this.members.entries()) {
-      member.waiting = [];
-      this.post(index, { kind: 'scene', number, source, size });
+      // Files are sent once, so they go on waiting.
+      member.waiting = member.waiting.filter((message) => message.kind === 'file');
+      this.postScene(index);
     }
     this.replaceLate(number);
     return loaded;
@@ -186,6 +198,22 @@ export class WorkerPool {
     else member.waiting.push(message);
   }
 
+  private postScene(index: number): void {
+    const member = this.members[index];
+    if (!member || !this.scene) return;
+    const { number, source, size } = this.scene;
+    const { files = {}, ...bare } = typeof source === 'string' ? { text: source } : source;
+    for (const name of member.files.keys()) {
+      if (!(name in files)) member.files.delete(name);
+    }
+    for (const [name, bytes] of Object.entries(files)) {
+      if (member.files.get(name) === bytes) continue;
+      member.files.set(name, bytes);
+      this.post(index, { kind: 'file', name, bytes });
+    }
+    this.post(index, { kind: 'scene', number, source: bare, files: Object.keys(files), size });
+  }
+
   private postPicture(index: number): void {
     if (!this.job?.left.has(index)) return;
     const { number, request, shards } = this.job;
@@ -213,19 +241,19 @@ export class WorkerPool {
     member.thread?.end();
     this.refuse(index, new Error('the worker was replaced'));
     member.life += 1;
-    Object.assign(member, { thread: undefined, isReady: false, waiting: [], begun: 0, isBusy: false });
+    Object.assign(member, { thread: undefined, isReady: false, waiting: [], files: new Map(), begun: 0, isBusy: false });
     const { life } = member;
     const isCurrent = () => !this.isClosed && member.life === life;
     const hear = (message: FromWorker) => isCurrent() && this.hear(index, member, message);
     const failed = (message: string) => isCurrent() && this.failed(index, member, message);
     const begin = async () => {
-      const [module, thread] = await Promise.all([compiledModule(), startThread(hear, failed)]);
+      const [module, thread] = await Promise.all([compiledModule(), startThread(this.makeWorker, hear, failed)]);
       if (!isCurrent()) return thread.end();
       member.thread = thread;
       thread.post({ kind: 'module', module });
     };
     begin().catch((error: unknown) => failed(error instanceof Error ? error.message : String(error)));
-    if (this.scene) this.post(index, { kind: 'scene', ...this.scene });
+    this.postScene(index);
     this.postPicture(index);
   }
 

@@ -8,7 +8,10 @@ export type Size = readonly [number, number];
 /** What a page tells a worker. */
 export type ToWorker =
   | { kind: 'module'; module: WebAssembly.Module }
-  | { kind: 'scene'; number: number; source: SceneSource; size: Size | undefined }
+  /** A picture that scenes may name from now on. */
+  | { kind: 'file'; name: string; bytes: Uint8Array }
+  /** A scene, without its files: of those that were sent it has the ones of these names. */
+  | { kind: 'scene'; number: number; source: SceneSource; files: string[]; size: Size | undefined }
   | { kind: 'picture'; number: number; request: PictureRequest; shard: string; slice: number }
   | { kind: 'cancel' }
   | { kind: 'ask'; id: number; question: Question };

@@ -16,7 +16,13 @@ export class Scene {
   static of(source: SceneSource): Scene {
     if (typeof source === 'string') return new Scene(new engine.Scene(source));
     const inner = 'text' in source ? new engine.Scene(source.text) : engine.Scene.read(source.name, source.bytes);
-    if (source.surroundings) inner.setSurroundings(source.surroundings);
+    if (source.files) {
+      const files = new engine.Files();
+      for (const [name, bytes] of Object.entries(source.files)) files.put(name, bytes);
+      inner.setFiles(files);
+      files.free();
+    }
+    if (source.frame !== undefined) inner.setFrame(source.frame);
     return new Scene(inner);
   }
 

@@ -25,9 +25,19 @@ export interface Summary {
   width: number;
   height: number;
   samples: number;
-  /** The file of the surroundings that the scene names, and whether it was given. */
-  surroundings: string | null;
-  has_surroundings: boolean;
+  /** The frames that its keys make, from 0 to the last key; 0 without keys. */
+  frames: number;
+  /** The pictures that the scene names, of its surroundings and on its surfaces. */
+  files: FileNamed[];
+}
+
+/** A file that a scene names. */
+export interface FileNamed {
+  name: string;
+  /** Whether it was given. Without it surfaces and surroundings are plain. */
+  given: boolean;
+  /** Why it cannot be read. */
+  fault: string | null;
 }
 
 /** The first hit of a ray. */
@@ -101,8 +111,19 @@ export interface Pixels {
   rays: number;
 }
 
+/** What goes with a scene. */
+export interface SceneExtras {
+  /**
+   * The pictures that it names, by name: PNG, JPEG or Radiance for surfaces, Radiance for surroundings. Folders do not count
+   * where a name has none of its own.
+   */
+  files?: Readonly<Record<string, Uint8Array>>;
+  /** The frame of its keys; without one the scene is as without keys. */
+  frame?: number;
+}
+
 /** What a scene is read from: a text, or a file of a scene or of another program. */
 export type SceneSource =
   | string
-  | { text: string; surroundings?: Uint8Array }
-  | { name: string; bytes: Uint8Array; surroundings?: Uint8Array };
+  | ({ text: string } & SceneExtras)
+  | ({ name: string; bytes: Uint8Array } & SceneExtras);

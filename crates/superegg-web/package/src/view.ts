@@ -18,6 +18,21 @@ const CLICK_PX = 3;
 const WHEEL_STEP = 1.1;
 const KEY_TURN = 0.12;
 
+const KEYS: Record<string, string> = {
+  ArrowLeft: 'TurnLeft', ArrowRight: 'TurnRight', ArrowUp: 'TurnUp', ArrowDown: 'TurnDown',
+  '+': 'Larger', '=': 'Larger', '-': 'Smaller', Home: 'Home',
+};
+
+/** The action of a key where there is no table of keys: arrows, plus, minus and Home. */
+export function keyAction(event: KeyboardEvent): string | undefined {
+  return event.ctrlKey || event.metaKey || event.altKey ? undefined : KEYS[event.key];
+}
+
+/** The workers of a view that is one of several on a page. */
+export function modestWorkers(): number {
+  return Math.ceil((navigator.hardwareConcurrency || 2) / 2);
+}
+
 /** A pass of a picture that is finished. */
 export interface Pass {
   /** The edge of the square of canvas pixels that one pixel of the pass covers. */
@@ -59,15 +74,16 @@ export class SceneView {
   private isFirstPass = false;
   private isRunning = false;
   private isRefined = false;
+  private stopped = false;
   private isHome = true;
   private number = 0;
   private sharpen: ReturnType<typeof setTimeout> | undefined;
   private observer: ResizeObserver;
   private pointers = new Map<number, { x: number; y: number }>();
 
-  constructor(canvas: HTMLCanvasElement, options: { workers?: number } = {}) {
+  constructor(canvas: HTMLCanvasElement, options: { workers?: number; worker?: () => Worker } = {}) {
     this.canvas = canvas;
-    this.pool = new WorkerPool(options.workers);
+    this.pool = new WorkerPool(options.workers, options);
     const context = canvas.getContext('2d', { alpha: true });
     if (!context) throw new Error('this canvas has another context');
     this.context = context;
@@ -94,8 +110,12 @@ export class SceneView {
     this.listeners.get(kind)?.forEach((hear) => hear(event as never));
   }
 
-  /** Loads a scene. With `keepView` the view stays where it is. Resolves once the scene is loaded, or another one took its place. */
-  async show(source: SceneSource, options: { keepView?: boolean } = {}): Promise<SceneInfo | undefined> {
+  /**
+   * Loads a scene. With `keepView` the view stays where it is unless the scene's camera is another one; with `'turned'` it stays
+   * where somebody has turned it, whatever the scene's camera does. Resolves once the scene is loaded, or another one took its
+   * place.
+   */
+  async show(source: SceneSource, options: { keepView?: boolean | 'turned' } = {}): Promise<SceneInfo | undefined> {
     this.number += 1;
     const { number } = this;
     this.fit();
@@ -107,7 +127,8 @@ export class SceneView {
       const old = this.info;
       this.info = info;
       const isSame = old !== undefined && old.camera.every((x, i) => x === info.camera[i]);
-      if (!options.keepView || !this.eye || !isSame) this.goHome();
+      const isTurned = options.keepView === 'turned' && !this.isHome;
+      if (!this.eye || !(isTurned || (options.keepView && isSame))) this.goHome();
       this.emit('loaded', info);
       this.changed(false);
       return info;
@@ -120,6 +141,15 @@ export class SceneView {
   /** The camera of the view: position, target, up, field of view, and height of an orthographic picture or 0. */
   get camera(): Float64Array {
     return this.eye?.camera() ?? new Float64Array(11);
+  }
+
+  set camera(numbers: Float64Array) {
+    if (!this.info) return;
+    this.eye?.free();
+    this.eye = new engine.Eye(numbers);
+    this.isHome = false;
+    this.emit('camera', this.camera);
+    this.changed(false);
   }
 
   get output(): Output {
@@ -190,9 +220,24 @@ export class SceneView {
     this.moved();
   }
 
+  /** Stops the picture in the making, until `refine` or a change. Returns whether there was one. */
+  pause(): boolean {
+    if (!this.isRunning) return false;
+    this.stopped = true;
+    this.pool.abandon();
+    return true;
+  }
+
+  /** Whether the picture was stopped before all samples were taken. */
+  get isPaused(): boolean {
+    return this.stopped;
+  }
+
   /** Takes all samples, however long it lasts. */
   refine(): void {
     this.isRefined = true;
+    this.stopped = false;
+    this.emit('begun', undefined);
     this.isDirty = true;
     void this.run();
   }
@@ -202,6 +247,7 @@ export class SceneView {
     this.isMoving = isMoving;
     this.isDirty = true;
     this.isRefined = false;
+    this.stopped = false;
     this.emit('begun', undefined);
     // The first pass of a picture is finished, or a view in constant motion would never be seen.
     if (this.isRunning && !this.isFirstPass) this.pool.abandon();
@@ -255,11 +301,12 @@ export class SceneView {
         this.isFirstPass = true;
         const { summary } = this.info;
         const isWhole = coarseness === 1 && summary.samples === 1;
-        if (!this.isRefined) await this.pass(coarseness, 1, !this.isMoving && isWhole);
+        const isRefined = this.isRefined;
+        if (!isRefined) await this.pass(coarseness, 1, !this.isMoving && isWhole);
         this.isFirstPass = false;
-        if (this.isDirty || this.isMoving) continue;
-        if (coarseness > 1 && !this.isRefined) await this.pass(1, 1, summary.samples === 1);
-        if (this.isDirty || summary.samples === 1) continue;
+        if (this.isDirty || this.isMoving || this.stopped) continue;
+        if (coarseness > 1 && !isRefined) await this.pass(1, 1, summary.samples === 1);
+        if (this.isDirty || this.stopped || (summary.samples === 1 && !isRefined)) continue;
         await this.pass(1, summary.samples, true);
       }
     } catch (error) {
@@ -281,14 +328,11 @@ export class SceneView {
     };
     const context = coarseness > 1 ? this.coarseContext(width, height) : this.context;
     const begin = performance.now();
-    let isPaused = false;
-    const deadline = samples === 1 || this.isRefined ? undefined : setTimeout(() => {
-      isPaused = true;
-      this.pool.abandon();
-    }, UNASKED_MS);
+    const deadline = samples === 1 || this.isRefined ? undefined : setTimeout(() => this.pause(), UNASKED_MS);
     const done = await this.pool.picture(request, { onTiles: (tiles, pixels) => put(context, tiles, pixels) });
     clearTimeout(deadline);
     const milliseconds = performance.now() - begin;
+    const isPaused = this.stopped && !done;
     if (!done && !isPaused) return;
     if (coarseness > 1) this.context.drawImage(this.coarse, 0, 0, width * coarseness, height * coarseness);
     if (samples === 1) {

@@ -38,6 +38,8 @@ interface Running {
 
 const port = await openPort();
 let scene: Scene | undefined;
+/** The files of scenes. They stay while scenes change, so that each is read once. */
+let files: engine.Files | undefined;
 let running: Running | undefined;
 
 // A message to oneself comes after those that are waiting, and sooner than any timer. Node takes a thousand from one port
@@ -62,6 +64,9 @@ function load(message: Extract<ToWorker, { kind: 'scene' }>) {
   try {
     scene = Scene.of(message.source);
     const { inner } = scene;
+    files ??= new engine.Files();
+    files.keep(message.files);
+    inner.setFiles(files);
     const { findings, notes, summary } = scene;
     const [width, height] = message.size ?? [summary.width, summary.height];
     const camera = inner.camera(width, height);
@@ -159,6 +164,10 @@ port.listen((message) => {
       break;
     case 'scene':
       load(message);
+      break;
+    case 'file':
+      files ??= new engine.Files();
+      files.put(message.name, message.bytes);
       break;
     case 'picture':
       begin(message);

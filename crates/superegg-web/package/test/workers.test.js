@@ -1,7 +1,10 @@
 // The workers of a page: the latest picture wins, and nothing holds it up.
 
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
+import { root } from './native.js';
 import { Superseded, WorkerPool, blit, render } from 'superegg';
 
 const BALL = 'prm ball\ncolor 1 0 0';
@@ -36,6 +39,25 @@ test('a worker that is deep in a tile is replaced by one that has the scene', ()
   await pool.picture({ width: 64, height: 48, samples: 1 }, { onTiles: (tiles, pixels) => blit(data, 64, tiles, pixels) });
   const middle = data.subarray(4 * (24 * 64 + 32), 4 * (24 * 64 + 32) + 3);
   assert.ok(middle[0] > 100 && middle[1] < 100, `${middle}`);
+}));
+
+test('each scene has its own files, which are sent once', () => withPool(1, async (pool) => {
+  const tile = readFileSync(join(root, 'scenes/tile.png'));
+  const text = 'prm a\nsetTexture color tile.png';
+  const given = async (source) => (await pool.load(source)).summary.files[0].given;
+  assert.equal(await given({ text, files: { 'tile.png': tile } }), true);
+  assert.equal(await given({ text: `${text}\nexp .5 .5`, files: { 'tile.png': tile } }), true);
+  assert.equal(await given(text), false);
+  assert.equal(await given({ text, files: { 'tile.png': tile } }), true);
+  const { fault } = (await pool.load({ text, files: { 'tile.png': tile.subarray(0, 60) } })).summary.files[0];
+  assert.match(fault, /no texture/);
+  // A scene that takes the place of one that waits for the engine still has its files.
+  await withPool(1, async (cold) => {
+    const first = cold.load({ text, files: { 'tile.png': tile } });
+    const second = cold.load({ text: `${text} 2`, files: { 'tile.png': tile } });
+    await assert.rejects(first, Superseded);
+    assert.equal((await second).summary.files[0].given, true);
+  });
 }));
 
 test('a scene that another one replaces is superseded', () => withPool(1, async (pool) => {

@@ -8,12 +8,14 @@ export const canvas = byId<HTMLCanvasElement>('picture');
 export const view = new SceneView(canvas);
 
 /** The scene of the page: its text, or a file whose text would be too long. */
-export type Shown = { kind: 'text' } | { kind: 'file'; name: string; source: SceneSource };
+export type Shown = { kind: 'text' } | { kind: 'file'; name: string; source: Exclude<SceneSource, string> };
 
 export const page = {
   shown: { kind: 'text' } as Shown,
-  /** The picture of surroundings that was dropped. */
-  surroundings: undefined as Uint8Array | undefined,
+  /** The pictures that scenes may name, dropped or fetched, by name. */
+  files: {} as Record<string, Uint8Array>,
+  /** The frame of the scene's keys that is shown; without one the scene is as without keys. */
+  frame: undefined as number | undefined,
 };
 
 const FORGOTTEN_MS = 8000;

@@ -11,6 +11,7 @@ import snowman from '../../../../scenes/snowman.scn?raw';
 import sphereFlake from '../../../../scenes/sphere_flake.scn?raw';
 import stars from '../../../../scenes/stars.scn?raw';
 import superegg from '../../../../scenes/superegg.scn?raw';
+import arm from './scenes/arm.scn?raw';
 import welcome from './scenes/welcome.scn?raw';
 
 export const WELCOME = welcome;
@@ -22,6 +23,7 @@ export const EXAMPLES: readonly { title: string; name: string; text: string }[] 
   { title: 'Cube, cylinder, sphere, octahedron, star', name: 'five_solids', text: fiveSolids },
   { title: 'All exponents', name: 'exponent_grid', text: exponentGrid },
   { title: 'Robot arm', name: 'crane_arm', text: craneArm },
+  { title: 'An arm that moves', name: 'arm', text: arm },
   { title: 'Snowman', name: 'snowman', text: snowman },
   { title: 'Superegg', name: 'superegg', text: superegg },
   { title: 'Stars', name: 'stars', text: stars },

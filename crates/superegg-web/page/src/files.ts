@@ -1,14 +1,16 @@
 // Files and links: what is opened, dropped, downloaded and sent.
 
-import { fetchBytes, surroundingsOf } from 'superegg/fetch';
+import { fetchScene } from 'superegg/fetch';
 import { canvas, complain, page, say, view } from './app';
 import { byId, download } from './dom';
 import { EXAMPLES } from './examples';
 import { decode, encode } from './share';
-import { editor, readText, showExponents, showText } from './text';
+import { editor, readText, showExponents, showScene, showText } from './text';
 
 /** A larger file is not read. */
 const MOST_BYTES = 512 * 2 ** 20;
+/** The pictures that scenes name. */
+const PICTURE = /\.(hdr|exr|png|jpe?g)$/i;
 /** A file whose scene has a longer text stays a file. */
 const MOST_TEXT = 150_000;
 /** The tolerance of meshes, as a part of each instance's size. */
@@ -43,10 +45,8 @@ export async function openFile(file: File): Promise<void> {
     throw new Error(`'${file.name}' has ${Math.round(file.size / 2 ** 20)} MiB; at most ${MOST_BYTES / 2 ** 20} can be read here`);
   }
   const bytes = new Uint8Array(await file.arrayBuffer());
-  if (/\.(hdr|exr)$/i.test(file.name)) {
-    page.surroundings = bytes;
-    await readText();
-    say(`'${file.name}' lights the scene`);
+  if (PICTURE.test(file.name)) {
+    await keepPicture(file.name, bytes);
     return;
   }
   if (/\.scn$/i.test(file.name) && bytes.length <= MOST_TEXT) {
@@ -54,9 +54,9 @@ export async function openFile(file: File): Promise<void> {
     return;
   }
   const before = page.shown;
-  const source = { name: file.name, bytes };
-  page.shown = { kind: 'file', name: file.name, source };
-  const info = await view.show(source).catch((error: unknown) => {
+  page.shown = { kind: 'file', name: file.name, source: { name: file.name, bytes } };
+  page.frame = undefined;
+  const info = await showScene(false).catch((error: unknown) => {
     page.shown = before;
     void readText();
     throw error;
@@ -66,6 +66,25 @@ export async function openFile(file: File): Promise<void> {
   const notes = [file.name, ...info.notes];
   if (text.length <= MOST_TEXT) showText(`# ${notes.join(': ').replaceAll('\n', ' ')}\n${text}`);
   else showNotes(notes);
+}
+
+/** Gives scenes a picture that they may name. */
+async function keepPicture(name: string, bytes: Uint8Array): Promise<void> {
+  page.files = { ...page.files, [name]: bytes };
+  if (page.shown.kind === 'text') await readText();
+  else await showScene(true);
+  const bare = (path: string) => path.split(/[/\\]/).pop();
+  const named = view.info?.summary.files.find((file) => bare(file.name) === name);
+  const line = /\.hdr$/i.test(name) ? `environment ${name}` : `setTexture color ${name}`;
+  // The fault of a picture that cannot be read is shown already.
+  if (!named) say(`'${name}' is kept; the line '${line}' shows it`);
+  else if (!named.fault) say(`'${name}' is a picture of this scene`);
+}
+
+/** Opens files: pictures first, so that scenes find those that they name. */
+export async function openFiles(files: readonly File[]): Promise<void> {
+  const rank = (file: File) => (PICTURE.test(file.name) ? 0 : 1);
+  for (const file of [...files].sort((a, b) => rank(a) - rank(b))) await openFile(file);
 }
 
 /** Shows what is known of a file in place of its text. */
@@ -108,20 +127,21 @@ export async function openAddress(): Promise<boolean> {
   return name !== null && openExample(name);
 }
 
-/** Opens an example or a scene of the gallery, with the picture of its surroundings. Returns whether there is one. */
+/** Opens an example or a scene of the gallery, with the pictures that it names. Returns whether there is one. */
 export async function openExample(name: string): Promise<boolean> {
   const example = EXAMPLES.find((one) => one.name === name);
   if (example) {
     showText(example.text);
     return true;
   }
-  if (!/^\w+$/.test(name)) return false;
+  if (!/^(features\/)?\w+$/.test(name)) {
+    say(`there is no scene '${name.slice(0, 40)}' here`);
+    return false;
+  }
   try {
-    const address = new URL(`./scenes/${name}.scn`, document.baseURI);
-    const bytes = await fetchBytes(address);
-    const named = surroundingsOf(bytes);
-    page.surroundings = named ? await fetchBytes(new URL(named, address)) : undefined;
-    showText(new TextDecoder().decode(bytes));
+    const source = await fetchScene(new URL(`./scenes/${name}.scn`, document.baseURI));
+    page.files = { ...page.files, ...source.files };
+    if ('bytes' in source) showText(new TextDecoder().decode(source.bytes));
     return true;
   } catch (error) {
     complain(error);
@@ -142,7 +162,6 @@ export function acceptDrops(): void {
   addEventListener('drop', (event) => {
     event.preventDefault();
     sheet.hidden = true;
-    const file = event.dataTransfer?.files[0];
-    if (file) openFile(file).catch(complain);
+    openFiles([...(event.dataTransfer?.files ?? [])]).catch(complain);
   });
 }

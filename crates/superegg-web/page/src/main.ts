@@ -7,7 +7,8 @@ import type { Pass } from 'superegg/view';
 import { canvas, complain, say, view } from './app';
 import { byId, short } from './dom';
 import { EXAMPLES, GALLERY, WELCOME } from './examples';
-import { acceptDrops, openAddress, openExample, openFile, save, share } from './files';
+import { acceptDrops, openAddress, openExample, openFiles, save, share } from './files';
+import { frameAction } from './frames';
 import { Keys } from './keys';
 import { keyTable, start } from './language';
 import { keepOffline } from './offline';
@@ -31,8 +32,31 @@ function act(action: string): boolean {
       view.lightsTurning = !view.lightsTurning;
       say(view.lightsTurning ? 'the lights turn with the scene' : 'the lights stay with the eye');
       return true;
-    default: return toggle(action) || view.act(action);
+    case 'KeyboardBack': focusText(); return true;
+    case 'ToggleShading': nextOutput(); return true;
+    case 'ToggleTrace': stopOrGoOn(); return true;
+    default: return toggle(action) || frameAction(action) || view.act(action);
   }
+}
+
+/** Gives the keyboard to the text, or to what stands in its place. */
+function focusText(): void {
+  if (byId('editor').hidden) byId('file').querySelector('button')?.focus();
+  else editor.view.focus();
+}
+
+/** Shows the next quantity of the list. */
+function nextOutput(): void {
+  const list = byId<HTMLSelectElement>('output');
+  list.selectedIndex = (list.selectedIndex + 1) % list.options.length;
+  view.output = list.value as Output;
+  say(`the picture shows ${list.selectedOptions[0]?.textContent?.toLowerCase() ?? list.value}`);
+}
+
+/** Stops the picture in the making, or goes on with one that was stopped. */
+function stopOrGoOn(): void {
+  if (view.isPaused) view.refine();
+  else if (!view.pause()) say('the picture is finished');
 }
 
 /** Writes the view into the text as the scene's camera. */
@@ -47,7 +71,12 @@ function writeCamera(): void {
   say('the view is the camera of the scene now');
 }
 
+let hasPicture = false;
+
 function showPass({ coarseness, samples, milliseconds, isLast, isPaused }: Pass): void {
+  // For bench.mjs.
+  if (!hasPicture) performance.mark('first picture');
+  hasPicture = true;
   const seconds = milliseconds < 1000 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
   const grain = coarseness > 1 ? `1/${coarseness}` : `${samples} ${samples === 1 ? 'sample' : 'samples'}`;
   byId('progress').textContent = isPaused ? 'paused' : isLast ? `${grain}, ${seconds}` : `${grain} ...`;
@@ -56,6 +85,7 @@ function showPass({ coarseness, samples, milliseconds, isLast, isPaused }: Pass)
 }
 
 view.on('begun', () => {
+  byId('refine').hidden = true;
   document.documentElement.dataset.pass = 'begun';
 });
 view.on('pass', showPass);
@@ -68,7 +98,6 @@ byId<HTMLSelectElement>('output').addEventListener('change', (event) => {
   view.output = (event.target as HTMLSelectElement).value as Output;
 });
 byId('refine').addEventListener('click', () => {
-  byId('refine').hidden = true;
   view.refine();
 });
 byId('help').addEventListener('click', () => act('ToggleHelp'));
@@ -89,9 +118,9 @@ downloads.addEventListener('change', () => {
 });
 byId<HTMLInputElement>('chooser').addEventListener('change', (event) => {
   const chooser = event.target as HTMLInputElement;
-  const file = chooser.files?.[0];
+  const files = [...(chooser.files ?? [])];
   chooser.value = '';
-  if (file) openFile(file).catch(complain);
+  openFiles(files).catch(complain);
 });
 acceptDrops();
 addEventListener('hashchange', () => void openAddress());

@@ -1,5 +1,6 @@
 // From the text to the picture: the editor, its errors, and the sliders of exponents.
 
+import type { SceneInfo } from 'superegg';
 import { canvas, complain, page, say, view } from './app';
 import { byId } from './dom';
 import { Editor } from './editor';
@@ -43,13 +44,21 @@ export async function readText(): Promise<void> {
   editor.setDocument(running, running.findings);
   showProblems();
   showExponents();
-  const { surroundings } = page;
-  await view.show(surroundings ? { text, surroundings } : text, { keepView: true }).catch(complain);
+  await showScene(true).catch(complain);
+}
+
+/** Shows the scene of the page at the frame of the page. */
+export async function showScene(keepView: boolean | 'turned'): Promise<SceneInfo | undefined> {
+  const { shown, files, frame } = page;
+  const extras = frame === undefined ? { files } : { files, frame };
+  const source = shown.kind === 'file' ? { ...shown.source, ...extras } : { text: editor.text, ...extras };
+  return view.show(source, { keepView });
 }
 
 /** Puts a text into the editor and shows its scene. */
 export function showText(text: string): void {
   page.shown = { kind: 'text' };
+  page.frame = undefined;
   byId('editor').hidden = false;
   byId('file').hidden = true;
   editor.text = text;
@@ -82,14 +91,17 @@ function showProblems(): void {
 }
 
 view.on('loaded', ({ summary, notes }) => {
-  const { instances, surroundings, has_surroundings, root } = summary;
+  const { instances, files, root } = summary;
   const counted = `${instances} ${instances === '1' ? 'instance' : 'instances'}`;
   byId('summary').textContent = counted;
   canvas.setAttribute(
     'aria-label',
     `The ray traced picture of ${root ?? 'nothing'}: ${counted}. Arrow keys turn it, w and s zoom, question mark lists all keys.`,
   );
-  if (surroundings && !has_surroundings) say(`drop '${surroundings}' here: it is the picture that lights this scene`);
+  const missing = files.filter(({ given }) => !given).map(({ name }) => `'${name}'`);
+  const faults = files.flatMap(({ fault }) => fault ?? []);
+  if (faults.length > 0) say(faults.join('; '));
+  else if (missing.length > 0) say(`drop ${missing.join(', ')} here: the scene names ${missing.length > 1 ? 'these pictures' : 'this picture'}`);
   else if (root === null && editor.text.trim() !== '') say('nothing is selected, so nothing is shown');
   if (notes.length > 0) say(notes.join('; '));
 });

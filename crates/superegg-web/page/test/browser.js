@@ -21,12 +21,12 @@ export const needsBrowser = !existsSync(executablePath)
   ? { skip: `no Chromium at ${executablePath}` }
   : !existsSync(join(dist, 'index.html')) ? { skip: 'the page is not built' } : {};
 
-/** Serves the page; returns its address and how to stop. */
-export async function serve() {
+/** Serves a folder, by default the page; returns its address and how to stop. */
+export async function serve(folder = dist) {
   const server = createServer((request, response) => {
     const path = normalize(decodeURIComponent(new URL(request.url, 'http://page').pathname));
-    const file = join(dist, path.endsWith('/') ? `${path}index.html` : path);
-    if (!file.startsWith(dist) || !existsSync(file)) {
+    const file = join(folder, path.endsWith('/') ? `${path}index.html` : path);
+    if (!file.startsWith(folder) || !existsSync(file)) {
       response.writeHead(404).end();
       return;
     }

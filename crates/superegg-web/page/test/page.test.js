@@ -10,6 +10,8 @@ import { DUMP, decodePng, difference, native, nativeFile, needsNative, root } fr
 import { launch, needsBrowser, screens, serve } from './browser.js';
 
 const EGG = 'primitive egg\ncoeff 1 1 1.3\nexp 1 .8\ncolor orange\n';
+const TEXTURED = 'environment studio.hdr -90\nprm a\ncoeff 1 1 .8\nexp .5 .5\nsetTexture color tile.png .5\n';
+const KEYED = 'prm a\ncoeff 1 .5 .3\nexp .3 .3\ncolor orange\nobj b\nap a\nkey 0 rotate z 0\nkey 12 rotate z 80\n';
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 let [server, browser] = [undefined, undefined];
 
@@ -181,22 +183,109 @@ test('a scene without end does not hold up the page', needsBrowser, () => withPa
   assert.equal(await problems(page), 'no errors');
 }, { path: fragment(EGG) }));
 
-async function drop(page, name, text) {
-  const data = await page.evaluateHandle(([name, text]) => {
+/** Drops files: their names, and each a text or bytes. */
+async function drop(page, files) {
+  const sent = Object.entries(files).map(([name, content]) => [name, Buffer.from(content).toString('base64')]);
+  const data = await page.evaluateHandle((sent) => {
     const transfer = new DataTransfer();
-    transfer.items.add(new File([text], name));
+    for (const [name, letters] of sent) transfer.items.add(new File([Uint8Array.from(atob(letters), (c) => c.charCodeAt(0))], name));
     return transfer;
-  }, [name, text]);
+  }, sent);
   await page.dispatchEvent('main', 'drop', { dataTransfer: data });
+}
+
+/** The native program's picture of a scene in a folder with further files, of the size of another picture. */
+function nativePicture({ width, height }, text, { files = {}, flags = [] } = {}) {
+  const args = ['render', 'a.scn', '--size', `${width}x${height}`, ...flags, '-o', 'a.png'];
+  return decodePng(nativeFile(args, 'a.png', { 'a.scn': text, ...files }));
 }
 
 test('a dump of another program is dropped', needsBrowser, () => withPage(async (page) => {
   await finished(page);
-  await picture(page, () => drop(page, 'grains.dump', DUMP));
+  await picture(page, () => drop(page, { 'grains.dump': DUMP }));
   await page.getByText('2 instances').waitFor();
   assert.match(await page.locator('.cm-content').innerText(), /LIGGGHTS/);
-  await drop(page, 'junk.bin', '\u0000\u0001\ufffd');
+  await drop(page, { 'junk.bin': '\u0000\u0001\ufffd' });
   await page.locator('#status:not(:empty)').waitFor();
+}, { path: fragment(EGG) }));
+
+test('dropped pictures lie on surfaces and light the scene as in the native program', { ...needsBrowser, ...needsNative }, () => withPage(async (page) => {
+  await finished(page);
+  await page.getByText("drop 'studio.hdr', 'tile.png' here").waitFor();
+  const files = { 'tile.png': readFileSync(join(root, 'scenes/tile.png')), 'studio.hdr': readFileSync(join(root, 'scenes/studio.hdr')) };
+  const plain = await pixels(page);
+  const made = await picture(page, () => drop(page, files));
+  await page.getByText('is a picture of this scene').waitFor();
+  // Two pictures were dropped one after the other: the last one is shown when both are known.
+  await page.waitForFunction(() => document.documentElement.dataset.pass === 'last');
+  const shown = await pixels(page);
+  assert.equal(difference(shown, nativePicture(made, TEXTURED, { files })).count, 0);
+  assert.ok(difference(plain, shown, 8).count > 1000);
+  // A JPEG that this browser wrote, by another name.
+  const jpeg = Buffer.from(await page.evaluate(async () => {
+    const canvas = Object.assign(document.createElement('canvas'), { width: 40, height: 24 });
+    const context = canvas.getContext('2d');
+    for (let i = 0; i < 15; i += 1) {
+      context.fillStyle = ['#c33', '#3c3', '#33c', '#cc3'][i % 4];
+      context.fillRect(8 * (i % 5), 8 * Math.floor(i / 5), 8, 8);
+    }
+    const blob = await new Promise((resolve) => canvas.toBlob(resolve, 'image/jpeg', 0.9));
+    return btoa(String.fromCharCode(...new Uint8Array(await blob.arrayBuffer())));
+  }), 'base64');
+  await drop(page, { 'squares.jpg': jpeg });
+  await page.getByText("'setTexture color squares.jpg' shows it").waitFor();
+  const text = 'prm a\nsetTexture color squares.jpg\nexp .5 .5\n';
+  const other = await picture(page, () => type(page, text));
+  assert.equal(difference(other, nativePicture(other, text, { files: { 'squares.jpg': jpeg } })).count, 0);
+  await drop(page, { 'squares.jpg': jpeg.subarray(0, 50) });
+  await page.getByText("'squares.jpg' is no texture").waitFor();
+}, { path: fragment(TEXTURED) }));
+
+test('frames of keys: the slider, the keys, and playing', { ...needsBrowser, ...needsNative }, () => withPage(async (page) => {
+  await finished(page);
+  assert.equal(await page.locator('#frames').isVisible(), false);
+  await picture(page, () => type(page, KEYED));
+  await page.locator('#frames').waitFor();
+  const at9 = await picture(page, () => page.locator('#frame').fill('9'));
+  assert.equal(difference(at9, nativePicture(at9, KEYED, { flags: ['--frame', '9'] })).count, 0);
+  await page.locator('#picture').focus();
+  await picture(page, () => page.keyboard.press('.'));
+  await picture(page, () => page.keyboard.press('.'));
+  await picture(page, () => page.keyboard.press(','));
+  assert.equal(await page.locator('#frame').inputValue(), '10');
+  await page.keyboard.press('Space');
+  await page.getByRole('button', { name: 'Stop' }).waitFor();
+  await page.waitForFunction(() => document.querySelector('#frame').value !== '10');
+  await page.keyboard.press('Space');
+  await page.getByRole('button', { name: 'Play' }).waitFor();
+  // A scene without keys has no frames.
+  await picture(page, () => type(page, EGG));
+  await page.locator('#frames').waitFor({ state: 'hidden' });
+}, { path: fragment(EGG) }));
+
+test('m, p and q: the next quantity, stop and go on, the text', needsBrowser, () => withPage(async (page) => {
+  await finished(page);
+  await page.locator('#picture').focus();
+  const light = await pixels(page);
+  const normals = await picture(page, () => page.keyboard.press('m'));
+  assert.equal(await page.locator('#output').inputValue(), 'normal');
+  assert.ok(difference(light, normals, 8).count > 1000);
+  for (let i = 0; i < 4; i += 1) await picture(page, () => page.keyboard.press('m'));
+  assert.equal(await page.locator('#output').inputValue(), 'light');
+  await page.keyboard.press('p');
+  await page.getByText('the picture is finished').waitFor();
+  await page.keyboard.press('q');
+  assert.ok(await page.evaluate(() => document.activeElement.classList.contains('cm-content')));
+  // A picture of minutes.
+  await page.evaluate(() => { document.documentElement.dataset.pass = 'test'; });
+  await type(page, `set light path\nset samples 4096\nsky 1 1 1 1 1 1\n${EGG}`);
+  await page.waitForFunction(() => document.documentElement.dataset.pass === 'full');
+  await page.locator('#picture').focus();
+  await page.keyboard.press('p');
+  await page.getByText('paused').waitFor();
+  await page.keyboard.press('p');
+  await page.getByText('4096 samples ...').or(page.locator('#refine[hidden]')).first().waitFor({ state: 'attached' });
+  assert.equal(await page.locator('#refine').isVisible(), false);
 }, { path: fragment(EGG) }));
 
 test('files are downloaded', needsBrowser, () => withPage(async (page) => {
