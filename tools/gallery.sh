@@ -5,12 +5,16 @@
 #     tools/gallery.sh NAME ...      # renders these only, and makes the page anew
 #     tools/gallery.sh --page        # makes the page anew, with the pictures that are there
 #
+# Each picture links to its scene in the browser: to SUPEREGG_PAGE?scene=NAME, by default the page in this repository, which
+# tools/site.sh replaces by the published one.
+#
 # A picture has the size and samples that its scene sets, or 640x480. Seconds are kept beside the pictures, in times.txt: name, width, height, samples, seconds, rays, threads.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 size=640x480
 pictures=docs/pictures/gallery
 page=docs/gallery.md
+live=${SUPEREGG_PAGE:-../crates/superegg-web/page/index.html}
 most_lines=120        # a longer scene is quoted in part
 mkdir -p "$pictures"
 touch "$pictures/times.txt"
@@ -55,7 +59,8 @@ section() {
     local file=$1 name lines
     name=$(basename "$file" .scn)
     lines=$(wc -l <"$file")
-    printf '## %s\n\n%s\n\n![%s](pictures/gallery/%s.png)\n\n' "$name" "$(says "$file")" "$name" "$name"
+    printf '## %s\n\n%s\n\n[![%s](pictures/gallery/%s.png)](%s?scene=%s)\n\n' \
+        "$name" "$(says "$file")" "$name" "$name" "$live" "$name"
     awk -v name="$name" -v lines="$lines" '$1 == name {
         printf "[%s.scn](../scenes/%s.scn), %d lines; %dx%d, %d samples a pixel, %.1f million rays, %.0f s on %d threads.\n\n",
             name, name, lines, $2, $3, $4, $6 / 1e6, $5, $7 }' "$pictures/times.txt"
@@ -67,7 +72,8 @@ write_page() {
 # Gallery
 
 Every picture here is made by Superegg from the text below it: \`superegg render scenes/NAME.scn\`. \`tools/gallery.sh\` renders all of
-them and writes this page. The seconds are those of a shared machine with two cores, and only say which scenes are heavy.
+them and writes this page. Each picture links to its scene on the [page](web.md), where it can be turned and changed. The seconds
+are those of a shared machine with two cores, and only say which scenes are heavy.
 
 END
     local file name
@@ -82,8 +88,8 @@ One small scene for each thing that the renderer can do; their pictures are thos
 END
     for file in scenes/features/*.scn; do
         name=$(basename "$file" .scn)
-        printf '| ![%s](../tests/golden/features/%s.png) | [%s](../scenes/features/%s.scn) | %s |\n' \
-            "$name" "$name" "$name" "$name" "$(says "$file")"
+        printf '| [![%s](../tests/golden/features/%s.png)](%s?scene=features/%s) | [%s](../scenes/features/%s.scn) | %s |\n' \
+            "$name" "$name" "$live" "$name" "$name" "$name" "$(says "$file")"
     done
 }
 

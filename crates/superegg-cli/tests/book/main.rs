@@ -197,6 +197,7 @@ fn documents() -> Vec<PathBuf> {
                 && !path.is_symlink()
                 && !name.starts_with('.')
                 && name != "target"
+                && name != "node_modules"
                 && name != "shared"
             {
                 folders.push(path);
@@ -221,6 +222,8 @@ fn every_link_leads_somewhere() {
                 continue;
             }
             let (file, anchor) = target.split_once('#').unwrap_or((&target, ""));
+            // A page in the browser reads the part behind the question mark.
+            let file = file.split_once('?').map_or(file, |(file, _)| file);
             let goal = if file.is_empty() { path.clone() } else { path.parent().unwrap().join(file) };
             if !goal.exists() {
                 failures.push(format!("{}: {file} does not exist", page.at(line)));
