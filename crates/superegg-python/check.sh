@@ -32,3 +32,13 @@ installed=$(cd "$scratch" && python -c 'import superegg, pathlib; print(pathlib.
 python -m pytest -q --import-mode=importlib -p no:cacheprovider --override-ini=testpaths= \
     tests README.md ../../README.md ../../docs/python.md "$installed"
 "$scratch/venv/bin/superegg" --version
+
+# The view in the browser, in JupyterLab, where crates/superegg-web/build.sh has built its module.
+web=../superegg-web
+if [ ! -f python/superegg/web/widget.js ] || [ ! -d $web/node_modules/playwright-core ] || [ ! -x "${CHROMIUM:-/usr/bin/chromium}" ]; then
+    echo "skipped: the view in JupyterLab needs crates/superegg-web/build.sh and Chromium"
+elif pip install --quiet --disable-pip-version-check jupyterlab; then
+    JUPYTER_LAB=$scratch/venv/bin/jupyter-lab node --test --test-reporter=spec $web/widget/test/jupyter.test.js
+else
+    echo "skipped: JupyterLab cannot be installed"
+fi

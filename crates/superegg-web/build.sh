@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# Builds the WebAssembly module, the npm package around it (package/dist) and the page (page/dist).
+# Builds the WebAssembly module, the npm package around it (package/dist), the page (page/dist) and the widget of notebooks
+# (widget/dist), which the next wheel of the Python package carries.
 #
 #     crates/superegg-web/build.sh            # all
+#     crates/superegg-web/build.sh --widget   # the module, the package and the widget
 #     crates/superegg-web/build.sh --engine   # the module and the package only
 #
 # It needs Node.js 20 and npm 11, and the standard library of Rust for WebAssembly:
@@ -64,7 +66,13 @@ printf 'module: %d bytes, %d compressed\n' "$(wc -c <"$module")" "$(gzip -9c "$m
 [ -d node_modules ] || npm ci --no-audit --no-fund --ignore-scripts --silent
 npm run --silent build --workspace package
 [ "${1:-}" = --engine ] && exit 0
-# Scenes that pages name by their address.
-mkdir -p page/public/scenes
-cp ../../scenes/*.scn ../../scenes/*.hdr page/public/scenes
+npm run --silent build --workspace widget
+carried=../superegg-python/python/superegg/web
+mkdir -p "$carried"
+cp widget/dist/widget.js widget/dist/superegg.wasm.gz "$carried"
+[ "${1:-}" = --widget ] && exit 0
+# Scenes that pages name by their address, and the pictures that they name.
+mkdir -p page/public/scenes/features
+cp ../../scenes/*.scn ../../scenes/*.hdr ../../scenes/*.png page/public/scenes
+cp ../../scenes/features/*.scn ../../scenes/features/*.png page/public/scenes/features
 npm run --silent build --workspace page

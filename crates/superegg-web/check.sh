@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the WebAssembly module, the npm package and the page, and tests them in Node and in headless Chromium.
+# Builds the WebAssembly module, the npm package, the page and the widget of notebooks, and tests them in Node and in headless Chromium.
 # What cannot be had on this machine is skipped, and says so.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -34,3 +34,5 @@ fi
 [ -x "${SUPEREGG:-$root/target/release/superegg}" ] || (cd "$root" && cargo build --release --locked --quiet)
 npm run --silent test --workspace package
 npm run --silent test --workspace page
+# The test in JupyterLab is that of the Python package's check.
+npm run --silent test --workspace widget

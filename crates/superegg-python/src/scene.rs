@@ -153,6 +153,11 @@ impl Scene {
         Self(Mutex::new(State::new(Model::new())))
     }
 
+    /// The names of the picture files that the scene names.
+    fn picture_files(&self) -> Vec<String> {
+        self.lock().model.scene().picture_files().into_iter().map(str::to_owned).collect()
+    }
+
     /// A copy, which shares everything.
     fn copy(&self) -> Self {
         Self(Mutex::new(self.lock().clone()))

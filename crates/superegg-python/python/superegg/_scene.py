@@ -599,16 +599,21 @@ class Scene:
             core = self._core.render(request, count(threads, "threads"), tick)
         return Film(core)
 
-    def view(self, width: int = 480, height: int = 360, **settings: Any) -> Any:
+    def view(self, width: int = 480, height: int = 360, *, where: str = "kernel", **settings: Any) -> Any:
         """A picture in a notebook that a drag turns and the wheel zooms; needs anywidget.
 
-        It is ray traced by this process, coarse while it moves and then in full. The widget shows a copy of
-        the scene; its ``camera`` is the view, so ``scene.camera = view.camera`` takes it over.
+        The widget shows a copy of the scene, coarse while it moves and then in full; its ``camera`` is the view, so
+        ``scene.camera = view.camera`` takes it over.
 
         Parameters
         ----------
         width, height : int
             Pixels.
+        where : str
+            ``kernel``: this process traces the rays. ``browser``: the browser does, by the same engine in
+            WebAssembly, so that the view turns while a cell runs and the kernel is far away. Its ``text``,
+            ``files``, ``frame``, ``output``, ``size`` and ``camera`` can be set and observed, and ``hit`` is that of
+            the last click: t, point, normal, path, primitive, steps.
         **settings
             Of the full picture: ``samples``, ``exposure``, ... as in `settings`.
 
@@ -616,10 +621,20 @@ class Scene:
         ------
         ImportError
             anywidget is not installed.
+        FileNotFoundError
+            With ``where="browser"``: this wheel was built without the module for browsers, and the environment
+            variable ``SUPEREGG_WEB`` names none.
         """
         from superegg._view import view
 
-        return view(self, _side(width, "width"), _side(height, "height"), settings)
+        sides = _side(width, "width"), _side(height, "height")
+        if where == "kernel":
+            return view(self, *sides, settings)
+        if where == "browser":
+            from superegg._browser import browser_view
+
+            return browser_view(self, *sides, settings)
+        raise ValueError(f"where: expected 'kernel' or 'browser', found {where!r}")
 
     def to_text(self) -> str:
         """The scene in the modelling language."""
