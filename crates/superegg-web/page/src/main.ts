@@ -71,6 +71,8 @@ function writeCamera(): void {
   say('the view is the camera of the scene now');
 }
 
+/** The choice of files in the list of examples. */
+const OPEN = '*';
 let hasPicture = false;
 
 function showPass({ coarseness, samples, milliseconds, isLast, isPaused }: Pass): void {
@@ -106,10 +108,13 @@ byId('share').addEventListener('click', () => void share());
 
 const examples = byId<HTMLSelectElement>('examples');
 for (const { title, name } of [...EXAMPLES, ...GALLERY]) examples.append(new Option(title, name));
+// The button to open files is hidden where the window is narrow.
+examples.append(new Option('Open files ...', OPEN));
 examples.addEventListener('change', () => {
   const { value } = examples;
   examples.value = '';
-  if (value) void openExample(value);
+  if (value === OPEN) act('Open');
+  else if (value) void openExample(value);
 });
 const downloads = byId<HTMLSelectElement>('download');
 downloads.addEventListener('change', () => {

@@ -215,8 +215,8 @@ test('dropped pictures lie on surfaces and light the scene as in the native prog
   const files = { 'tile.png': readFileSync(join(root, 'scenes/tile.png')), 'studio.hdr': readFileSync(join(root, 'scenes/studio.hdr')) };
   const plain = await pixels(page);
   const made = await picture(page, () => drop(page, files));
-  await page.getByText('is a picture of this scene').waitFor();
-  // Two pictures were dropped one after the other: the last one is shown when both are known.
+  // The scene is shown anew with each of them.
+  await page.getByText("'studio.hdr' is a picture of this scene").waitFor();
   await page.waitForFunction(() => document.documentElement.dataset.pass === 'last');
   const shown = await pixels(page);
   assert.equal(difference(shown, nativePicture(made, TEXTURED, { files })).count, 0);
@@ -378,6 +378,10 @@ for (const [width, height] of [[1440, 900], [900, 700], [390, 844]]) {
       assert.ok(box.x >= 0 && box.x + box.width <= width + 0.5 && box.width > 20, id);
     }
     await page.screenshot({ path: join(screens, `page-${width}.png`) });
+    // Files can be opened at every width.
+    const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.locator('#examples').selectOption({ label: 'Open files ...' })]);
+    await picture(page, () => chooser.setFiles({ name: 'egg.scn', mimeType: 'text/plain', buffer: Buffer.from(EGG) }));
+    assert.equal(await page.locator('#summary').textContent(), '1 instance');
   }, { viewport: { width, height } }));
 }
 
