@@ -10,7 +10,7 @@ use superegg_scene::{EnvironmentPicture, Scene, Texture, TextureChannel};
 
 pub use crate::files::data::DataOptions;
 use crate::files::data::{self, Note};
-use crate::files::names::name_for_saving;
+use crate::files::names::{found, name_for_saving};
 use crate::files::{scene, surroundings};
 
 /// A scene that was read, and how.
@@ -75,6 +75,11 @@ pub fn texture_pixels(
     folder: Option<&Path>,
 ) -> Result<TexturePixels> {
     surroundings::texture_of(texture, channel, folder)
+}
+
+/// The path of a file that a scene in `folder` names, searched as those of [`texture_pixels`]. It need not exist.
+pub fn path_of_file(name: &str, folder: Option<&Path>) -> PathBuf {
+    found(name, folder)
 }
 
 /// The pixels of the surroundings of a scene in `folder`, searched as those of [`texture_pixels`].

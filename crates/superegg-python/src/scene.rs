@@ -153,9 +153,11 @@ impl Scene {
         Self(Mutex::new(State::new(Model::new())))
     }
 
-    /// The names of the picture files that the scene names.
-    fn picture_files(&self) -> Vec<String> {
-        self.lock().model.scene().picture_files().into_iter().map(str::to_owned).collect()
+    /// The picture files that the scene names: names, and the paths where they are searched.
+    fn picture_files(&self) -> Vec<(String, PathBuf)> {
+        let state = self.lock();
+        let files = state.model.scene().picture_files().into_iter();
+        files.map(|name| (name.to_owned(), program::path_of_file(name, state.folder.as_deref()))).collect()
     }
 
     /// A copy, which shares everything.

@@ -102,14 +102,23 @@ def test_a_table_goes_as_a_binary_file(assets):
     assert view.binary == b"" and view.scene.instance_count == 1
 
 
-def test_pictures_that_the_scene_names_are_sent(tmp_path, monkeypatch):
+def test_pictures_that_the_scene_names_are_sent(assets, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copy(TILE, "tile.png")
     named = scene()
     named.run("primitive tile\nsetTexture color tile.png\nsetTexture roughness missing.png")
     named.set_environment("sky.hdr")
     assert pictures_of(named) == {"tile.png": TILE.read_bytes()}
-    assert named._core.picture_files() == ["missing.png", "sky.hdr", "tile.png"]
+    assert [name for name, _ in named._core.picture_files()] == ["missing.png", "sky.hdr", "tile.png"]
+    # Beside a scene's file, too.
+    (tmp_path / "scenes").mkdir()
+    shutil.move("tile.png", "scenes/beside.png")
+    Path("scenes/a.scn").write_text("primitive a\nsetTexture color beside.png\n")
+    beside = se.load("scenes/a.scn")
+    assert pictures_of(beside) == {"beside.png": TILE.read_bytes()}
+    pytest.importorskip("anywidget")
+    view = beside.view(32, 24, where="browser", samples=1)
+    assert view.scene.render(layers=False).to_png() == beside.render(32, 24, samples=1, layers=False).to_png()
 
 
 def test_where_the_module_comes_from(tmp_path, monkeypatch):

@@ -153,12 +153,7 @@ def content_of(scene: Scene) -> dict[str, Any]:
 
 def pictures_of(scene: Scene) -> dict[str, bytes]:
     """The picture files that a scene names and that can be read; the widget says which are missing."""
-    found = {}
-    for name in scene._core.picture_files():
-        path = Path(name).expanduser()
-        if path.is_file():
-            found[name] = path.read_bytes()
-    return found
+    return {name: path.read_bytes() for name, path in scene._core.picture_files() if path.is_file()}
 
 
 @cache
@@ -193,6 +188,7 @@ def _widget() -> Any:
 
         def __init__(self, assets: Assets, scene: Scene, size: tuple[int, int], output: str) -> None:
             content = content_of(scene)
+            self._given = scene, content["text"], content["binary"]
             super().__init__(_esm=assets.script, module=assets.module_address, size=size, output=output, **content)
             self._assets = assets
             self.on_msg(self._receive)
@@ -207,12 +203,19 @@ def _widget() -> Any:
             """A copy of the scene that is shown; assign one to show it."""
             from superegg._scene import loads
 
+            given, text, binary = self._given
+            if (text, binary) == (self.text, self.binary):
+                copy: Scene = given.copy()
+                return copy
             return loads(self.binary or self.text, name="scene")
 
         @scene.setter
         def scene(self, scene: Scene) -> None:
+            content = content_of(scene)
+            # The scene knows the folder of its file, where its pictures are.
+            self._given = scene.copy(), content["text"], content["binary"]
             with self.hold_sync():
-                for name, value in content_of(scene).items():
+                for name, value in content.items():
                     setattr(self, name, value)
 
         def _receive(self, _widget: Any, content: dict[str, Any], _buffers: Any) -> None:
