@@ -80,7 +80,7 @@ fn bare(name: &str) -> &str {
 }
 
 impl Files {
-    /// What `read` returns for the file of a name, or for one of the same name in another folder; `None` if there is none.
+    /// Reads the file of a name, or one of the same name in another folder; `None` if there is none.
     fn with<T>(&self, name: &str, read: impl FnOnce(&mut File) -> T) -> Option<T> {
         let mut files = self.0.borrow_mut();
         let key = match files.contains_key(name) {

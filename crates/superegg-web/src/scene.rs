@@ -141,7 +141,7 @@ impl Scene {
         json(&names)
     }
 
-    /// Gives the scene the pictures that it names. Those that are missing leave surfaces and surroundings plain.
+    /// Gives the scene the pictures that it names. A missing one leaves surfaces or surroundings plain.
     #[wasm_bindgen(js_name = setFiles)]
     pub fn set_files(&mut self, files: &Files) {
         self.files = files.clone();
