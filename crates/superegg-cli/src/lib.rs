@@ -10,6 +10,8 @@ mod progress;
 mod system;
 mod text;
 
+pub mod denoise;
+
 mod annotate;
 
 mod files;

@@ -3,21 +3,25 @@
 use anyhow::Result;
 use superegg_render::{Film, RenderSettings};
 
+use crate::annotate::Annotations;
 use crate::files::notes::notes;
 use crate::files::picture::PictureFormat;
 
-/// The PNG file of a film that was rendered with these settings, with its notes of how it was made.
+/// The PNG file of a film that was rendered with these settings, with its notes of how it was made. It is not denoised: see
+/// [`denoised`](crate::denoise::denoised).
 ///
 /// # Errors
 /// The encoder fails.
 pub fn png_file(film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
-    PictureFormat::Png.encode(film, settings, &notes(settings, None))
+    let notes = notes(settings, None);
+    PictureFormat::Png.encode_as_it_is(film, settings, &Annotations::default(), &notes)
 }
 
-/// The OpenEXR file of a film that was rendered with these settings, with its notes of how it was made.
+/// The OpenEXR file of a film, as [`png_file`].
 ///
 /// # Errors
 /// The encoder fails.
 pub fn exr_file(film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
-    PictureFormat::Exr.encode(film, settings, &notes(settings, None))
+    let notes = notes(settings, None);
+    PictureFormat::Exr.encode_as_it_is(film, settings, &Annotations::default(), &notes)
 }

@@ -1,5 +1,6 @@
 //! A scene: built from lines and columns, rendered, and hit by rays.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -21,6 +22,7 @@ use superegg::render::{Framing, Output, RenderOptions, RenderSettings, TextureSe
 use superegg::scene::{Entity, EnvironmentPicture, InstanceTable, Material, TableBuilder, Texture};
 use superegg::trace::{BatchOptions, CompiledScene, InstancePath};
 use superegg::{Model, Part};
+use superegg_cli::denoise;
 use superegg_cli::load::{self as program, LoadedScene, frame_data};
 
 use crate::columns::{Array, Column, Rays, array, flat, points, rows};
@@ -571,7 +573,8 @@ impl Scene {
         if let Some(progress) = &progress {
             progress.call1(py, (total, total))?;
         }
-        let film = settings.output.into_colored(rendered.film);
+        let film = detached(py, || denoise::denoised(&rendered.film, &settings).map(Cow::into_owned))?;
+        let film = settings.output.into_colored(film.map_err(errors::value)?);
         Ok(Film { film, settings })
     }
 }
@@ -612,7 +615,10 @@ impl Scene {
             (scene.picture.width, scene.picture.height) = (width, height);
         }
         frame(&mut scene, &compiled, data);
-        let settings = RenderSettings::of(&scene).with_output(output).with_layers(request.layers);
+        let settings = RenderSettings::of(&scene).with_output(output);
+        denoise::check(&settings).map_err(errors::value)?;
+        let layers = request.layers || denoise::is_wanted(&settings);
+        let settings = settings.with_layers(layers);
         let folder = self.lock().folder.clone();
         let folder = folder.as_deref();
         let pixels_of = |picture: &EnvironmentPicture| {

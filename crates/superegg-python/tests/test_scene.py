@@ -506,3 +506,22 @@ def test_files_are_found_beside_the_scene_that_names_them(tmp_path):
         scene.save(tmp_path / "other" / name)
         check(se.load(tmp_path / "other" / name))
     assert '"../lib/grey.hdr"' in (tmp_path / "other" / "a.scn").read_text()
+
+
+def test_denoising_needs_its_library_and_makes_a_film_smoother(monkeypatch):
+    scene = se.Scene()
+    scene.add(se.Superquadric(1))
+    scene.look_at(position=(0, 0, 5), target=(0, 0, 0), fov=10)
+    scene.run("sky 0 0 0 1 1 1")
+    settings = {"samples": 2, "light": "path"}
+    noisy = scene.render(48, 48, **settings)
+    try:
+        clean = scene.render(48, 48, denoise=True, **settings)
+    except ValueError as error:
+        assert "Open Image Denoise 2" in str(error)
+        pytest.skip(str(error))
+    steps = [np.abs(np.diff(film.color, axis=0)).mean() for film in (noisy, clean)]
+    assert steps[1] < steps[0]
+    monkeypatch.setenv("SUPEREGG_OIDN", "/none/such.so")
+    with pytest.raises(ValueError, match="Open Image Denoise 2"):
+        scene.render(8, 8, denoise=True)

@@ -86,6 +86,8 @@ pub struct Picture {
     pub far_depth: f64,
     /// Whether OpenEXR files have the coverage of each pixel by instances and by objects, as Cryptomatte.
     pub cryptomatte: bool,
+    /// Whether the finished picture is denoised, by whoever writes its file.
+    pub denoise: bool,
     /// Whether the background is transparent.
     pub transparent: bool,
     /// How light reaches a surface.
@@ -133,6 +135,7 @@ impl Default for Picture {
             dither: false,
             far_depth: 0.0,
             cryptomatte: false,
+            denoise: false,
             transparent: false,
             light_model: LightModel::Course,
             bounces: 16,

@@ -162,6 +162,9 @@ pub(crate) struct DevelopArgs {
     /// Dither a PNG file of 8 bits, so that gradients have no bands
     #[arg(long)]
     pub(crate) dither: bool,
+    /// Denoise the finished picture by Open Image Denoise, a library that must be installed
+    #[arg(long)]
+    pub(crate) denoise: bool,
     /// Set the depth of pixels without a hit in an .exr; 0 is infinity
     #[arg(long, value_name = "Z", value_parser = non_negative)]
     pub(crate) far_depth: Option<f64>,
@@ -176,6 +179,7 @@ impl DevelopArgs {
             tone: self.tone.map_or(picture.tone, Into::into),
             bits: self.bits.unwrap_or(picture.bits),
             dither: self.dither || picture.dither,
+            denoise: self.denoise || picture.denoise,
             far_depth: self.far_depth.unwrap_or(picture.far_depth),
             ..picture
         }

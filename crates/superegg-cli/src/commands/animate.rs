@@ -18,6 +18,7 @@ use crate::annotate::Annotations;
 use crate::args::{AnimateArgs, FrameRange};
 use crate::commands::input::still_at;
 use crate::console;
+use crate::denoise::{self, denoised};
 use crate::files;
 use crate::files::notes::notes;
 use crate::files::scene::load_with;
@@ -293,7 +294,10 @@ impl FrameRenderer<'_> {
                 None => CompiledScene::compile(&still, self.root, depth),
             };
             let folder_of_scene = self.args.scene.parent();
-            let settings = settings_with_surroundings(&still, folder_of_scene)?.with_layers(false);
+            let settings = settings_with_surroundings(&still, folder_of_scene)?;
+            denoise::check(&settings)?;
+            let layers = denoise::is_wanted(&settings);
+            let settings = settings.with_layers(layers);
             self.annotations.check(&settings)?;
             if previous.is_none() {
                 warn_of_frame(frame, &compiled, &settings, &bar);
@@ -306,11 +310,9 @@ impl FrameRenderer<'_> {
                 break;
             }
             folder.check_replaceable(frame)?;
-            folder.write(
-                frame,
-                signature,
-                &self.annotations.png(&rendered.film, &settings, &notes(&settings, None))?,
-            )?;
+            let notes = notes(&settings, None);
+            let film = denoised(&rendered.film, &settings)?;
+            folder.write(frame, signature, &self.annotations.png(&film, &settings, &notes)?)?;
             counts.rendered += 1;
             previous = Some(compiled);
         }

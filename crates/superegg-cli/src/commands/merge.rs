@@ -10,6 +10,7 @@ use superegg_scene::{Picture, Scene};
 
 use crate::args::MergeArgs;
 use crate::console;
+use crate::denoise;
 use crate::files;
 use crate::files::notes::notes;
 use crate::files::picture::PictureFormat;
@@ -40,12 +41,13 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
         settings.keeps_layers() || format != PictureFormat::Exr,
         "not all tiles have depth and normals, because some were made for a .png: name a .png file, or render them again for an .exr"
     );
+    denoise::check(&settings)?;
     let file = match (format, missing) {
-        (PictureFormat::Exr, _) => merged.exr(&settings)?,
-        (PictureFormat::Png, None) => {
-            format.encode(&merged.into_film(settings.film()), &settings, &notes(&settings, None))?
+        (PictureFormat::Exr, missing) if missing.is_some() || !denoise::is_wanted(&settings) => {
+            merged.exr(&settings)?
         }
-        (PictureFormat::Png, Some(_)) => merged.incomplete_png(&settings)?,
+        (_, None) => format.encode(&merged.into_film(settings.film()), &settings, &notes(&settings, None))?,
+        (_, Some(_)) => merged.incomplete_png(&settings)?,
     };
     files::write(&args.output, &file)?;
     if !args.quiet && !files::is_standard_stream(&args.output) {

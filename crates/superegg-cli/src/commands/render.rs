@@ -16,6 +16,7 @@ use crate::annotate::Annotations;
 use crate::args::RenderArgs;
 use crate::commands::input::still_at;
 use crate::console;
+use crate::denoise;
 use crate::files;
 use crate::files::maker::check_maker;
 use crate::files::notes::notes;
@@ -151,7 +152,12 @@ impl<'a> Job<'a> {
         // file.
         let resumes_layers = args.long.resume && has_layers(&checkpoint_path(&self.output));
         let layers = self.shard.is_some() || self.format == Some(PictureFormat::Exr) || resumes_layers;
-        let settings = settings_of(args, &scene)?.with_layers(layers);
+        let settings = settings_of(args, &scene)?;
+        if self.format.is_some() {
+            denoise::check(&settings)?;
+        }
+        let layers = layers || denoise::is_wanted(&settings);
+        let settings = settings.with_layers(layers);
         Ok(Prepared { scene, root, depth, compiled, settings })
     }
 

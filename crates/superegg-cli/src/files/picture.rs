@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use superegg_render::{Film, PictureNote, RenderSettings, exr_file};
 
 use crate::annotate::Annotations;
+use crate::denoise::denoised;
 
 /// A picture format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,11 +51,11 @@ impl PictureFormat {
         }
     }
 
-    /// Encodes a film that was rendered with these settings. OpenEXR keeps linear light without
+    /// Encodes a film that was rendered with these settings, denoised if they say so. OpenEXR keeps linear light without
     /// tone mapping.
     ///
     /// # Errors
-    /// The encoder fails.
+    /// The encoder fails, or the film cannot be denoised.
     pub(crate) fn encode(
         self,
         film: &Film,
@@ -67,8 +68,23 @@ impl PictureFormat {
     /// As [`PictureFormat::encode`], with what is drawn into a PNG picture. OpenEXR has none of it.
     ///
     /// # Errors
-    /// The encoder fails, or an annotation cannot be drawn.
+    /// The encoder fails, the film cannot be denoised, or an annotation cannot be drawn.
     pub(crate) fn encode_annotated(
+        self,
+        film: &Film,
+        settings: &RenderSettings,
+        annotations: &Annotations,
+        notes: &[PictureNote],
+    ) -> Result<Vec<u8>> {
+        let film = denoised(film, settings)?;
+        self.encode_as_it_is(&film, settings, annotations, notes)
+    }
+
+    /// As [`PictureFormat::encode_annotated`], without denoising.
+    ///
+    /// # Errors
+    /// The encoder fails, or an annotation cannot be drawn.
+    pub(crate) fn encode_as_it_is(
         self,
         film: &Film,
         settings: &RenderSettings,

@@ -10,6 +10,7 @@ use superegg_render::{RenderOptions, render};
 use superegg_scene::{Picture, Scene};
 use superegg_trace::CompiledScene;
 
+use crate::denoise;
 use crate::files;
 use crate::files::notes::notes;
 use crate::files::picture::PictureFormat;
@@ -145,6 +146,11 @@ fn run_job(job: &RenderJob, cancel: &AtomicBool, reporter: &Reporter) -> Message
     let settings = settings
         .with_picture(Picture { width, height, ..job.scene.picture })
         .with_layers(PictureFormat::of(&job.path).is_ok_and(|format| format == PictureFormat::Exr));
+    if let Err(error) = denoise::check(&settings) {
+        return Message::Failed(format!("{}: {error}", job.name));
+    }
+    let layers = settings.keeps_layers() || denoise::is_wanted(&settings);
+    let settings = settings.with_layers(layers);
     for warning in picture_warnings(&compiled, &settings) {
         let _ = reporter(Message::Done(format!("{}: warning: {warning}", job.name)));
     }

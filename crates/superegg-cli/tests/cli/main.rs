@@ -7,6 +7,7 @@ mod animate;
 mod annotations;
 mod attacks;
 mod crashes;
+mod denoise;
 mod film;
 mod fit;
 mod gallery;

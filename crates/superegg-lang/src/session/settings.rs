@@ -275,6 +275,11 @@ pub const SETTINGS: &[SettingSpec] = &[
         cryptomatte,
         "an .exr also has Cryptomatte: how much of each pixel every instance and every object covers, with their names"
     ),
+    picture_switch!(
+        "denoise",
+        denoise,
+        "the finished picture is denoised by Open Image Denoise, a library that must be installed"
+    ),
     picture_switch!("transparent", transparent, "the background is transparent"),
     choice!("light", true, |picture, _settings| picture.light_model,
         "light straight from the lights, or path: by any number of surfaces and from the sky; saved with the scene",

@@ -43,6 +43,7 @@ _SETTINGS = {
     "dither": "dither",
     "far_depth": "farDepth",
     "cryptomatte": "cryptomatte",
+    "denoise": "denoise",
     "encoding": "encoding",
     "bits": "bits",
     "transparent": "transparent",

@@ -395,6 +395,7 @@ fn picture_fields(picture: &Picture) -> Vec<(&'static str, String)> {
         dither,
         far_depth,
         cryptomatte,
+        denoise,
         transparent,
         light_model,
         bounces,
@@ -430,6 +431,9 @@ fn picture_fields(picture: &Picture) -> Vec<(&'static str, String)> {
     if cryptomatte {
         fields.push(("cryptomatte", word_of(cryptomatte, &FLAGS).to_owned()));
     }
+    if denoise {
+        fields.push(("denoise", word_of(denoise, &FLAGS).to_owned()));
+    }
     if far_depth != 0.0 {
         fields.push(("far_depth", number(far_depth)));
     }
@@ -458,13 +462,14 @@ fn read_picture<'a>(version: Version, field: &dyn Fn(&str) -> Option<&'a str>) -
         None => Ok(false),
         word => value_of_word(word, &FLAGS).ok_or_else(|| wrong(name)),
     };
-    let (dither, cryptomatte) = (flag("dither")?, flag("cryptomatte")?);
+    let (dither, cryptomatte, denoise) = (flag("dither")?, flag("cryptomatte")?, flag("denoise")?);
     let far_depth = if field("far_depth").is_some() { number("far_depth")? } else { 0.0 };
     let picture = Picture {
         light_model,
         dither,
         far_depth,
         cryptomatte,
+        denoise,
         width: whole("width", 1..=Picture::LONGEST_SIDE)?,
         height: whole("height", 1..=Picture::LONGEST_SIDE)?,
         samples: whole("samples", 1..=Picture::MOST_SAMPLES)?,
@@ -790,7 +795,8 @@ mod tests {
         let mut other = own.clone();
         other.environment.background.x = -0.0;
         assert_eq!(with("1.2.3", egg, Some("egg"), 25, &other), Some(("surroundings".to_owned(), None)));
-        let changes: [fn(&mut Picture); 15] = [
+        let changes: [fn(&mut Picture); 16] = [
+            |picture| picture.denoise = true,
             |picture| picture.cryptomatte = true,
             |picture| picture.light_model = LightModel::Path,
             |picture| picture.samples = 9,
