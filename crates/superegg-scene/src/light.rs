@@ -63,6 +63,7 @@ impl Light {
 
     /// The unit direction from a point to the centre of the light; `None` if the point is the
     /// centre, or the difference overflows.
+    #[inline]
     pub fn direction_from(&self, point: DVec3) -> Option<DVec3> {
         match self.kind {
             LightKind::Point { position } | LightKind::Spot { position, .. } => {
@@ -75,6 +76,7 @@ impl Light {
 
     /// The unshadowed colour at a point, after attenuation and the cone. It is that of the centre
     /// of the light, whatever the radius.
+    #[inline]
     pub fn color_at(&self, point: DVec3) -> DVec3 {
         let Some(position) = self.position() else { return self.color };
         let color = self.color * self.cone_factor(point);

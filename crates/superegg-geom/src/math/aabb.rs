@@ -27,6 +27,7 @@ impl Aabb {
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// The box `center - half_extent ..= center + half_extent`.
+    #[inline]
     pub fn around(center: DVec3, half_extent: DVec3) -> Self {
         Self { min: center - half_extent, max: center + half_extent }
     }
@@ -48,6 +49,7 @@ impl Aabb {
 
     /// The smallest box that holds both.
     #[must_use]
+    #[inline]
     pub fn union(&self, other: &Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }

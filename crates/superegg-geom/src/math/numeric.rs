@@ -28,6 +28,7 @@ pub fn scale_to_unit(v: DVec3) -> Option<(DVec3, f64)> {
 /// `v` at unit length, however long it is: the largest component is divided out first, so that no
 /// square leaves the range of f64. Infinite components count as equal among themselves. `None` for
 /// zero.
+#[inline]
 pub fn unit_vector(v: DVec3) -> Option<DVec3> {
     let square = v.length_squared();
     if (1e-200..1e200).contains(&square) {

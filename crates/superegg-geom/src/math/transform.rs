@@ -313,6 +313,7 @@ impl TransformBound {
 
 /// A bound on the coordinate error of a point's image, whose own coordinates are known to `error`:
 /// the given error, stretched by the map, plus the rounding of the map itself.
+#[inline]
 pub fn error_through(map: &DAffine3, point: DVec3, error: f64) -> f64 {
     let m = &map.matrix3;
     let row_sums = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();

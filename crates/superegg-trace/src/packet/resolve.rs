@@ -248,14 +248,15 @@ impl Resolver {
         }
         for lane in bits(remaining) {
             let ray = packet * PACKET + lane;
+            let scale = scope.batch.t_scale;
+            let (t, error) = (f64::from(hits.t.0[lane]) * scale, f64::from(hits.error.0[lane]) * scale);
             let Some(RefinedShape { origin, powers }) = refined else {
-                let hit = scope.candidates.intersect(scope.scene, &scope.rays.ray(ray), candidate);
+                let ray_in_world = scope.rays.ray(ray);
+                let hit = scope.candidates.intersect(scope.scene, &ray_in_world, candidate, [t, error]);
                 let hit = hit.map(|hit| (ray as u32, hit));
                 visible.hits.extend(hit.or_else(|| scope.hit_in_f64(ray, self.footprint)));
                 continue;
             };
-            let scale = scope.batch.t_scale;
-            let (t, error) = (f64::from(hits.t.0[lane]) * scale, f64::from(hits.error.0[lane]) * scale);
             let direction = unit_from_world.matrix3 * scope.rays.direction(ray);
             self.refinement.push(&RefineRay { origin, direction, t, powers });
             self.approximate.push(Approximate { ray: ray as u32, candidate, t, error });

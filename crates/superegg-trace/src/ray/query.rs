@@ -66,6 +66,7 @@ pub struct SurfaceStart {
 
 impl SurfaceStart {
     /// The start of a ray at the shape of `path`; `None` for a free start.
+    #[inline]
     pub fn of(path: InstancePath, start: RayStart) -> Option<Self> {
         let side = match start {
             RayStart::Free => return None,

@@ -13,6 +13,7 @@ pub struct InstancePath(SmallVec<[u32; INLINE_DEPTH]>);
 impl Clone for InstancePath {
     /// Copies the indices as a slice: each mirrored ray has the path that it starts from, and a copy element by element takes
     /// several times as long.
+    #[inline]
     fn clone(&self) -> Self {
         Self(SmallVec::from_slice(&self.0))
     }
@@ -35,17 +36,20 @@ impl InstancePath {
     }
 
     /// Whether the path has no level: that of a miss.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     /// Whether the path ends at a group that was too small to be opened and was hit as its proxy.
+    #[inline]
     pub fn is_proxy(&self) -> bool {
         self.0.last().is_some_and(|last| last & Self::INSTANCE != 0)
     }
 
     /// Adds a level.
     #[doc(hidden)]
+    #[inline]
     pub fn push(&mut self, index: u32) {
         self.0.push(index);
     }
