@@ -6,7 +6,10 @@ use std::path::Path;
 
 use superegg_geom::TransformStep;
 use superegg_geom::glam::DVec3;
-use superegg_scene::{Camera, Entity, Floor, Light, LightKind, Pattern, Sky, numbered_name};
+use superegg_scene::{
+    Camera, Daylight, Entity, EnvironmentLight, EnvironmentPicture, Floor, Light, LightKind, Pattern, Sky,
+    Texture, TextureChannel, numbered_name,
+};
 
 use crate::text::{number_text, vector_text};
 
@@ -44,6 +47,29 @@ pub(crate) fn pattern(pattern: &Pattern) -> String {
         }
         (_, Some(color), Some(size)) => format!("setPattern {word} {} {}", vector(color), number(size)),
         _ => format!("setPattern {word}"),
+    }
+}
+
+/// Sets the texture of a channel, or removes it.
+pub(crate) fn texture(channel: TextureChannel, texture: Option<&Texture>) -> String {
+    let word = channel.word();
+    let Some(Texture { file, mapping, scale, height }) = texture else {
+        return format!("setTexture {word} none");
+    };
+    let height = height.map(|height| format!(" {}", number(height))).unwrap_or_default();
+    format!("setTexture {word} \"{file}\" {} {}{height}", number(*scale), mapping.word())
+}
+
+/// Sets the light from all around, or removes it.
+pub(crate) fn surroundings(light: Option<&EnvironmentLight>) -> String {
+    match light {
+        None => "unenvironment".to_owned(),
+        Some(EnvironmentLight::Picture(EnvironmentPicture { file, rotation_deg, scale })) => {
+            format!("environment \"{file}\" {} {}", number(*rotation_deg), number(*scale))
+        }
+        Some(EnvironmentLight::Daylight(Daylight { elevation_deg, turbidity, azimuth_deg })) => {
+            with_numbers("daylight", &[*elevation_deg, *turbidity, *azimuth_deg])
+        }
     }
 }
 
@@ -262,7 +288,7 @@ mod tests {
     use superegg_geom::glam::{DAffine3, DMat3, DQuat};
     use superegg_geom::{Exponents, Superquadric};
     use superegg_lang::Session;
-    use superegg_scene::Patches;
+    use superegg_scene::{Patches, TextureMapping};
 
     use super::*;
 
@@ -325,6 +351,42 @@ mod tests {
             assert!(session.run_line(line).is_ok(), "{line}");
         }
         assert_eq!(*session.scene(), expected);
+    }
+
+    #[test]
+    fn lines_of_pictures_are_commands() {
+        let mut session = Session::default();
+        assert!(session.run_line("prm ball").is_ok());
+        let bump = Texture {
+            file: "old wall.png".into(),
+            mapping: TextureMapping::Box,
+            scale: 2.5,
+            height: Some(-0.125),
+        };
+        let color = Texture { mapping: TextureMapping::Around, height: None, ..bump.clone() };
+        for (channel, texture) in [(TextureChannel::Bump, bump), (TextureChannel::Color, color)] {
+            let line = super::texture(channel, Some(&texture));
+            assert!(session.run_line(&line).is_ok(), "{line}");
+            let found = |session: &Session| {
+                let textures = session.scene().primitives().next().unwrap().1.textures.clone();
+                textures.and_then(|textures| textures.get(channel).cloned())
+            };
+            assert_eq!(found(&session), Some(texture), "{line}");
+            let line = super::texture(channel, None);
+            assert!(session.run_line(&line).is_ok(), "{line}");
+            assert_eq!(found(&session), None);
+        }
+        let picture = EnvironmentPicture { file: "a sky.hdr".into(), rotation_deg: -90.0, scale: 0.5 };
+        let daylight = Daylight { elevation_deg: 12.5, turbidity: 3.0, azimuth_deg: -40.0 };
+        for light in [EnvironmentLight::Picture(picture), EnvironmentLight::Daylight(daylight)]
+            .map(Some)
+            .into_iter()
+            .chain([None])
+        {
+            let line = surroundings(light.as_ref());
+            assert!(session.run_line(&line).is_ok(), "{line}");
+            assert_eq!(session.scene().environment, light, "{line}");
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod handles;
 mod menu;
 mod model;
 mod naming;
+mod pictures;
 mod scene;
 mod sections;
 mod texts;

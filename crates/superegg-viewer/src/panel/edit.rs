@@ -5,6 +5,7 @@ use superegg_geom::glam::DVec3;
 use superegg_scene::{Material, Patches, Pattern, Primitive};
 
 use super::fields::{color, help, number, row, slider, vector};
+use super::pictures;
 use crate::commands::{self, with_numbers};
 
 /// Edits a primitive. Returns `None` without a change.
@@ -38,7 +39,8 @@ pub(super) fn edit_primitive(ui: &mut Ui, primitive: &Primitive) -> Option<Strin
         line = Some(with_numbers("setPatch", &[f64::from(u), f64::from(v)]));
     }
     ui.separator();
-    edit_material(ui, &primitive.material).or(line)
+    line = edit_material(ui, &primitive.material).or(line);
+    pictures::textures(ui, primitive.textures.as_deref()).or(line)
 }
 
 fn edit_material(ui: &mut Ui, material: &Material) -> Option<String> {

@@ -7,6 +7,7 @@ use superegg_lang::{Range, SettingKind, SettingSpec, Settings};
 use superegg_scene::{AmbientOcclusion, Camera, Floor, Lens, Light, LightKind, MAX_DEPTH, Scene, Sky};
 
 use super::fields::{color, help, number, number_row, row, scene_settings, slider, vector};
+use super::pictures;
 use crate::commands::{self, with_numbers};
 
 /// Lines of a change; empty without one.
@@ -118,6 +119,7 @@ pub(super) fn environment(ui: &mut Ui, scene: &Scene) -> Lines {
             lines = vec![commands::sky(&sky)];
         }
     }
+    lines.extend(pictures::surroundings(ui, scene));
     lines.extend(floor(ui, scene));
     let mut occlusion = scene.ambient_occlusion.unwrap_or(AmbientOcclusion { samples: 0, distance: 1.0 });
     let has_occlusion = row(ui, "ao samples", help("ambientOcclusion"), |ui| {

@@ -90,6 +90,9 @@ fn only_ray_traced(scene: &Scene, preview: &Preview) -> Option<String> {
     if materials().any(|material| is_noise(material.pattern)) {
         names.push("noise patterns");
     }
+    if matches!(scene.environment, Some(EnvironmentLight::Daylight(_))) {
+        names.push("daylight");
+    }
     if scene.camera.lens.is_some() {
         names.push("depth of field");
     }
