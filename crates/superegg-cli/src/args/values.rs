@@ -80,7 +80,7 @@ pub(crate) enum ToneArg {
     None,
     /// Compress by luminance; 4 becomes white
     Reinhard,
-    /// A film curve: more contrast, bright colours turn white
+    /// A film curve: more contrast, each channel by itself
     Filmic,
     /// The curve of ACES: bright colours turn white
     Aces,
