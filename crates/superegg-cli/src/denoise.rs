@@ -137,8 +137,16 @@ mod library {
             let missing = |error: libloading::Error| DenoiseError::Missing { reason: error.to_string() };
             // SAFETY: loading runs the initialization of the library, which is made for programs that load it so.
             let open = |file: &std::ffi::OsStr| unsafe { libloading::Library::new(file) };
-            let library = match std::env::var_os(VARIABLE) {
-                Some(file) => open(&file),
+            let library = match std::env::var_os(VARIABLE).filter(|file| !file.is_empty()) {
+                Some(file) => {
+                    let of_variable = |error: &dyn std::fmt::Display| DenoiseError::Missing {
+                        reason: format!("{VARIABLE} is '{}': {error}", file.display()),
+                    };
+                    // A name without a folder would be searched in the folders of the system.
+                    let path = std::path::absolute(&file).map_err(|error| of_variable(&error))?;
+                    let library = open(path.as_os_str()).map_err(|error| of_variable(&error))?;
+                    return Self::of(library).map_err(|error| of_variable(&error));
+                }
                 None => {
                     let mut opened = FILES.iter().map(|file| open(file.as_ref()));
                     let first = opened.next().unwrap_or_else(|| open("".as_ref()));

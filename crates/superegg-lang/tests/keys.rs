@@ -193,3 +193,23 @@ fn keys_follow_a_child_to_its_new_alias() {
     session.run_line("remove left").unwrap();
     assert_eq!(moved(&session), (1, 0));
 }
+
+#[test]
+fn keys_of_files_with_blanks_are_saved_in_quotes() {
+    let lines = [
+        "primitive ball",
+        "key 1 setTexture bump \"old walls/a b.png\" 1 around 0.1",
+        "key 9 setTexture bump \"old walls/a b.png\" 1 around 0.9",
+        "key 1 environment \"a #sky.hdr\" 0 1",
+        "key 9 environment plain.hdr 90 1",
+    ];
+    let mut session = Session::default();
+    for line in lines {
+        assert!(session.run_line(line).is_ok(), "{line}");
+    }
+    let text = write_session(&session);
+    assert!(text.contains("key 9 setTexture bump \"old walls/a b.png\" 1 around 0.9"), "{text}");
+    let (read, diagnostics) = load_text("saved.scn", &text);
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    assert_eq!(write_session(&read), text);
+}

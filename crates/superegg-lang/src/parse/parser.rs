@@ -12,7 +12,7 @@ use crate::grammar::spec::{
     Arg, ArgKind, Args, Build, CommandSpec, Range as NumberRange, Shorthand, not_keyable, parse_size,
     size_form,
 };
-use crate::grammar::table::{COMMANDS, SHARED_SPELLING, commands_spelt, find_command};
+use crate::grammar::table::{COMMANDS, SHARED_SPELLING, commands_spelt};
 use crate::parse::number::{format_number, parse_number};
 use crate::parse::words::{Quoting, Word, Words, split_plain, split_words};
 use crate::suggest::Suggestions;
@@ -49,18 +49,28 @@ impl Parsed {
     }
 }
 
-/// The words of a line. Quotes are special only if the command takes a file. A `#` begins a word
+/// The words of a line. Quotes are special only if the command, or the one that it sets keys of, takes a file. A `#` begins a word
 /// where the command takes a colour, and a comment elsewhere.
 pub(crate) fn words_of_command(line: &str) -> Words<'_> {
     if let Some(words) = split_plain(line) {
         return words;
     }
     let words = split_words(line, Quoting::Plain, &begins_color);
-    let takes_file = || {
-        let spec = words.first().and_then(|first| find_command(first.text));
-        spec.is_some_and(|spec| spec.all_args().any(|arg| arg.kind == ArgKind::File))
-    };
+    let takes_file =
+        || innermost(&words).is_some_and(|(spec, _)| spec.all_args().any(|arg| arg.kind == ArgKind::File));
     if line.contains('"') && takes_file() { split_words(line, Quoting::Quoted, &|_, _| false) } else { words }
+}
+
+/// The command of a line and the words after it; for a command that takes a line (`key`), those of that line.
+fn innermost<'w, 't>(mut words: &'w [Word<'t>]) -> Option<(&'static CommandSpec, &'w [Word<'t>])> {
+    loop {
+        let (first, rest) = words.split_first()?;
+        let spec = command_of(first.text, rest)?;
+        match line_within(spec, rest) {
+            Some(within) => words = within,
+            None => return Some((spec, rest)),
+        }
+    }
 }
 
 /// Whether a `#` begins a colour, given the words before it and the text after it.
@@ -69,15 +79,7 @@ pub(crate) fn words_of_command(line: &str) -> Words<'_> {
 /// Where a colour is optional, a comment may begin instead: only three or six hexadecimal digits
 /// are a colour, followed by nothing, a number, an axis or another `#`.
 fn begins_color(words: &[Word<'_>], after: &str) -> bool {
-    let mut words = words;
-    let (spec, rest) = loop {
-        let Some((first, rest)) = words.split_first() else { return false };
-        let Some(spec) = command_of(first.text, rest) else { return false };
-        match line_within(spec, rest) {
-            Some(within) => words = within,
-            None => break (spec, rest),
-        }
-    };
+    let Some((spec, rest)) = innermost(words) else { return false };
     let position = spec.position_after(rest.iter().map(|word| word.text));
     let is_color =
         |arg: &Arg| arg.shorthand == Some(Shorthand::Color) && matches!(arg.kind, ArgKind::Number(_));

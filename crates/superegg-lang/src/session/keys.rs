@@ -33,7 +33,8 @@ pub(crate) fn line_of(subject: &TrackSubject, numbers: &[f64]) -> String {
             }
             TrackWord::Word(word) | TrackWord::Entity(word) | TrackWord::Light(word) => {
                 before = word;
-                word.to_string()
+                let is_split = word.is_empty() || word.contains(|c: char| c.is_whitespace() || c == '#');
+                if arg == ArgKind::File && is_split { format!("\"{word}\"") } else { word.to_string() }
             }
         });
     }
