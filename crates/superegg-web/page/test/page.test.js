@@ -52,6 +52,17 @@ async function picture(page, work) {
   return pixels(page);
 }
 
+/** Waits until the page shows this picture: one of an earlier text, or without the last file, may come first. */
+async function becomes(page, expected) {
+  let count;
+  for (let i = 0; i < 150; i += 1) {
+    ({ count } = difference(await pixels(page), expected));
+    if (count === 0) return;
+    await page.waitForTimeout(200);
+  }
+  assert.equal(count, 0);
+}
+
 /** The pixels of the picture, as a PNG file would have them. */
 async function pixels(page) {
   const [text, width, height] = await page.evaluate(() => {
@@ -219,7 +230,7 @@ test('dropped pictures lie on surfaces and light the scene as in the native prog
   await page.getByText("'studio.hdr' is a picture of this scene").waitFor();
   await page.waitForFunction(() => document.documentElement.dataset.pass === 'last');
   const shown = await pixels(page);
-  assert.equal(difference(shown, nativePicture(made, TEXTURED, { files })).count, 0);
+  await becomes(page, nativePicture(made, TEXTURED, { files }));
   assert.ok(difference(plain, shown, 8).count > 1000);
   // A JPEG that this browser wrote, by another name.
   const jpeg = Buffer.from(await page.evaluate(async () => {
@@ -236,7 +247,7 @@ test('dropped pictures lie on surfaces and light the scene as in the native prog
   await page.getByText("'setTexture color squares.jpg' shows it").waitFor();
   const text = 'prm a\nsetTexture color squares.jpg\nexp .5 .5\n';
   const other = await picture(page, () => type(page, text));
-  assert.equal(difference(other, nativePicture(other, text, { files: { 'squares.jpg': jpeg } })).count, 0);
+  await becomes(page, nativePicture(other, text, { files: { 'squares.jpg': jpeg } }));
   await drop(page, { 'squares.jpg': jpeg.subarray(0, 50) });
   await page.getByText("'squares.jpg' is no texture").waitFor();
 }, { path: fragment(TEXTURED) }));
