@@ -296,6 +296,20 @@ impl Superquadric {
         self.solver()(&self.norm, &span, local.start).is_some_and(|hit| hit.t < t_max)
     }
 
+    /// [`Superquadric::occluded`] with what is known about the first crossing, if anything.
+    pub fn occluded_known(
+        &self,
+        ray: &Ray,
+        start: RayStart,
+        t_max: f64,
+        known: Option<&KnownCrossing>,
+    ) -> bool {
+        match known {
+            Some(known) => self.intersect_known(ray, start, known).is_some_and(|hit| hit.t < t_max),
+            None => self.occluded(ray, start, t_max),
+        }
+    }
+
     fn solver(&self) -> Solver {
         if self.is_convex() { convex::intersect } else { certified::intersect }
     }

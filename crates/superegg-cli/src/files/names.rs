@@ -1,8 +1,8 @@
 //! The names of files in scenes: where such a file is searched, and how it is named in another folder's scene.
 //!
 //! One rule holds for `load`, `include`, `environment` and `setTexture`: a name is searched in the working folder, and then
-//! beside the file that has the line. A scene has many such files where it loads or includes others; what these name is
-//! therefore renamed when they are read, so that one folder is enough to find everything.
+//! beside the file that has the line. Files that a scene loads or includes may lie in other folders; the names in them are
+//! changed when they are read, so that one folder is enough to find everything.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -12,11 +12,9 @@ use crate::files::folders::Folders;
 
 /// A file that a scene in `folder` names: in the working folder, else in `folder`.
 pub(crate) fn found(name: &str, folder: Option<&Path>) -> PathBuf {
-    let name = Folders::of_user().expand(name);
+    let beside = folder.and_then(|folder| beside(name, folder));
     // The prefix makes '-' a file, not standard input.
-    let here = Path::new(".").join(&name);
-    let beside = folder.map(|folder| folder.join(&name));
-    beside.filter(|beside| !here.exists() && beside.exists()).unwrap_or(here)
+    beside.unwrap_or_else(|| Path::new(".").join(Folders::of_user().expand(name)))
 }
 
 /// The folder of a file.

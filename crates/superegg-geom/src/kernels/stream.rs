@@ -1,8 +1,8 @@
 //! Ray streams: incoherent rays. Many against the boxes of one node ([`intersect_boxes`]), eight at once into the boxes of
 //! shapes of their own ([`ShapeEntries`]), 32 at once against those shapes ([`StreamLanes`]).
 //!
-//! List traversal of ray streams (Tsakok 2009). The steps that need f64 come first: a ray is mapped to its shape's space and to the
-//! point where it enters the shape's box; only the segment inside the box is searched in f32. Boxes are inlined into
+//! List traversal of ray streams (Tsakok 2009). The steps that need f64 come first: a ray is mapped to its shape's space and
+//! to the point where it enters the shape's box; only the segment inside the box is searched in f32. Boxes are inlined into
 //! the caller's own lane code; the searches of [`StreamLanes`] are compiled once for each instruction set.
 
 mod boxes;

@@ -257,11 +257,7 @@ fn test_in_f64(
     }
     let shape = scene.primitives[occluder.primitive as usize].unit_shape();
     let local = rays.ray(index).through(&occluder.unit_from_world);
-    let is_occluded = match known {
-        Some(known) => shape.intersect_known(&local, occluder.start, &known).is_some_and(|hit| hit.t < t_max),
-        None => shape.occluded(&local, occluder.start, t_max),
-    };
-    if is_occluded {
+    if shape.occluded_known(&local, occluder.start, t_max, known.as_ref()) {
         rays.close(index);
     }
 }

@@ -25,7 +25,7 @@ struct QueuedRay<'s> {
     entry: f64,
     /// Converts a length in unit space to t.
     t_per_length: f64,
-    /// For a ray that starts in the box: the t where it leaves the box.
+    /// For a ray that starts in the box, unless its search begins beyond the surface: the t where it leaves the box.
     exit: Option<f64>,
 }
 
@@ -150,29 +150,25 @@ impl<'s> LeafQueues<'s> {
             // The one hit of a ray that goes into the shape is its exit.
             let is_inward = start == RayStart::SurfaceInward && is_inside && query.any_before.is_none();
             let is_on_surface = start != RayStart::Free;
-            let is_solvable = match pair.leaf.lane_powers {
-                Some(_) => !is_on_surface || is_inward,
-                None => !is_on_surface || is_inward || (start == RayStart::SurfaceOutward && is_inside),
-            };
+            // The search of a shape that is not convex begins beyond the surface.
+            let skips_start = is_on_surface && pair.leaf.lane_powers.is_none();
+            let is_outward = start == RayStart::SurfaceOutward && is_inside;
+            let is_solvable = !is_on_surface || is_inward || (skips_start && is_outward);
             let approach = self.approaches.get(lane);
-            let approach = match pair.leaf.lane_powers {
-                None if is_on_surface => approach.without_first(FIRST_STRETCH),
-                None | Some(_) => Some(approach),
-            };
+            let approach = if skips_start { approach.without_first(FIRST_STRETCH) } else { Some(approach) };
             let Some(approach) = approach.filter(|_| is_solvable && kind != EntryKind::Unresolved) else {
                 table.leaf_states[pair.id as usize].waits -= 1;
                 table.test_in_f64(query, &pair, start, None);
                 continue;
             };
             let ShapeEntry { t_entry: entry, t_per_s: t_per_length, length, .. } = approach;
-            let exit = is_inside.then_some(entry + f64::from(length) * t_per_length);
+            // The side of a ray beyond the surface is known.
+            let may_exit = is_inside && !skips_start;
+            let exit = may_exit.then_some(entry + f64::from(length) * t_per_length);
             let ray = QueuedRay { pair, start, entry, t_per_length, exit };
             match pair.leaf.lane_powers {
                 None => {
                     let shape = query.scene.primitives[pair.leaf.primitive as usize].unit_shape();
-                    // Only free rays may start inside without being known to.
-                    let exit = exit.filter(|_| !is_on_surface);
-                    let ray = QueuedRay { exit, ..ray };
                     self.not_convex.push(LanePowers::of_any(&shape), &approach, is_inward, ray);
                 }
                 // Occlusion does not depend on whether the ray starts in the box.

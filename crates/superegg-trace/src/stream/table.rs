@@ -218,7 +218,7 @@ impl RayTable {
         }
     }
 
-    /// Tests a leaf in f64. `known` is what lanes have found out about the first crossing.
+    /// Tests a leaf in f64. `known` has the facts that lanes have proved about the first crossing.
     #[inline(never)]
     pub(super) fn test_in_f64(
         &mut self,
@@ -254,11 +254,7 @@ impl RayTable {
     ) {
         let TestedShape { trail, child, shape, primitive, known } = *tested;
         if let Some(t_max) = query.any_before {
-            let is_occluded = match known {
-                Some(known) => shape.intersect_known(local, start, &known).is_some_and(|hit| hit.t < t_max),
-                None => shape.occluded(local, start, t_max),
-            };
-            if is_occluded {
+            if shape.occluded_known(local, start, t_max, known.as_ref()) {
                 self.end(id, Outcome::Occluded);
             }
             return;

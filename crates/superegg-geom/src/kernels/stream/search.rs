@@ -16,7 +16,7 @@ use super::solve::{StreamHits, StreamLanes};
 const MOST_STEPS: u32 = 64;
 /// Shorter intervals, in unit space, are not halved.
 const LEAST_WIDTH: f32 = 1.0 / 1024.0;
-/// The widest interval that isolates the first crossing. Newton's method in f64 needs three steps on it.
+/// The widest interval that isolates the first crossing. Longer ones more often bend too much to be verified from their ends.
 const ISOLATED: f32 = 1.0 / 64.0;
 /// The same where any point inside is an answer: the ends of wider intervals are seldom inside.
 const ANY: f32 = 1.0 / 4.0;
@@ -88,14 +88,6 @@ struct Search<S: Simd, const K: usize> {
 }
 
 impl<S: Simd, const K: usize> Search<S, K> {
-    /// The first steps: rays that may meet the shape, and those whose powers are too small.
-    #[inline(always)]
-    fn begin(&self) -> (Mask<S, K>, Mask<S, K>) {
-        let active = self.length.all(0.0).le(self.length);
-        let unresolved = active & self.norm.beyond_f32;
-        (active.and_not(unresolved), unresolved)
-    }
-
     /// Whether the rays are certainly on the side of their start between two points.
     #[inline(always)]
     fn is_clear(&self, near: Triple<S, K>, far: Triple<S, K>) -> Mask<S, K> {
@@ -115,9 +107,11 @@ impl<S: Simd, const K: usize> Search<S, K> {
     /// Looks for an interval, no wider than `most`, at the end of which the rays are on the other side for the first time.
     #[inline(always)]
     fn run(&self, most: f32) -> Found<S, K> {
-        let Self { start, direction, length, .. } = self;
+        let Self { start, direction, length, norm, .. } = self;
         let (zero, half) = (length.all(0.0), length.all(0.5));
-        let (mut active, mut unresolved) = self.begin();
+        let mut active = zero.le(*length);
+        let mut unresolved = active & norm.beyond_f32;
+        active = active.and_not(unresolved);
         let mut crossed = zero.lt(zero);
         let (mut s, mut width, mut end) = (zero, *length, *length);
         for _ in 0..MOST_STEPS {
