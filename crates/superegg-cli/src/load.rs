@@ -74,7 +74,7 @@ pub fn texture_pixels(
     channel: TextureChannel,
     folder: Option<&Path>,
 ) -> Result<TexturePixels> {
-    surroundings::texture_of(texture, channel, folder)
+    surroundings::texture_of(&texture.file, channel, folder)
 }
 
 /// The path of a file that a scene in `folder` names, searched as those of [`texture_pixels`]. It need not exist.
@@ -87,7 +87,7 @@ pub fn path_of_file(name: &str, folder: Option<&Path>) -> PathBuf {
 /// # Errors
 /// They cannot be read.
 pub fn surroundings_pixels(picture: &EnvironmentPicture, folder: Option<&Path>) -> Result<EnvironmentPixels> {
-    surroundings::pixels_of(picture, folder)
+    surroundings::pixels_of(&picture.file, folder)
 }
 
 /// Gives the files that a scene in `from` names the names by which they are found from a scene in `to`.

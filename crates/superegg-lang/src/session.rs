@@ -8,6 +8,7 @@ pub(crate) mod info;
 pub(crate) mod interpreter;
 pub(crate) mod keys;
 pub(crate) mod notes;
+pub(crate) mod pictures;
 pub(crate) mod script;
 pub(crate) mod selection;
 pub(crate) mod settings;

@@ -11,6 +11,8 @@ use superegg_lang::{Diagnostic, Flow, Session, run_script, write_without_tables}
 use superegg_scene::{InstanceTable, Scene};
 
 use crate::files::access;
+use crate::files::names::folder_of;
+use crate::files::surroundings::unreadable_picture;
 
 /// Whether a path ends in `.sqb`.
 pub(crate) fn has_extension(path: &Path) -> bool {
@@ -41,7 +43,9 @@ pub(super) fn load(path: &Path, input: &mut dyn Input) -> Result<(Session, Vec<D
     let mut session = Session::with_scene(scene, None);
     let mut diagnostics = Vec::new();
     let name = path.display().to_string();
-    run_script(&mut session, &name, text.as_bytes(), &mut diagnostics, &mut |_, _, _, _| Ok(Flow::Continue));
+    run_script(&mut session, &name, text.as_bytes(), &mut diagnostics, &mut |_, line, effect, _| {
+        unreadable_picture(line, &effect, folder_of(path)).map_or(Ok(Flow::Continue), Err)
+    });
     Ok((session, diagnostics))
 }
 

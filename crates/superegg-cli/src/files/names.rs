@@ -6,7 +6,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use superegg_lang::Session;
+use superegg_lang::{Fault, FaultCode, Session};
 
 use crate::files::folders::Folders;
 
@@ -15,6 +15,12 @@ pub(crate) fn found(name: &str, folder: Option<&Path>) -> PathBuf {
     let beside = folder.and_then(|folder| beside(name, folder));
     // The prefix makes '-' a file, not standard input.
     beside.unwrap_or_else(|| Path::new(".").join(Folders::of_user().expand(name)))
+}
+
+/// The fault of a line that names a file which cannot be read.
+pub(super) fn unreadable(error: &anyhow::Error) -> Fault {
+    Fault::new(FaultCode::Unreadable, format!("{error:#}"))
+        .help("correct the name, or put the file there: it is searched in the working folder, then beside this file")
 }
 
 /// The folder of a file.

@@ -12,7 +12,6 @@ use superegg_lang::{
     Diagnostic, Effect, Fault, FaultCode, Flow, Request, Session, Settings, Severity, find_command, nearest,
     run_script, write_session,
 };
-use superegg_scene::{Entity, EnvironmentLight};
 
 use crate::annotate::Legend;
 use crate::console;
@@ -20,9 +19,9 @@ use crate::files::access;
 use crate::files::binary_scene::{self, open_input};
 use crate::files::data::{self, DataOptions, FileKind, LoadedData, Note};
 use crate::files::folders::Folders;
-use crate::files::names::{folder_of, rename_for};
+use crate::files::names::{folder_of, rename_for, unreadable};
 use crate::files::no_scene::kind_of_no_scene;
-use crate::files::surroundings::{pixels_of, texture_of};
+use crate::files::surroundings::unreadable_picture;
 
 /// The maximum nesting of sourced files.
 const MOST_NESTED: usize = 16;
@@ -278,9 +277,7 @@ impl Loader<'_> {
                 self.is_interrupted = true;
                 return Ok(Flow::Stop);
             }
-            if let Some(fault) = unreadable_surroundings(session, line, &effect, &folder)
-                .or_else(|| unreadable_texture(session, line, &effect, &folder))
-            {
+            if let Some(fault) = unreadable_picture(line, &effect, &folder) {
                 return Err(fault);
             }
             // Nearly every line.
@@ -424,47 +421,6 @@ impl Loader<'_> {
     }
 }
 
-/// The fault of a line whose texture cannot be read. It is taken back.
-fn unreadable_texture(session: &mut Session, line: &str, effect: &Effect, folder: &Path) -> Option<Fault> {
-    let first = line.split_whitespace().next()?;
-    let is_named = ["setTexture", "texture"].iter().any(|word| first.eq_ignore_ascii_case(word));
-    if !is_named || !matches!(effect, Effect::Changed(_)) {
-        return None;
-    }
-    let Some(Entity::Primitive(primitive)) = session.selected().and_then(|name| session.scene().get(name))
-    else {
-        return None;
-    };
-    let textures = primitive.textures.clone()?;
-    let faults = textures
-        .all()
-        .filter_map(|(channel, texture)| Some((channel, texture_of(texture, channel, Some(folder)).err()?)));
-    let (channel, error) = faults.last()?;
-    // Cannot fail.
-    let _ = session.run_line(&format!("setTexture {} none", channel.word()));
-    Some(unreadable(&error))
-}
-
-/// The fault of a line whose picture of the surroundings cannot be read. It is taken back.
-fn unreadable_surroundings(
-    session: &mut Session,
-    line: &str,
-    effect: &Effect,
-    folder: &Path,
-) -> Option<Fault> {
-    const COMMAND: &str = "environment";
-    let is_named =
-        line.trim_start().get(..COMMAND.len()).is_some_and(|word| word.eq_ignore_ascii_case(COMMAND));
-    if !is_named || !matches!(effect, Effect::Changed(_)) {
-        return None;
-    }
-    let Some(EnvironmentLight::Picture(picture)) = &session.scene().environment else { return None };
-    let error = pixels_of(picture, Some(folder)).err()?;
-    // Cannot fail.
-    let _ = session.run_line("unenvironment");
-    Some(unreadable(&error))
-}
-
 /// Reads a scene file that another one names.
 fn read_nested(path: &Path) -> Result<Vec<u8>, Fault> {
     let bytes = access::read(path).map_err(|error| unreadable(&error))?;
@@ -475,11 +431,6 @@ fn read_nested(path: &Path) -> Result<Vec<u8>, Fault> {
         }
         None => Ok(bytes),
     }
-}
-
-fn unreadable(error: &anyhow::Error) -> Fault {
-    Fault::new(FaultCode::Unreadable, format!("{error:#}"))
-        .help("the file is searched in the working folder, then beside this file")
 }
 
 /// Whether a line rotates by a quaternion.

@@ -386,6 +386,43 @@ fn textures_are_found_beside_the_scene_and_missing_ones_are_faults() {
 }
 
 #[test]
+fn pictures_that_only_keys_name_are_looked_for() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("far")).unwrap();
+    image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 0])).save(sandbox.path("far/red.png")).unwrap();
+    let material = "ambient 1\ndiffuse 0\nspecular 0\n";
+    let good =
+        format!("set size 32x24\nprm ball\n{material}texture color red.png\nkey 0 texture color red.png 2\n");
+    sandbox.write("far/good.scn", &good);
+    sandbox.run("check far/good.scn").fine();
+    // The line changes nothing: the texture and the key before it stay.
+    for (line, cause) in [
+        ("key 0 texture color none.png 3", ":8:21: error[unreadable]: a texture of the scene is missing"),
+        ("key 4 texture bump good.scn 2 box 1", ":8:20: error[unreadable]: 'far/good.scn' is no texture"),
+        (
+            "key 2 environment \"none at all.hdr\" 2",
+            ":8:19: error[unreadable]: the scene's environment is missing",
+        ),
+        ("texture color none.png", ":8:15: error[unreadable]: a texture of the scene is missing"),
+        ("environment none.hdr", ":8:13: error[unreadable]: the scene's environment is missing"),
+    ] {
+        sandbox.write("far/bad.scn", format!("{good}{line}\n"));
+        for command in ["check far/bad.scn", "render far/bad.scn --frame 0 -o a.png"] {
+            let said = sandbox.run(command).failed(1);
+            assert!(said.contains(&format!("far/bad.scn{cause}")), "{command}: {said}");
+            assert!(said.contains("help: correct the name, or put the file there"), "{said}");
+        }
+        assert_eq!(picture(&sandbox, "a.png").to_rgb8().get_pixel(16, 12).0, [255, 0, 0], "{line}");
+    }
+    // A binary scene has the same lines.
+    sandbox.run_with("", "load far/good.scn\nsave far/good.sqb\nstop\n");
+    sandbox.run("check far/good.sqb").fine();
+    std::fs::rename(sandbox.path("far/red.png"), sandbox.path("far/blue.png")).unwrap();
+    let said = sandbox.run("check far/good.sqb").failed(1);
+    assert_eq!(said.matches("error[unreadable]").count(), 2, "{said}");
+}
+
+#[test]
 fn files_are_found_beside_the_scene_that_names_them() {
     let sandbox = Sandbox::new();
     for folder in ["top", "lib", "lib/deep", "other"] {

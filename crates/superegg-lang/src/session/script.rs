@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use crate::diagnostic::{Diagnostic, Fault, FaultCode, FaultList};
+use crate::diagnostic::{Diagnostic, Fault, FaultCode, FaultList, Severity};
 use crate::grammar::command::Request;
 use crate::parse::commands::split_commands;
 use crate::session::interpreter::{Effect, Session};
+use crate::session::pictures::may_name_picture;
 
 /// Whether to continue after a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +18,8 @@ pub enum Flow {
 }
 
 /// Called with each line that succeeded and its effect, to carry the effect out. It may run another
-/// script with the same diagnostics. A fault that it returns is reported for the line.
+/// script with the same diagnostics. A fault that it returns is reported for the line; an error about a picture that the line
+/// names takes back what the line changed.
 pub type Perform<'a> =
     dyn FnMut(&mut Session, &str, Effect, &mut Vec<Diagnostic>) -> Result<Flow, Fault> + 'a;
 
@@ -71,8 +73,15 @@ fn run_line(
     diagnostics: &mut Vec<Diagnostic>,
     perform: &mut Perform<'_>,
 ) -> Result<Flow, Fault> {
+    let before = may_name_picture(line).then(|| session.clone());
     let fault = match session.run_line(line) {
-        Ok(effect) => return perform(session, line, effect, diagnostics),
+        Ok(effect) => {
+            let performed = perform(session, line, effect, diagnostics);
+            if let (Err(Fault { severity: Severity::Error, .. }), Some(before)) = (&performed, before) {
+                *session = before;
+            }
+            return performed;
+        }
         Err(fault) => fault,
     };
     let commands = if line.contains(';') { split_commands(line) } else { Vec::new() };
@@ -80,10 +89,7 @@ fn run_line(
         return Err(fault);
     }
     for (column, command) in commands {
-        let done = session
-            .run_line(command)
-            .and_then(|effect| perform(session, command, effect, diagnostics))
-            .map_err(|fault| fault.moved(column))?;
+        let done = run_line(session, command, diagnostics, perform).map_err(|fault| fault.moved(column))?;
         if done == Flow::Stop {
             return Ok(Flow::Stop);
         }
