@@ -17,7 +17,9 @@ use superegg::exchange::write::scene_mesh::SceneMesh;
 use superegg::exchange::write::written::Written;
 use superegg::geom::glam::{DAffine3, DMat3, DQuat, DVec3};
 use superegg::geom::{Aabb, Exponents};
-use superegg::lang::{Effect, Fault, Session, key_frames, scene_at, write_scene, write_without_tables};
+use superegg::lang::{
+    Effect, Fault, Session, key_frames, picture_files, scene_at, write_scene, write_without_tables,
+};
 use superegg::render::{Framing, Output, RenderOptions, RenderSettings, TextureSet};
 use superegg::scene::{Entity, EnvironmentPicture, InstanceTable, Material, TableBuilder, Texture};
 use superegg::trace::{BatchOptions, CompiledScene, InstancePath};
@@ -158,8 +160,8 @@ impl Scene {
     /// The picture files that the scene names: names, and the paths where they are searched.
     fn picture_files(&self) -> Vec<(String, PathBuf)> {
         let state = self.lock();
-        let files = state.model.scene().picture_files().into_iter();
-        files.map(|name| (name.to_owned(), program::path_of_file(name, state.folder.as_deref()))).collect()
+        let files = picture_files(state.model.scene()).into_keys();
+        files.map(|name| (name.to_string(), program::path_of_file(&name, state.folder.as_deref()))).collect()
     }
 
     /// A copy, which shares everything.

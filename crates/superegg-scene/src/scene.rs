@@ -1,6 +1,5 @@
 //! The scene, and the changes that keep it consistent.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use superegg_geom::glam::DVec3;
@@ -212,20 +211,6 @@ impl Scene {
     /// Primitives and objects with their names, in the order of creation.
     pub fn entities(&self) -> impl ExactSizeIterator<Item = (&str, &Entity)> {
         self.entities.iter().map(|(name, entity)| (name, &**entity))
-    }
-
-    /// The names of the picture files that the scene names: of its surroundings and of textures.
-    pub fn picture_files(&self) -> BTreeSet<&str> {
-        let surroundings = match &self.environment {
-            Some(EnvironmentLight::Picture(picture)) => Some(&*picture.file),
-            Some(EnvironmentLight::Daylight(_)) | None => None,
-        };
-        let textures = self.entities().filter_map(|(_, entity)| match entity {
-            Entity::Primitive(primitive) => primitive.textures.as_ref(),
-            Entity::Object(_) | Entity::Table(_) => None,
-        });
-        let files = textures.flat_map(|textures| textures.all().map(|(_, texture)| &*texture.file));
-        surroundings.into_iter().chain(files).collect()
     }
 
     /// The entities with their names and numbers, in the order of creation. A number belongs to one

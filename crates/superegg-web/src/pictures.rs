@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
+use superegg_lang::{PictureUse, picture_files};
 use superegg_render::{EnvironmentPixels, RenderSettings, TexturePixels, TextureSet};
-use superegg_scene::{Entity, EnvironmentLight, Scene, TextureChannel};
+use superegg_scene::{Scene, TextureChannel};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::answers::FileNamed;
@@ -46,32 +47,6 @@ impl Files {
         let names: BTreeSet<String> = names.into_iter().collect();
         self.0.borrow_mut().retain(|name, _| names.contains(name));
     }
-}
-
-/// The use of a file in a scene.
-#[derive(Clone, Copy, PartialEq)]
-enum Use {
-    Surroundings,
-    Texture(TextureChannel),
-}
-
-/// The files that a scene names, each use once.
-fn uses(scene: &Scene) -> Vec<(String, Use)> {
-    let mut found = Vec::new();
-    let mut add = |name: &str, of: Use| {
-        if !found.iter().any(|(known, as_what)| known == name && *as_what == of) {
-            found.push((name.to_owned(), of));
-        }
-    };
-    if let Some(EnvironmentLight::Picture(picture)) = &scene.environment {
-        add(&picture.file, Use::Surroundings);
-    }
-    for (_, entity) in scene.entities() {
-        let Entity::Primitive(primitive) = entity else { continue };
-        let textures = primitive.textures.iter().flat_map(|textures| textures.all());
-        textures.for_each(|(channel, texture)| add(&texture.file, Use::Texture(channel)));
-    }
-    found
 }
 
 /// The name of a file without its folders: a file that is dropped has no more.
@@ -127,20 +102,16 @@ impl Files {
 
     /// The files that a scene names: whether each is here, and the fault of one that cannot be read.
     pub(crate) fn named_by(&self, scene: &Scene) -> Vec<FileNamed> {
-        let mut named: Vec<FileNamed> = Vec::new();
-        for (name, of) in uses(scene) {
-            let read = match of {
-                Use::Surroundings => self.surroundings(&name).map(Result::err),
-                Use::Texture(channel) => self.texture(&name, channel).map(Result::err),
+        let named = picture_files(scene).into_iter().map(|(name, uses)| {
+            let read = |used_as: PictureUse| match used_as {
+                PictureUse::Environment => self.surroundings(&name).map(Result::err),
+                PictureUse::Texture(channel) => self.texture(&name, channel).map(Result::err),
             };
-            let is_given = read.is_some();
-            let fault = read.flatten();
-            match named.iter_mut().find(|known| known.name == name) {
-                Some(known) => known.fault = known.fault.take().or(fault),
-                None => named.push(FileNamed { name, is_given, fault }),
-            }
-        }
-        named
+            let read: Vec<Option<String>> = uses.into_iter().filter_map(read).collect();
+            let is_given = !read.is_empty();
+            FileNamed { name: name.to_string(), is_given, fault: read.into_iter().flatten().next() }
+        });
+        named.collect()
     }
 }
 
@@ -152,5 +123,5 @@ pub fn files_named(name: &str, bytes: &[u8]) -> Vec<String> {
         return Vec::new();
     }
     let Ok(read) = read(name, bytes) else { return Vec::new() };
-    read.session.scene().picture_files().into_iter().map(str::to_owned).collect()
+    picture_files(read.session.scene()).into_keys().map(|name| name.to_string()).collect()
 }
