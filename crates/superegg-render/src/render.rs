@@ -3,6 +3,7 @@
 pub(crate) mod frame;
 pub(crate) mod lane_kernels;
 pub(crate) mod lane_lighting;
+pub(crate) mod lane_mirrors;
 pub(crate) mod output;
 pub(crate) mod part_file;
 pub(crate) mod part_tile;

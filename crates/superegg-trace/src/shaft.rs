@@ -10,5 +10,6 @@ mod occluders;
 mod occlusion;
 
 pub use hull::Shaft;
+pub use misses::{BeamHits, RayBeam};
 pub use occluders::{Occluder, ShaftStart};
 pub use occlusion::{OpenRays, ShaftRays};

@@ -47,7 +47,7 @@ impl PacketLight {
     }
 }
 
-/// An opaque material without a pattern, in f32.
+/// An opaque material without a pattern, in f32. It may mirror the same part of the light at every angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlainMaterial {
     /// The diffuse reflectance.
@@ -58,20 +58,21 @@ pub(crate) struct PlainMaterial {
     exponent: f32,
     /// The reflected ambient light, and what the surface gives off.
     ambient: [f32; 3],
+    /// The part of the light that it mirrors.
+    mirror: f32,
 }
 
 impl PlainMaterial {
-    /// Converts a material. `None` if it reflects, transmits, has a pattern or exceeds the limits
-    /// of f32.
-    pub(crate) fn of(material: &Material) -> Option<Self> {
+    /// Converts a material. `None` if it mirrors in another way, transmits, has a pattern or exceeds the limits of f32.
+    pub(crate) fn of(material: &Material, context: &RenderContext<'_>) -> Option<Self> {
         let weights = LobeWeights::of(material, 1.0);
         let diffuse = phong::diffuse(material, &weights, material.color);
         let ambient =
             phong::ambient(material, &weights, material.color) + phong::emitted(material, material.color);
         let exponent = material.highlight_exponent();
-        let is_plain = material.reflected.is_none_or(|share| share == 0.0)
-            && weights.is_local()
-            && material.pattern == Pattern::None;
+        let is_plain = weights.transmitted == 0.0
+            && material.pattern == Pattern::None
+            && (material.reflected.is_none_or(|share| share == 0.0) || is_plain_mirror(material, context));
         let fits_f32 = diffuse.abs().max_element() < F32_LIMIT
             && material.specular.abs() < F32_LIMIT
             && ambient.abs().max_element() < F32_LIMIT
@@ -81,8 +82,23 @@ impl PlainMaterial {
             specular: material.specular as f32,
             exponent: exponent as f32,
             ambient: ambient.as_vec3().to_array(),
+            mirror: weights.mirror as f32,
         })
     }
+
+    /// The part of the light that it mirrors.
+    pub(crate) fn mirror(&self) -> f32 {
+        self.mirror
+    }
+}
+
+/// Whether a material that mirrors gives each ray of the camera one mirrored ray of a constant weight, which only shapes can
+/// stop.
+fn is_plain_mirror(material: &Material, context: &RenderContext<'_>) -> bool {
+    let picture = context.picture;
+    let is_blurred = picture.gloss_rays > 0 && material.gloss > 0.0;
+    let is_traced = picture.bounces > 0 && LobeWeights::of(material, 1.0).mirror > picture.least_weight;
+    !material.fresnel && !is_blurred && is_traced && context.ground.is_none()
 }
 
 /// The materials in the lanes of a packet.

@@ -128,9 +128,14 @@ impl LaneLighting {
         self.lights.is_some()
     }
 
-    /// Sets the materials of a batch and starts with its ambient light.
-    pub(crate) fn start(&mut self, hits: &mut PrimaryHits<'_>, stats: &mut TraceStats) {
-        let PrimaryHits { tracer, visible, surfaces, .. } = hits;
+    /// Sets the materials of a batch and starts with its ambient light and the sky in its mirrors.
+    pub(crate) fn start(
+        &mut self,
+        context: &RenderContext<'_>,
+        hits: &mut PrimaryHits<'_>,
+        stats: &mut TraceStats,
+    ) {
+        let PrimaryHits { tracer, visible, surfaces, mirrors, .. } = hits;
         self.materials.clear();
         self.materials.resize(visible.surfaces.len(), PacketMaterials::NONE);
         for &SurfaceLanes { packet, candidate, lanes } in &visible.resolved {
@@ -144,6 +149,7 @@ impl LaneLighting {
         }
         self.radiance.clear();
         self.radiance.extend(self.materials.iter().map(PacketMaterials::ambient));
+        mirrors.add_sky(context, surfaces, &mut self.radiance, stats);
     }
 
     /// Shades all packets by one light and queues a shadow ray for each lane that faces it.

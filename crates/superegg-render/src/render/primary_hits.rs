@@ -14,6 +14,7 @@ use crate::camera::sample::FilmSample;
 use crate::camera::sobol::SampleKey;
 use crate::camera::view::{PacketDirections, View};
 use crate::film::first::{FirstHit, SampleResults};
+use crate::render::lane_mirrors::LaneMirrors;
 use crate::render::surface_cache::SurfaceCache;
 use crate::render::surface_ids::SurfaceIdTable;
 use crate::shade::context::{RenderContext, at_surface, bump_at, cos_of_weights};
@@ -83,6 +84,8 @@ pub(crate) struct PrimaryHits<'a> {
     /// Their first surfaces. Those in f32 lanes are no points.
     pub(crate) visible: VisibleSurfaces,
     pub(crate) surfaces: SurfaceCache<'a>,
+    /// The mirrors in f32 lanes.
+    pub(crate) mirrors: LaneMirrors,
     pub(crate) shaded: PrimaryPoints<'a>,
     /// The map from gradients to normals of each candidate that is shaded in lanes.
     normal_maps: Vec<Option<Columns>>,
@@ -95,7 +98,8 @@ impl<'a> PrimaryHits<'a> {
             tracer: PacketTracer::new(context.scene),
             rays: PacketRays::default(),
             visible: VisibleSurfaces::default(),
-            surfaces: SurfaceCache::new(context.scene, &context.paths.textures),
+            surfaces: SurfaceCache::new(*context),
+            mirrors: LaneMirrors::new(),
             shaded: PrimaryPoints::default(),
             normal_maps: Vec::new(),
             arch: Arch::new(),
@@ -141,6 +145,13 @@ impl<'a> PrimaryHits<'a> {
             self.find_normal_maps();
         }
         self.tracer.resolve(&self.rays, &self.normal_maps, &mut self.visible);
+        self.mirrors.clear();
+        if in_lanes {
+            let Self { rays, tracer, visible, surfaces, mirrors, .. } = self;
+            let (scene, seen_from) = (camera.context.scene, (rays.origin, camera.footprint));
+            let moved = mirrors.find(scene, tracer, surfaces, visible, seen_from);
+            tracer.move_to_hits(rays, moved, visible);
+        }
     }
 
     fn find_normal_maps(&mut self) {

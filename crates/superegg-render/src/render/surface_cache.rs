@@ -5,18 +5,17 @@ use std::rc::Rc;
 
 use superegg_geom::glam::{DAffine3, DMat3};
 use superegg_trace::packet::{Columns, PacketTracer, f32_columns};
-use superegg_trace::{CompiledScene, InstancePath, Target};
+use superegg_trace::{InstancePath, Target};
 
 use crate::film::first::SurfaceIds;
 use crate::render::lane_kernels::PlainMaterial;
 use crate::render::surface_ids::SurfaceIdTable;
+use crate::shade::context::RenderContext;
 use crate::shade::point::MaterialRef;
-use crate::texture::set::TexturesByIndex;
 
 /// The shading data of the candidates of one tile.
 pub(crate) struct SurfaceCache<'a> {
-    scene: &'a CompiledScene,
-    textures: &'a TexturesByIndex,
+    context: RenderContext<'a>,
     by_candidate: Vec<Option<PreparedSurface<'a>>>,
 }
 
@@ -50,8 +49,8 @@ impl PreparedSurface<'_> {
 }
 
 impl<'a> SurfaceCache<'a> {
-    pub(crate) fn new(scene: &'a CompiledScene, textures: &'a TexturesByIndex) -> Self {
-        Self { scene, textures, by_candidate: Vec::new() }
+    pub(crate) fn new(context: RenderContext<'a>) -> Self {
+        Self { context, by_candidate: Vec::new() }
     }
 
     /// Removes all surfaces, before the candidates of another tile.
@@ -70,7 +69,8 @@ impl<'a> SurfaceCache<'a> {
         tracer: &PacketTracer<'_>,
         candidate: u32,
     ) -> &PreparedSurface<'a> {
-        let Self { scene, textures, .. } = *self;
+        let Self { context, .. } = *self;
+        let (scene, textures) = (context.scene, &context.paths.textures);
         if self.by_candidate.len() <= candidate as usize {
             self.by_candidate.resize(tracer.candidate_count(), None);
         }
@@ -88,7 +88,8 @@ impl<'a> SurfaceCache<'a> {
             PreparedSurface {
                 world_from_unit: OnceCell::new(),
                 normal_map,
-                plain: PlainMaterial::of(&material)
+                plain: PlainMaterial::of(&material, &context)
+                    .filter(|plain| plain.mirror() == 0.0 || primitive.is_some())
                     .filter(|_| primitive.is_none_or(|primitive| textures.get(primitive).is_none()))
                     .and_then(|plain| Some((plain, f32_columns(&normal_map)?.0))),
                 material,

@@ -149,7 +149,7 @@ impl<'a> TileTracer<'a> {
         if camera.view.is_pinhole() {
             hits.trace_packets(camera, samples, in_lanes && lanes.is_enabled());
             hits.shade_misses(camera, samples, colors);
-            lanes.start(hits, stats);
+            lanes.start(&camera.context, hits, stats);
             hits.prepare_points(camera, samples, colors, stats);
         } else {
             colors.resize(samples.len(), DVec3::ZERO);

@@ -78,7 +78,7 @@ impl VisibleSurfaces {
         LaneSurface {
             candidate: surfaces.id.0[lane],
             t: f64::from(surfaces.t.0[lane]) * self.t_scale,
-            position_error: self.reach * f64::from(surfaces.error.0[lane]),
+            position_error: self.position_error(surfaces.error.0[lane]),
         }
     }
 
@@ -87,6 +87,20 @@ impl VisibleSurfaces {
         self.resolved.clear();
         self.surfaces.clear();
         self.surfaces.resize(packets, PacketSurfaces::NONE);
+    }
+
+    /// Removes the lanes without a surface from `resolved`.
+    fn drop_empty(&mut self) {
+        let Self { resolved, surfaces, .. } = self;
+        resolved.retain_mut(|resolved| {
+            resolved.lanes &= surfaces[resolved.packet].lanes;
+            resolved.lanes != 0
+        });
+    }
+
+    /// A bound on the error of positions whose error of t is `error`, in world units.
+    pub fn position_error(&self, error: f32) -> f64 {
+        self.reach * f64::from(error)
     }
 
     /// Stores an f64 hit among the f32 surfaces. `map` is the map from gradients to normals. `false` if the rounding error
@@ -221,11 +235,7 @@ impl Resolver {
             self.resolve_lanes(scope, &found, map_of(maps, found.candidate), visible);
         }
         self.refine(scope, maps, visible);
-        let VisibleSurfaces { resolved, surfaces, .. } = visible;
-        resolved.retain_mut(|resolved| {
-            resolved.lanes &= surfaces[resolved.packet].lanes;
-            resolved.lanes != 0
-        });
+        visible.drop_empty();
     }
 
     fn resolve_lanes(
@@ -236,10 +246,9 @@ impl Resolver {
         visible: &mut VisibleSurfaces,
     ) {
         let Found { packet, candidate, lanes, near } = *found;
-        let Candidate { unit_from_world, refined, packet_shape, .. } = *scope.candidates.get(candidate);
         let hits = &scope.batch.hits[packet];
         let surfaces = &mut visible.surfaces[packet];
-        if let (Some(shape), Some(map)) = (&packet_shape, &map) {
+        if let (Some(shape), Some(map)) = (&scope.candidates.get(candidate).packet_shape, &map) {
             scope.kernels.surfaces(shape, map, &scope.batch.directions[packet], hits, near, surfaces);
         }
         let remaining = lanes & !surfaces.lanes;
@@ -247,20 +256,54 @@ impl Resolver {
             visible.resolved.push(SurfaceLanes { packet, candidate, lanes });
         }
         for lane in bits(remaining) {
-            let ray = packet * PACKET + lane;
-            let scale = scope.batch.t_scale;
+            let (hits, scale) = (&scope.batch.hits[packet], scope.batch.t_scale);
             let (t, error) = (f64::from(hits.t.0[lane]) * scale, f64::from(hits.error.0[lane]) * scale);
-            let Some(RefinedShape { origin, powers }) = refined else {
-                let ray_in_world = scope.rays.ray(ray);
-                let hit = scope.candidates.intersect(scope.scene, &ray_in_world, candidate, [t, error]);
-                let hit = hit.map(|hit| (ray as u32, hit));
-                visible.hits.extend(hit.or_else(|| scope.hit_in_f64(ray, self.footprint)));
-                continue;
-            };
-            let direction = unit_from_world.matrix3 * scope.rays.direction(ray);
-            self.refinement.push(&RefineRay { origin, direction, t, powers });
-            self.approximate.push(Approximate { ray: ray as u32, candidate, t, error });
+            self.queue(scope, packet * PACKET + lane, candidate, [t, error], visible);
         }
+    }
+
+    /// Moves the surfaces of some lanes to the hits in f64.
+    pub(super) fn move_to_hits(
+        &mut self,
+        scope: &mut Scope<'_>,
+        moved: &[SurfaceLanes],
+        visible: &mut VisibleSurfaces,
+    ) {
+        self.refinement.clear();
+        self.approximate.clear();
+        for &SurfaceLanes { packet, candidate, lanes } in moved {
+            for lane in bits(lanes & visible.surfaces[packet].lanes) {
+                let (surfaces, scale) = (&visible.surfaces[packet], visible.t_scale);
+                let (t, error) =
+                    (f64::from(surfaces.t.0[lane]) * scale, f64::from(surfaces.error.0[lane]) * scale);
+                self.queue(scope, packet * PACKET + lane, candidate, [t, error], visible);
+            }
+            visible.surfaces[packet].lanes &= !lanes;
+        }
+        self.refine(scope, &[], visible);
+        visible.drop_empty();
+    }
+
+    /// Queues an approximate hit, or finds it at once where hits of its candidate are not refined together.
+    fn queue(
+        &mut self,
+        scope: &mut Scope<'_>,
+        ray: usize,
+        candidate: u32,
+        [t, error]: [f64; 2],
+        visible: &mut VisibleSurfaces,
+    ) {
+        let Candidate { unit_from_world, refined, .. } = scope.candidates.get(candidate);
+        let Some(RefinedShape { origin, powers }) = *refined else {
+            let ray_in_world = scope.rays.ray(ray);
+            let hit = scope.candidates.intersect(scope.scene, &ray_in_world, candidate, [t, error]);
+            let hit = hit.map(|hit| (ray as u32, hit));
+            visible.hits.extend(hit.or_else(|| scope.hit_in_f64(ray, self.footprint)));
+            return;
+        };
+        let direction = unit_from_world.matrix3 * scope.rays.direction(ray);
+        self.refinement.push(&RefineRay { origin, direction, t, powers });
+        self.approximate.push(Approximate { ray: ray as u32, candidate, t, error });
     }
 
     /// Refines the approximate hits in f64.

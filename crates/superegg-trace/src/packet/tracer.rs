@@ -11,7 +11,7 @@ use superegg_geom::kernels::packet::{ALL_LANES, MAX_PACKETS, PACKET};
 use super::candidates::{Candidate, CandidateHit, Columns};
 use super::query::{AnyHit, Closest, ShadowRay, ShadowRays, ShadowStart, Tests};
 use super::rays::PacketRays;
-use super::resolve::{Found, Resolver, Scope, VisibleSurfaces};
+use super::resolve::{Found, Resolver, Scope, SurfaceLanes, VisibleSurfaces};
 use super::traverse::{PacketLimits, Stacks, Traversal, Work};
 use crate::ray::footprint::Footprint;
 use crate::ray::limits::Coarsened;
@@ -111,6 +111,12 @@ impl<'s> PacketTracer<'s> {
         let (resolver, mut scope) = self.parts(rays);
         resolver.resolve(&mut scope, maps, visible);
         std::mem::swap(&mut self.tests.batch.directions, &mut visible.directions);
+    }
+
+    /// Moves the surfaces of some lanes to [`VisibleSurfaces::hits`], in f64. `rays` are those of [`PacketTracer::resolve`].
+    pub fn move_to_hits(&mut self, rays: &PacketRays, moved: &[SurfaceLanes], visible: &mut VisibleSurfaces) {
+        let (resolver, mut scope) = self.parts(rays);
+        resolver.move_to_hits(&mut scope, moved, visible);
     }
 
     fn parts<'a>(&'a mut self, rays: &'a PacketRays) -> (&'a mut Resolver, Scope<'a>) {

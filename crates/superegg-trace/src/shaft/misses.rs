@@ -8,6 +8,7 @@ use superegg_geom::glam::DVec3;
 
 use super::hull::Shaft;
 use super::occluders::{Occluder, ShaftStart};
+use crate::ray::footprint::Footprint;
 use crate::ray::limits::Coarsened;
 use crate::ray::query::{Hit, Side, SurfaceStart, TraceRay};
 use crate::scene::compiled::CompiledScene;
@@ -22,7 +23,46 @@ const MOST_SPLIT: usize = 2;
 /// Smaller groups cost more than their rays.
 const LEAST_GROUP: usize = 4;
 
+/// Rays from the points of one box along the unit directions in another.
+#[derive(Clone, Copy, Debug)]
+pub struct RayBeam<'p> {
+    /// Holds the origins, with their rounding errors.
+    pub origins: Aabb,
+    /// Holds the directions, which have unit length.
+    pub directions: Aabb,
+    /// The instance whose surface all rays leave outwards.
+    pub own: Option<&'p InstancePath>,
+    /// The largest width of a ray.
+    pub footprint: Footprint,
+}
+
+/// The shapes that the rays of a beam may hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BeamHits {
+    /// No ray hits anything.
+    None,
+    /// So few that a part of the beam may hit none.
+    Few,
+    /// Many, or a number that is not known.
+    Many,
+}
+
 impl CompiledScene {
+    /// The shapes that the rays of a beam may hit. `found` is memory.
+    pub fn beam_hits(&self, beam: &RayBeam<'_>, found: &mut Vec<Occluder>) -> BeamHits {
+        let RayBeam { origins, directions, own, footprint } = *beam;
+        if !(origins.min.is_finite() && origins.max.is_finite() && directions.min.is_finite()) {
+            return BeamHits::Many;
+        }
+        let width = footprint.at(self.reach_from(&origins));
+        let shaft = Shaft::along(&origins, &directions);
+        match self.find_occluders(&shaft, ShaftStart { own, width }, found) {
+            true if found.is_empty() => BeamHits::None,
+            true if found.len() <= MOST_SPLIT => BeamHits::Few,
+            _ => BeamHits::Many,
+        }
+    }
+
     /// [`CompiledScene::intersect_many_counted`] for rays of which neighbours are alike, such as reflected rays: groups that
     /// leave one surface through an empty shaft are not traced.
     pub fn intersect_alike(&self, rays: &[TraceRay], coarsened: &mut Coarsened) -> Vec<Option<Hit>> {
@@ -86,21 +126,20 @@ impl MissFinder<'_> {
             width = width.max(footprint.width);
             spread = spread.max(footprint.spread / ray.direction.length());
         }
-        let is_usable = origins.min.is_finite() && origins.max.is_finite() && directions.min.is_finite();
-        if !is_usable {
-            return;
-        }
-        let directions = Aabb { min: directions.min - ROUNDING, max: directions.max + ROUNDING };
-        let width = width + spread * self.scene.reach_from(&origins);
-        let own = rays[first].start.as_ref().map(|start| &start.path);
-        let shaft = Shaft::along(&origins, &directions);
-        let is_complete = self.scene.find_occluders(&shaft, ShaftStart { own, width }, &mut self.found);
-        if is_complete && self.found.is_empty() {
-            group.iter().for_each(|&index| self.misses[index] = true);
-        } else if is_complete && self.found.len() <= MOST_SPLIT && group.len() >= 2 * LEAST_SPLIT {
-            let (one, other) = group.split_at(group.len() / 2);
-            self.test(rays, one);
-            self.test(rays, other);
+        let beam = RayBeam {
+            origins,
+            directions: Aabb { min: directions.min - ROUNDING, max: directions.max + ROUNDING },
+            own: rays[first].start.as_ref().map(|start| &start.path),
+            footprint: Footprint { width, spread },
+        };
+        match self.scene.beam_hits(&beam, &mut self.found) {
+            BeamHits::None => group.iter().for_each(|&index| self.misses[index] = true),
+            BeamHits::Few if group.len() >= 2 * LEAST_SPLIT => {
+                let (one, other) = group.split_at(group.len() / 2);
+                self.test(rays, one);
+                self.test(rays, other);
+            }
+            BeamHits::Few | BeamHits::Many => {}
         }
     }
 }
