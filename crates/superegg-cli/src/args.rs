@@ -18,7 +18,7 @@ pub(crate) use data::ImportArgs;
 pub(crate) use fit::FitArgs;
 pub(crate) use options::{
     AnimateArgs, BenchArgs, CheckArgs, CompletionsArgs, ExportArgs, InfoArgs, IntersectArgs, IotestArgs,
-    ManArgs, MeasureArgs, MergeArgs, RenderArgs, RootArgs, RunArgs, SampleArgs, ViewArgs,
+    ManArgs, MeasureArgs, MergeArgs, PictureArgs, RenderArgs, RootArgs, RunArgs, SampleArgs, ViewArgs,
 };
 pub(crate) use values::FrameRange;
 

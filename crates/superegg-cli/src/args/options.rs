@@ -25,45 +25,22 @@ pub(crate) struct RenderArgs {
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) overwrite: OverwriteArgs,
-    /// Set width and height in pixels; default: the size of the scene, or 1280x960
-    #[arg(short, long, value_name = "WxH")]
-    pub(crate) size: Option<Size>,
-    /// Set the samples per pixel; default: those of the scene, or 4
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
-    pub(crate) samples: Option<u32>,
-    /// Sample each pixel until the standard error of its value (0 to 1, as displayed) is below this
-    /// noise threshold; 0 for a fixed number of samples
-    #[arg(long, value_name = "T", visible_alias = "noise-threshold", allow_negative_numbers = true, value_parser = noise_threshold)]
-    pub(crate) noise: Option<f64>,
-    /// Set the maximum samples per pixel for --noise
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
-    pub(crate) max_samples: Option<u32>,
-    /// Choose the reconstruction filter
-    #[arg(long, value_enum)]
-    pub(crate) filter: Option<FilterArg>,
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
     /// Keep the text of the scene in the picture file, where 'superegg info OUT.png' finds it; the settings are there always
     #[arg(long)]
     pub(crate) scene_text: bool,
-    /// Choose how light reaches surfaces; default: that of the scene, or course
-    #[arg(long, value_enum)]
-    pub(crate) light: Option<LightModelArg>,
     #[command(flatten)]
     pub(crate) root: RootArgs,
     /// Set the recursion depth of objects, 0 to 64; default: that of the scene
     #[arg(long, value_name = "D", value_parser = depth)]
     pub(crate) depth: Option<u32>,
-    /// Set the maximum number of reflections and refractions of a path, 0 to 256; after them a ray
-    /// sees the sky
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=256))]
-    pub(crate) bounces: Option<u32>,
     /// Set the number of threads; default: one for each core
     #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    #[command(flatten)]
-    pub(crate) develop: DevelopArgs,
-    /// Make the background transparent
-    #[arg(long)]
-    pub(crate) transparent: bool,
+    /// Set the depth of pixels without a hit in an .exr; 0 is infinity
+    #[arg(long, value_name = "Z", value_parser = non_negative)]
+    pub(crate) far_depth: Option<f64>,
     /// Add Cryptomatte to an .exr: how much of each pixel every instance and every object covers, with their names
     #[arg(long)]
     pub(crate) cryptomatte: bool,
@@ -144,6 +121,65 @@ impl AnnotationArgs {
     }
 }
 
+/// The settings of a picture, which override those of the scene.
+#[derive(Debug, clap::Args)]
+pub(crate) struct PictureArgs {
+    /// Set width and height in pixels; default: the size of the scene, or 1280x960
+    #[arg(short, long, value_name = "WxH")]
+    pub(crate) size: Option<Size>,
+    /// Set the samples per pixel; default: those of the scene, or 4
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
+    pub(crate) samples: Option<u32>,
+    /// Sample each pixel until the standard error of its value (0 to 1, as displayed) is below this
+    /// noise threshold; 0 for a fixed number of samples
+    #[arg(long, value_name = "T", visible_alias = "noise-threshold", allow_negative_numbers = true, value_parser = noise_threshold)]
+    pub(crate) noise: Option<f64>,
+    /// Set the maximum samples per pixel for --noise
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
+    pub(crate) max_samples: Option<u32>,
+    /// Choose the reconstruction filter
+    #[arg(long, value_enum)]
+    pub(crate) filter: Option<FilterArg>,
+    /// Choose how light reaches surfaces; default: that of the scene, or course
+    #[arg(long, value_enum)]
+    pub(crate) light: Option<LightModelArg>,
+    /// Set the maximum number of reflections and refractions of a path, 0 to 256; after them a ray
+    /// sees the sky
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=256))]
+    pub(crate) bounces: Option<u32>,
+    #[command(flatten)]
+    pub(crate) develop: DevelopArgs,
+    /// Make the background transparent
+    #[arg(long)]
+    pub(crate) transparent: bool,
+}
+
+impl PictureArgs {
+    /// The picture settings, overridden by the arguments.
+    pub(crate) fn apply(&self, picture: Picture) -> Picture {
+        let (width, height) =
+            self.size.map_or((picture.width, picture.height), |size| (size.width, size.height));
+        Picture {
+            width,
+            height,
+            samples: self.samples.unwrap_or(picture.samples),
+            noise: self.noise.unwrap_or(picture.noise),
+            most_samples: self.max_samples.unwrap_or(picture.most_samples),
+            filter: self.filter.map_or(picture.filter, Into::into),
+            light_model: self.light.map_or(picture.light_model, Into::into),
+            bounces: self.bounces.unwrap_or(picture.bounces),
+            transparent: self.transparent || picture.transparent,
+            ..self.develop.apply(picture)
+        }
+    }
+
+    /// The warning about an option that has no effect on this picture, which the arguments were applied to.
+    pub(crate) fn warning(&self, picture: &Picture) -> Option<&'static str> {
+        let is_unused = self.max_samples.is_some() && picture.noise == 0.0;
+        is_unused.then_some("--max-samples has no effect without --noise")
+    }
+}
+
 /// The conversion of a film to a picture.
 #[derive(Debug, clap::Args)]
 pub(crate) struct DevelopArgs {
@@ -165,9 +201,6 @@ pub(crate) struct DevelopArgs {
     /// Denoise the finished picture by Open Image Denoise, a library that must be installed
     #[arg(long)]
     pub(crate) denoise: bool,
-    /// Set the depth of pixels without a hit in an .exr; 0 is infinity
-    #[arg(long, value_name = "Z", value_parser = non_negative)]
-    pub(crate) far_depth: Option<f64>,
 }
 
 impl DevelopArgs {
@@ -180,7 +213,6 @@ impl DevelopArgs {
             bits: self.bits.unwrap_or(picture.bits),
             dither: self.dither || picture.dither,
             denoise: self.denoise || picture.denoise,
-            far_depth: self.far_depth.unwrap_or(picture.far_depth),
             ..picture
         }
     }
@@ -216,6 +248,9 @@ pub(crate) struct MergeArgs {
     pub(crate) partial: bool,
     #[command(flatten)]
     pub(crate) develop: DevelopArgs,
+    /// Set the depth of pixels without a hit in an .exr; 0 is infinity
+    #[arg(long, value_name = "Z", value_parser = non_negative)]
+    pub(crate) far_depth: Option<f64>,
     /// Print only errors and warnings
     #[arg(short, long)]
     pub(crate) quiet: bool,
@@ -225,10 +260,6 @@ pub(crate) struct MergeArgs {
 pub(crate) struct AnimateArgs {
     /// The scene file, a data file with several frames, or one of a series numbered by step
     pub(crate) scene: PathBuf,
-    #[command(flatten)]
-    pub(crate) annotations: AnnotationArgs,
-    #[command(flatten)]
-    pub(crate) data: DataArgs,
     /// Orbit the camera once around its target in N frames, from its position in the scene
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(FrameRange::MOST)))]
     pub(crate) turntable: Option<u32>,
@@ -249,12 +280,8 @@ pub(crate) struct AnimateArgs {
     /// Set the frame rate of the film in frames per second
     #[arg(long, value_name = "F", default_value = "24", value_parser = frame_rate)]
     pub(crate) fps: f64,
-    /// Set width and height in pixels; default: the size of the scene, or 1280x960
-    #[arg(short, long, value_name = "WxH")]
-    pub(crate) size: Option<Size>,
-    /// Set the samples per pixel; default: those of the scene, or 4
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(Picture::MOST_SAMPLES)))]
-    pub(crate) samples: Option<u32>,
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
     #[command(flatten)]
     pub(crate) root: RootArgs,
     /// Set the recursion depth of objects, 0 to 64; default: that of the scene
@@ -266,6 +293,10 @@ pub(crate) struct AnimateArgs {
     /// Print only errors and warnings
     #[arg(short, long)]
     pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) annotations: AnnotationArgs,
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
 }
 
 /// The root of the picture.

@@ -15,7 +15,7 @@ use superegg_scene::{Picture, Scene, Track};
 use superegg_trace::CompiledScene;
 
 use crate::annotate::Annotations;
-use crate::args::{AnimateArgs, FrameRange};
+use crate::args::{AnimateArgs, FrameRange, PictureArgs};
 use crate::commands::input::still_at;
 use crate::console;
 use crate::denoise::{self, denoised};
@@ -38,7 +38,7 @@ use frame_folder::FrameFolder;
 pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     let target = Target::from_args(args)?;
     args.annotations.check(&args.data)?;
-    let options = args.data.options(None, args.annotations.framed(args.size));
+    let options = args.data.options(None, args.annotations.framed(args.picture.size));
     let series = Series::of(&args.scene, &options)?;
     let loaded = load_with(&args.scene, &options)?;
     loaded.print_warnings(args.quiet);
@@ -75,7 +75,13 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
         report_frames(&target, &plan, &counts, start.elapsed().as_secs_f64())?;
     }
     if let Some((path, format)) = target.film.as_ref().filter(|_| plan.shard.is_none()) {
-        format.encode(path, &folder, plan.frames(), args.fps, scene.picture.transparent)?;
+        format.encode(
+            path,
+            &folder,
+            plan.frames(),
+            args.fps,
+            args.picture.apply(scene.picture).transparent,
+        )?;
         if !args.quiet {
             let seconds = plan.frames().len() as f64 / args.fps;
             console::print(format_args!(
@@ -88,7 +94,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     Ok(Outcome::of_input(loaded.has_errors()))
 }
 
-fn report_frames(target: &Target, plan: &Plan, counts: &FrameCounts, seconds: f64) -> Result<()> {
+fn report_frames(target: &Target, plan: &Plan<'_>, counts: &FrameCounts, seconds: f64) -> Result<()> {
     let kept = if counts.kept > 0 { format!(", {} kept from before", counts.kept) } else { String::new() };
     console::print(format_args!(
         "{}: {}{} of {}x{}, {} rendered{kept}, {seconds:.1} s",
@@ -140,14 +146,14 @@ impl Target {
 }
 
 /// The frames of an animation and their settings.
-struct Plan {
+struct Plan<'a> {
     range: FrameRange,
     /// The number of frames of one orbit of the camera.
     turntable: Option<u32>,
     /// Width and height in pixels, equal for all frames.
     size: (u32, u32),
-    /// The samples per pixel, if the arguments set them.
-    samples: Option<u32>,
+    /// The settings of the frames that the arguments set.
+    picture: &'a PictureArgs,
     /// The shard of the frames to render; `None` for all.
     shard: Option<Shard>,
     /// The camera and the light, if the scene sets no camera and is not in sight in the first
@@ -155,8 +161,8 @@ struct Plan {
     framed: Option<Scene>,
 }
 
-impl Plan {
-    fn from_args(args: &AnimateArgs, scene: &Scene, series: Option<&Series>) -> Result<Self> {
+impl<'a> Plan<'a> {
+    fn from_args(args: &'a AnimateArgs, scene: &Scene, series: Option<&Series>) -> Result<Self> {
         let of_series = series.map(|series| {
             let last = (series.len() - 1).min(FrameRange::MOST as usize) as u32;
             FrameRange { first: 0, last }
@@ -179,10 +185,13 @@ impl Plan {
         if args.turntable.is_none() && scene.tracks().len() == 0 && series.is_none() {
             console::warn("superegg: warning: the scene has no keys, so all frames are alike");
         }
-        let Picture { width, height, .. } = scene.picture;
-        let size = args.size.map_or((width, height), |size| (size.width, size.height));
+        let picture = args.picture.apply(scene.picture);
+        if let Some(warning) = args.picture.warning(&picture) {
+            console::warn(format_args!("superegg: warning: {warning}"));
+        }
+        let size = (picture.width, picture.height);
         let shard = args.shard.map(ShardArg::resolve).transpose().context("cannot determine the shard")?;
-        Ok(Self { range, turntable: args.turntable, size, samples: args.samples, shard, framed: None })
+        Ok(Self { range, turntable: args.turntable, size, picture: &args.picture, shard, framed: None })
     }
 
     /// Frames the first frame, and all others alike, if it is not in sight and the scene sets no
@@ -219,8 +228,8 @@ impl Plan {
                 }
             }
         }
-        (still.picture.width, still.picture.height) = self.size;
-        still.picture.samples = self.samples.unwrap_or(still.picture.samples);
+        let (width, height) = self.size;
+        still.picture = Picture { width, height, ..self.picture.apply(still.picture) };
         if let Some(count) = self.turntable {
             let turns = f64::from((frame - self.range.first) % count) / f64::from(count);
             still.camera = still.camera.orbited(360.0 * turns);
@@ -263,7 +272,7 @@ struct FrameCounts {
 /// Renders the frames of a plan.
 struct FrameRenderer<'a> {
     args: &'a AnimateArgs,
-    plan: &'a Plan,
+    plan: &'a Plan<'a>,
     stills: Stills<'a>,
     root: Option<&'a str>,
     annotations: Annotations,

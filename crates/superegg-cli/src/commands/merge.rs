@@ -32,6 +32,8 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
         console::warn(format_args!("superegg: warning: {missing}"));
     }
     let picture = args.develop.apply(*merged.header.picture());
+    let far_depth = args.far_depth.unwrap_or(picture.far_depth);
+    let picture = Picture { far_depth, ..picture };
     // The tiles contain the effect of all other settings of the scene.
     let settings = RenderSettings::of(&Scene::default())
         .with_picture(picture)

@@ -90,7 +90,7 @@ impl<'a> Job<'a> {
         let mut clock = Clock::start();
         let loaded = load_with(
             &self.args.scene,
-            &self.args.data.options(self.data_frame(), self.args.annotations.framed(self.args.size)),
+            &self.args.data.options(self.data_frame(), self.args.annotations.framed(self.args.picture.size)),
         )?;
         let parse = clock.lap();
         loaded.print_warnings(self.args.quiet);
@@ -139,9 +139,8 @@ impl<'a> Job<'a> {
         };
         let depth = args.depth.unwrap_or(scene.depth);
         let compiled = CompiledScene::compile(&scene, root.as_deref(), depth);
-        let size =
-            args.size.map_or((scene.picture.width, scene.picture.height), |size| (size.width, size.height));
-        let scene = match framed(&scene, &compiled, size) {
+        let Picture { width, height, .. } = args.picture.apply(scene.picture);
+        let scene = match framed(&scene, &compiled, (width, height)) {
             Some(framed) => {
                 console::warn(format_args!("superegg: {}", framing_note(&framed)));
                 Cow::Owned(framed)
@@ -166,8 +165,8 @@ impl<'a> Job<'a> {
         for warning in picture_warnings(&prepared.compiled, &prepared.settings) {
             console::warn(format_args!("superegg: warning: {warning}"));
         }
-        if self.args.max_samples.is_some() && prepared.settings.picture.noise == 0.0 {
-            console::warn("superegg: warning: --max-samples has no effect without --noise");
+        if let Some(warning) = self.args.picture.warning(&prepared.settings.picture) {
+            console::warn(format_args!("superegg: warning: {warning}"));
         }
         let is_empty =
             prepared.scene.floor.is_none() && prepared.compiled.instance_count().to_string() == "0";
@@ -249,21 +248,11 @@ fn check_annotations(args: &RenderArgs, format: Option<PictureFormat>) -> Result
 
 /// The settings of the scene, overridden by the arguments.
 fn settings_of(args: &RenderArgs, scene: &Scene) -> Result<RenderSettings> {
-    let of_scene = args.develop.apply(scene.picture);
-    let (width, height) =
-        args.size.map_or((of_scene.width, of_scene.height), |size| (size.width, size.height));
+    let picture = args.picture.apply(scene.picture);
     let picture = Picture {
-        width,
-        height,
-        samples: args.samples.unwrap_or(of_scene.samples),
-        noise: args.noise.unwrap_or(of_scene.noise),
-        most_samples: args.max_samples.unwrap_or(of_scene.most_samples),
-        filter: args.filter.map_or(of_scene.filter, Into::into),
-        light_model: args.light.map_or(of_scene.light_model, Into::into),
-        transparent: args.transparent || of_scene.transparent,
-        cryptomatte: args.cryptomatte || of_scene.cryptomatte,
-        bounces: args.bounces.unwrap_or(of_scene.bounces),
-        ..of_scene
+        cryptomatte: args.cryptomatte || picture.cryptomatte,
+        far_depth: args.far_depth.unwrap_or(picture.far_depth),
+        ..picture
     };
     let output = args.aov.map_or(Output::Light, Into::into);
     let mut scene = scene.clone();
