@@ -54,7 +54,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<Outcome> {
     for frame in plan.frames().filter(|_| series.is_none()) {
         plan.still(&stills, frame)?;
     }
-    let mut folder = FrameFolder::open(&target.folder, args.overwrite.into())?;
+    let mut folder = FrameFolder::open(&target.folder, args.overwrite.into(), plan.shard.is_some())?;
     plan.own_frames().try_for_each(|frame| folder.check_replaceable(frame))?;
     let interrupt = Interrupt::listen()?;
 

@@ -107,6 +107,19 @@ fn work_that_was_broken_off_goes_on_and_changes_are_made_anew() {
 }
 
 #[test]
+fn frames_take_the_options_of_pictures() {
+    let sandbox = Sandbox::new();
+    sandbox.write("hand.scn", [HAND, KEYS].concat());
+    let options = "--exposure 1 --tone filmic --encoding linear --bits 16 --dither --filter gaussian --light path --bounces 2 \
+        --noise 0.1 --samples 2 --max-samples 8 --transparent --size 12x10";
+    sandbox.run(&format!("animate hand.scn --frames 3..3 -o a --quiet {options}")).fine();
+    sandbox.run(&format!("render hand.scn --frame 3 -o a.png --quiet {options}")).fine();
+    assert_eq!(frame(&sandbox, "a/frame_0003.png"), frame(&sandbox, "a.png"));
+    let warned = sandbox.run("animate hand.scn --frames 3..3 -o b --quiet --max-samples 8").failed(0);
+    assert!(warned.contains("--max-samples has no effect without --noise"), "{warned}");
+}
+
+#[test]
 fn what_cannot_be_made_is_an_error_before_any_frame() {
     let sandbox = Sandbox::new();
     sandbox.write("still.scn", HAND);
@@ -127,6 +140,20 @@ fn what_cannot_be_made_is_an_error_before_any_frame() {
         assert!(report.contains(reported), "{words}: {report}");
     }
     assert_eq!(sandbox.files(), ["file", "flat.scn", "still.scn"]);
+    // A frame that cannot be rendered leaves no folder that was not there before.
+    image::RgbImage::new(2, 2).save(sandbox.path("t.png")).unwrap();
+    sandbox.write("keyed.scn", [HAND, KEYS, "prm ball\nkey 0 texture color t.png 1\n"].concat());
+    std::fs::create_dir(sandbox.path("old")).unwrap();
+    let denoised = |words: &str| {
+        let mut command = Command::new(SUPEREGG);
+        command.args(words.split(' ')).current_dir(sandbox.path("")).env("SUPEREGG_OIDN", "/none/such.so");
+        command.output().unwrap().status.code()
+    };
+    for folder in ["new", "new/within", "old", "old/new", "./new/"] {
+        assert_eq!(denoised(&format!("animate keyed.scn --denoise -o {folder}")), Some(2), "{folder}");
+    }
+    assert_eq!(sandbox.files(), ["file", "flat.scn", "keyed.scn", "old", "still.scn", "t.png"]);
+    assert_eq!(std::fs::read_dir(sandbox.path("old")).unwrap().count(), 0);
     let report = sandbox.run("animate still.scn --frames 0..1");
     assert!(report.err.contains("no keys") && report.code == Some(0), "{report:?}");
 }

@@ -25,29 +25,34 @@ pub(crate) struct FrameFolder {
     /// Signature and hash of each file, by name, in the order of the list.
     known: Known,
     overwrite: Overwrite,
+    /// The list and the folders that were created for it, innermost first; they are removed if no frame is written.
+    made: Vec<PathBuf>,
 }
 
 type Known = HashMap<String, Vec<(u64, u64)>>;
 
 impl FrameFolder {
-    /// Opens or creates a folder.
+    /// Opens or creates a folder. A folder that is created for one process alone is removed again if that writes no frame;
+    /// other shards may use one that `is_shared`.
     ///
     /// # Errors
     /// The path is not a folder, or the list cannot be written.
-    pub(crate) fn open(path: &Path, overwrite: Overwrite) -> Result<Self> {
+    pub(crate) fn open(path: &Path, overwrite: Overwrite, is_shared: bool) -> Result<Self> {
         if path.exists() && !path.is_dir() {
             bail!("cannot write frames into '{}': it is not a folder", path.display());
         }
+        let list_path = path.join(LIST);
+        let made = list_path.ancestors().take_while(|path| !is_there(path) && !is_shared);
+        let made = made.map(Path::to_owned).collect();
         std::fs::create_dir_all(path)
             .with_context(|| format!("cannot make the folder '{}'", path.display()))?;
         remove_leftovers(path);
-        let list_path = path.join(LIST);
         // The list of another program is no list of frames, whatever is forced.
         files::check_target(&list_path, Overwrite::Writable)?;
         files::check_not_pipe(&list_path)?;
         let (list, text) =
             open_list(&list_path).with_context(|| format!("cannot write '{}'", list_path.display()))?;
-        Ok(Self { path: path.to_owned(), list, known: read_list(&text), overwrite })
+        Ok(Self { path: path.to_owned(), list, known: read_list(&text), overwrite, made })
     }
 
     /// The file name of a frame; [`FrameFolder::PATTERN`] for ffmpeg.
@@ -108,8 +113,23 @@ impl FrameFolder {
         written.with_context(|| format!("cannot write '{}'", self.path.join(LIST).display()))?;
         files::write(&self.path.join(&name), png)?;
         self.known.entry(name).or_default().push((signature, hash));
+        self.made.clear();
         Ok(())
     }
+}
+
+impl Drop for FrameFolder {
+    fn drop(&mut self) {
+        for path in &self.made {
+            // The list is empty. A folder with other files stays.
+            let _ = if path.ends_with(LIST) { std::fs::remove_file(path) } else { std::fs::remove_dir(path) };
+        }
+    }
+}
+
+/// Whether there is a file or folder. The empty path is the working folder.
+fn is_there(path: &Path) -> bool {
+    path.as_os_str().is_empty() || path.exists()
 }
 
 /// The lines of each name of a list.
@@ -166,7 +186,7 @@ mod tests {
     #[test]
     fn a_frame_is_there_only_as_it_was_written() {
         let parent = tempfile::tempdir().unwrap();
-        let open = |path: &Path| FrameFolder::open(path, Overwrite::Writable);
+        let open = |path: &Path| FrameFolder::open(path, Overwrite::Writable, false);
         let mut folder = open(&parent.path().join("a/b")).unwrap();
         folder.write(7, 1, b"one").unwrap();
         folder.write(7, 2, b"two").unwrap();
@@ -188,7 +208,7 @@ mod tests {
         for (frame, is_ours) in [(6, true), (7, false), (8, true), (12345, true)] {
             assert_eq!(folder.check_replaceable(frame).is_ok(), is_ours, "{frame}");
         }
-        assert!(FrameFolder::open(&path, Overwrite::Any).unwrap().check_replaceable(7).is_ok());
+        assert!(FrameFolder::open(&path, Overwrite::Any, false).unwrap().check_replaceable(7).is_ok());
         // The frame of an earlier line, as after an interruption before the file was replaced.
         std::fs::write(path.join("frame_0007.png"), b"one").unwrap();
         assert!(folder.check_replaceable(7).is_ok());
