@@ -32,16 +32,26 @@ pub enum DenoiseError {
 /// The environment variable with the path of the library.
 const VARIABLE: &str = "SUPEREGG_OIDN";
 
+/// The settings for a render whose picture is denoised if they ask for that: with the layers that guide it.
+///
+/// # Errors
+/// The picture is to be denoised, and the library is missing.
+pub fn prepared(settings: RenderSettings) -> Result<RenderSettings, DenoiseError> {
+    check(&settings)?;
+    let layers = settings.keeps_layers() || is_wanted(&settings);
+    Ok(settings.with_layers(layers))
+}
+
 /// Checks that a picture of these settings can be denoised, if it is to be.
 ///
 /// # Errors
 /// The library is missing.
-pub fn check(settings: &RenderSettings) -> Result<(), DenoiseError> {
+pub(crate) fn check(settings: &RenderSettings) -> Result<(), DenoiseError> {
     if is_wanted(settings) { library::Library::load().map(drop) } else { Ok(()) }
 }
 
 /// Whether the settings ask for denoising. Outputs that are no light are not denoised.
-pub fn is_wanted(settings: &RenderSettings) -> bool {
+pub(crate) fn is_wanted(settings: &RenderSettings) -> bool {
     settings.picture.denoise && settings.output == Output::Light
 }
 

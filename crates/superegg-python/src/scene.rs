@@ -617,10 +617,8 @@ impl Scene {
             (scene.picture.width, scene.picture.height) = (width, height);
         }
         frame(&mut scene, &compiled, data);
-        let settings = RenderSettings::of(&scene).with_output(output);
-        denoise::check(&settings).map_err(errors::value)?;
-        let layers = request.layers || denoise::is_wanted(&settings);
-        let settings = settings.with_layers(layers);
+        let settings = RenderSettings::of(&scene).with_output(output).with_layers(request.layers);
+        let settings = denoise::prepared(settings).map_err(errors::value)?;
         let folder = self.lock().folder.clone();
         let folder = folder.as_deref();
         let pixels_of = |picture: &EnvironmentPicture| {

@@ -303,10 +303,8 @@ impl FrameRenderer<'_> {
                 None => CompiledScene::compile(&still, self.root, depth),
             };
             let folder_of_scene = self.args.scene.parent();
-            let settings = settings_with_surroundings(&still, folder_of_scene)?;
-            denoise::check(&settings)?;
-            let layers = denoise::is_wanted(&settings);
-            let settings = settings.with_layers(layers);
+            let settings = settings_with_surroundings(&still, folder_of_scene)?.with_layers(false);
+            let settings = denoise::prepared(settings)?;
             self.annotations.check(&settings)?;
             if previous.is_none() {
                 warn_of_frame(frame, &compiled, &settings, &bar);

@@ -151,12 +151,9 @@ impl<'a> Job<'a> {
         // file.
         let resumes_layers = args.long.resume && has_layers(&checkpoint_path(&self.output));
         let layers = self.shard.is_some() || self.format == Some(PictureFormat::Exr) || resumes_layers;
-        let settings = settings_of(args, &scene)?;
-        if self.format.is_some() {
-            denoise::check(&settings)?;
-        }
-        let layers = layers || denoise::is_wanted(&settings);
-        let settings = settings.with_layers(layers);
+        let settings = settings_of(args, &scene)?.with_layers(layers);
+        // A shard has the samples.
+        let settings = if self.shard.is_some() { settings } else { denoise::prepared(settings)? };
         Ok(Prepared { scene, root, depth, compiled, settings })
     }
 

@@ -146,11 +146,10 @@ fn run_job(job: &RenderJob, cancel: &AtomicBool, reporter: &Reporter) -> Message
     let settings = settings
         .with_picture(Picture { width, height, ..job.scene.picture })
         .with_layers(PictureFormat::of(&job.path).is_ok_and(|format| format == PictureFormat::Exr));
-    if let Err(error) = denoise::check(&settings) {
-        return Message::Failed(format!("{}: {error}", job.name));
-    }
-    let layers = settings.keeps_layers() || denoise::is_wanted(&settings);
-    let settings = settings.with_layers(layers);
+    let settings = match denoise::prepared(settings) {
+        Ok(settings) => settings,
+        Err(error) => return Message::Failed(format!("{}: {error}", job.name)),
+    };
     for warning in picture_warnings(&compiled, &settings) {
         let _ = reporter(Message::Done(format!("{}: warning: {warning}", job.name)));
     }
