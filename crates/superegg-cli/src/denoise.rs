@@ -55,12 +55,17 @@ pub(crate) fn is_wanted(settings: &RenderSettings) -> bool {
     settings.picture.denoise && settings.output == Output::Light
 }
 
+/// Whether the picture of a film is denoised: its settings ask for that, and it lacks no pixel.
+pub(crate) fn applies(film: &Film, settings: &RenderSettings) -> bool {
+    is_wanted(settings) && film.sample_counts().all(|count| count > 0)
+}
+
 /// The film, denoised if its settings ask for that. A film that lacks pixels stays as it is.
 ///
 /// # Errors
 /// The library is missing or fails.
 pub fn denoised<'f>(film: &'f Film, settings: &RenderSettings) -> Result<Cow<'f, Film>, DenoiseError> {
-    if !is_wanted(settings) || film.sample_counts().any(|count| count == 0) {
+    if !applies(film, settings) {
         return Ok(Cow::Borrowed(film));
     }
     let library = library::Library::load()?;

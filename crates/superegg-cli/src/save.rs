@@ -4,6 +4,7 @@ use anyhow::Result;
 use superegg_render::{Film, RenderSettings};
 
 use crate::annotate::Annotations;
+use crate::denoise::applies;
 use crate::files::notes::notes;
 use crate::files::picture::PictureFormat;
 
@@ -13,7 +14,7 @@ use crate::files::picture::PictureFormat;
 /// # Errors
 /// The encoder fails.
 pub fn png_file(film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
-    let notes = notes(settings, None);
+    let notes = notes(settings, applies(film, settings), None);
     PictureFormat::Png.encode_as_it_is(film, settings, &Annotations::default(), &notes)
 }
 
@@ -22,6 +23,6 @@ pub fn png_file(film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
 /// # Errors
 /// The encoder fails.
 pub fn exr_file(film: &Film, settings: &RenderSettings) -> Result<Vec<u8>> {
-    let notes = notes(settings, None);
+    let notes = notes(settings, applies(film, settings), None);
     PictureFormat::Exr.encode_as_it_is(film, settings, &Annotations::default(), &notes)
 }

@@ -317,7 +317,7 @@ impl FrameRenderer<'_> {
                 break;
             }
             folder.check_replaceable(frame)?;
-            let notes = notes(&settings, None);
+            let notes = notes(&settings, denoise::applies(&rendered.film, &settings), None);
             let film = denoised(&rendered.film, &settings)?;
             folder.write(frame, signature, &self.annotations.png(&film, &settings, &notes)?)?;
             counts.rendered += 1;

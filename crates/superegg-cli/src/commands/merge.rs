@@ -48,7 +48,10 @@ pub(crate) fn run(args: &MergeArgs) -> Result<Outcome> {
         (PictureFormat::Exr, missing) if missing.is_some() || !denoise::is_wanted(&settings) => {
             merged.exr(&settings)?
         }
-        (_, None) => format.encode(&merged.into_film(settings.film()), &settings, &notes(&settings, None))?,
+        (_, None) => {
+            let film = merged.into_film(settings.film());
+            format.encode(&film, &settings, &notes(&settings, denoise::applies(&film, &settings), None))?
+        }
         (_, Some(_)) => merged.incomplete_png(&settings)?,
     };
     files::write(&args.output, &file)?;
@@ -164,7 +167,7 @@ impl MergedTiles {
             has_mattes: self.has_numbers && self.header.has_mattes(),
             far_depth: settings.picture.far_depth,
         };
-        Ok(picture.encode(&notes(settings, None))?)
+        Ok(picture.encode(&notes(settings, false, None))?)
     }
 
     /// Encodes a PNG file of a picture that lacks tiles, in memory for one row of tiles.
@@ -178,7 +181,7 @@ impl MergedTiles {
             first += row.len();
             coloring.apply(&strip).into_owned()
         });
-        Ok(settings.development().png_of_strips((width, height), strips, &notes(settings, None))?)
+        Ok(settings.development().png_of_strips((width, height), strips, &notes(settings, false, None))?)
     }
 
     /// The film of one row of tiles; the first one has this index.

@@ -212,7 +212,8 @@ impl<'a> Job<'a> {
         let message = work.finish(&self.output, &film, || match self.format {
             Some(format) => {
                 let text = || fingerprint_text(scene, loaded.session.selected());
-                let notes = notes(settings, self.args.scene_text.then(text));
+                let is_denoised = denoise::applies(&film, settings);
+                let notes = notes(settings, is_denoised, self.args.scene_text.then(text));
                 files::write(&self.output, &format.encode_annotated(&film, settings, annotations, &notes)?)
             }
             None => Ok(()),

@@ -5,18 +5,23 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use superegg_lang::{SETTINGS, Settings};
 use superegg_render::{Output, PictureNote, RenderSettings, notes_of_exr, notes_of_png};
+use superegg_scene::Picture;
 
 use crate::files::picture::PictureFormat;
 use crate::files::{begins_with, read};
 
 /// The notes of a picture: the program, the settings and, if given, the text of the scene. They depend on nothing else, so
-/// that equal renders make equal files.
-pub(crate) fn notes(settings: &RenderSettings, scene_text: Option<String>) -> Vec<PictureNote> {
+/// that equal renders make equal files. The setting of denoising is that of the picture, which may be incomplete or no light.
+pub(crate) fn notes(
+    settings: &RenderSettings,
+    is_denoised: bool,
+    scene_text: Option<String>,
+) -> Vec<PictureNote> {
+    let picture = Picture { denoise: is_denoised, ..settings.picture };
     let unchanging = Settings::default();
     let of_scene = SETTINGS.iter().filter(|spec| spec.is_of_scene);
-    let mut lines: Vec<String> = of_scene
-        .map(|spec| format!("set {} {}", spec.name, spec.value(&settings.picture, &unchanging)))
-        .collect();
+    let mut lines: Vec<String> =
+        of_scene.map(|spec| format!("set {} {}", spec.name, spec.value(&picture, &unchanging))).collect();
     if settings.output != Output::Light {
         lines.push(format!("# aov {}", format!("{:?}", settings.output).to_lowercase()));
     }

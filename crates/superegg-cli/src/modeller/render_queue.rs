@@ -169,7 +169,10 @@ fn run_job(job: &RenderJob, cancel: &AtomicBool, reporter: &Reporter) -> Message
         return stopped();
     }
     let written = PictureFormat::of(&job.path)
-        .and_then(|format| format.encode(&rendered.film, &settings, &notes(&settings, None)))
+        .and_then(|format| {
+            let notes = notes(&settings, denoise::applies(&rendered.film, &settings), None);
+            format.encode(&rendered.film, &settings, &notes)
+        })
         .and_then(|file| files::write(&job.path, &file));
     let seconds = start.elapsed().as_secs_f64();
     match written {

@@ -51,6 +51,7 @@ fn a_missing_library_is_an_error_before_the_render() {
     // A shard needs no library, because it keeps the samples, and neither does what is no light.
     assert!(program("render s.scn --denoise --shard 1/2 --quiet -o a.part").status.success());
     assert!(program("render s.scn --denoise --aov normal --quiet -o n.png").status.success());
+    assert!(sandbox.run("info n.png").fine().contains("\nset denoise off\n"));
     assert!(!program("merge a.part --partial --denoise -o m.png").status.success());
 }
 
@@ -89,7 +90,11 @@ fn a_denoised_picture_is_nearer_to_the_light_and_always_the_same() {
     let bytes = |name: &str| std::fs::read(sandbox.path(name)).unwrap();
     assert_eq!(bytes("whole.exr"), bytes("merged.exr"));
     assert!(sandbox.run("info clean.png").out.contains("set denoise on"));
-    // Other passes are as they are.
+    // An incomplete picture is not denoised, and neither are other passes.
+    for name in ["part.png", "part.exr"] {
+        sandbox.run(&format!("merge 1.part --partial --denoise -o {name} --quiet")).failed(0);
+        assert!(sandbox.run(&format!("info {name}")).fine().contains("set denoise off"), "{name}");
+    }
     sandbox.run("render s.scn --aov normal -o a.png --quiet").fine();
     sandbox.run("render d.scn --aov normal -o b.png --quiet").fine();
     assert_eq!(values(&sandbox, "a.png"), values(&sandbox, "b.png"));
