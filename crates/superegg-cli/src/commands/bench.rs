@@ -67,23 +67,25 @@ fn measure_scenes(args: &BenchArgs) -> Result<()> {
 
 /// The scene of a name: `robot`, a generated scene or a file.
 fn subject(name: &str, seed: u64) -> Result<Subject> {
-    let of_session = |session: &Session| Subject {
+    let of_session = |session: &Session, folder: Option<&Path>| Subject {
         scene: session.scene().clone(),
         root: session.selected().map(str::to_owned),
+        folder: folder.map(Path::to_owned),
     };
     if name == "robot" {
-        return Ok(of_session(&load_text("robot", ROBOT).0));
+        return Ok(of_session(&load_text("robot", ROBOT).0, None));
     }
     if let Some(generated) = GeneratedScene::parse(name)? {
         let root = Some(generated_scene::ROOT.to_owned());
-        return Ok(Subject { scene: generated.scene(seed)?, root });
+        return Ok(Subject { scene: generated.scene(seed)?, root, folder: None });
     }
     if !Path::new(name).exists() {
         bail!("'{name}' is neither a file nor one of robot, cloud:N, glyphs:N, fractal:B,D");
     }
-    let loaded = load(Path::new(name))?;
+    let path = Path::new(name);
+    let loaded = load(path)?;
     loaded.print_diagnostics();
-    Ok(of_session(&loaded.session))
+    Ok(of_session(&loaded.session, path.parent()))
 }
 
 /// The commands of `robot` or of a generated scene.

@@ -102,6 +102,12 @@ fn made_scenes_are_measured_and_saved() {
     assert!(rows[0]["camera_mrays"].as_f64().unwrap() > 0.0);
     sandbox.run("bench cloud:20 --save .").fine();
     sandbox.run("check --strict cloud_20.scn").fine();
+    // Textures are found beside the scene.
+    std::fs::create_dir(sandbox.path("far")).unwrap();
+    image::RgbImage::new(2, 2).save(sandbox.path("far/t.png")).unwrap();
+    sandbox.write("far/t.scn", "prm ball\ntexture color t.png\n");
+    let reported = sandbox.run("bench far/t.scn --size 16x12 --rounds 1").fine();
+    assert!(reported.lines().any(|line| line.starts_with("| far/t.scn | 1 |")), "{reported}");
     for bad in ["bench cloud:0", "bench fractal:2", "bench nothing", "bench robot --save nowhere"] {
         assert!(!sandbox.run(bad).failed(2).is_empty());
     }

@@ -1,5 +1,6 @@
 //! Measures a scene: compilation, camera, shadow and random rays, and a whole picture.
 
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -22,15 +23,17 @@ use crate::system::processor::{process_seconds, thread_seconds};
 /// The number of random rays of a round.
 const RANDOM_RAYS: usize = 1 << 17;
 
-/// A scene with the name of its root.
+/// A scene with the name of its root and the folder of its file.
 pub(super) struct Subject {
     pub(super) scene: Scene,
     pub(super) root: Option<String>,
+    /// `None` for a scene that names no pictures.
+    pub(super) folder: Option<PathBuf>,
 }
 
 /// Measures a scene. The memory peak is valid only for the first scene of a run.
 pub(super) fn measure(name: &str, subject: Subject, is_first: bool, args: &BenchArgs) -> Result<Row> {
-    let Subject { mut scene, root } = subject;
+    let Subject { mut scene, root, folder } = subject;
     let root = root.as_deref();
     let described = scene.primitives().count().max(scene.objects().map(|(_, o)| o.children().len()).sum());
     let compilation = Compilation::measure(&scene, root, is_first);
@@ -49,7 +52,7 @@ pub(super) fn measure(name: &str, subject: Subject, is_first: bool, args: &Bench
     let (_, occlusion_seconds) = best(args.rounds, || {
         compiled.occluded_many(&random, f64::MAX).iter().filter(|&&is_occluded| is_occluded).count()
     });
-    let picture_seconds = picture_seconds(&scene, compiled, args)?;
+    let picture_seconds = picture_seconds(&scene, compiled, folder.as_deref(), args)?;
     let recompile_seconds = recompile_seconds(&mut scene, compiled, root)?;
 
     let millions = |count: usize, seconds: f64| count as f64 / seconds / 1e6;
@@ -133,10 +136,15 @@ impl ShadowRound {
 }
 
 /// The processor time of a picture with one sample per pixel, on one thread.
-fn picture_seconds(scene: &Scene, compiled: &CompiledScene, args: &BenchArgs) -> Result<f64> {
+fn picture_seconds(
+    scene: &Scene,
+    compiled: &CompiledScene,
+    folder: Option<&Path>,
+    args: &BenchArgs,
+) -> Result<f64> {
     let picture =
         Picture { width: args.size.width, height: args.size.height, samples: 1, noise: 0.0, ..scene.picture };
-    let settings = settings_with_surroundings(scene, None)?.with_picture(picture).with_layers(false);
+    let settings = settings_with_surroundings(scene, folder)?.with_picture(picture).with_layers(false);
     let options = RenderOptions::default().with_threads(1);
     let before = process_seconds();
     render(compiled, &settings, &options)?;
