@@ -213,3 +213,10 @@ fn keys_of_files_with_blanks_are_saved_in_quotes() {
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
     assert_eq!(write_session(&read), text);
 }
+
+#[test]
+fn sky_sun_has_keys() {
+    let (session, diagnostics) = load_text("day.scn", "key 0 sky sun 10 3 60\nkey 10 sky sun 30 3 80\n");
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    assert!(write_session(&session).contains("key 10 daylight 30 3 80"), "{}", write_session(&session));
+}

@@ -40,6 +40,8 @@ pub fn complete(session: &Session, line: &str, at: usize) -> Completion {
     }
     // The words before the cursor, and the partial word at it.
     let (before, partial) = match words.split_last() {
+        // The word 'sky sun' is complete.
+        Some((last, _)) if is_at_word && !line.ends_with(last.text) => return nothing,
         Some((last, before)) if is_at_word => (before, last.text),
         _ => (&words[..], ""),
     };
@@ -187,6 +189,8 @@ mod tests {
         assert_eq!(found("light l 0 0 0 #f80 "), (19, String::new()));
         assert_eq!(found("key 2 setColor dodg"), (15, "dodgerblue".into()));
         assert_eq!(found("up "), (3, "x y z".into()));
+        assert_eq!(found("sky sun"), (7, String::new()));
+        assert_eq!(found("sky sun 1"), (8, String::new()));
     }
 
     #[test]

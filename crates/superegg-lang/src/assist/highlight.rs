@@ -212,6 +212,11 @@ mod tests {
             ("xs 1 2 3 #fff", "cc.v.v.v.####"),
             ("up -z", "cc.vv"),
             ("zzz", "www"),
+            ("sky sun 40 3 60", "ccccccc.vv.v.vv"),
+            ("SKY  Sun 40 .5 # c", "cccccccc.vv.ww.###"),
+            ("key 4 sky sun 40", "ccc.v.ccccccc.vv"),
+            ("prm a sky sun", "ccc...www.www"),
+            ("sky orange", "ccc.vvvvvv"),
         ] {
             assert_eq!(shown(line), expected, "{line}");
         }

@@ -178,6 +178,7 @@ mod tests {
             ("exp 1 -3", "|   n must be 0 or above"),
             ("wireframe", "| VALUE(on or off)"),
             ("noise ", "|VALUE(from 0 to 1)"),
+            ("sky sun ", "|elevation(0..90) turbidity(1.7..10) [azimuth]"),
         ] {
             assert_eq!(shown(line).as_deref(), Some(expected), "{line}");
         }

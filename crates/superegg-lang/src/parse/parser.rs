@@ -50,8 +50,23 @@ impl Parsed {
 }
 
 /// The words of a line. Quotes are special only if the command, or the one that it sets keys of, takes a file. A `#` begins a word
-/// where the command takes a colour, and a comment elsewhere.
+/// where the command takes a colour, and a comment elsewhere. The command `sky sun` is one word, `daylight`.
 pub(crate) fn words_of_command(line: &str) -> Words<'_> {
+    let mut words = split_command(line);
+    // The commands are at the begin of the line, and after that of a key and its frame.
+    for at in [0, 2] {
+        let Some([sky, sun]) = words.get(at..at + 2) else { break };
+        let is_command =
+            || at == 0 || command_of(words[0].text, &words[1..]).is_some_and(CommandSpec::takes_line);
+        if sky.text.eq_ignore_ascii_case("sky") && sun.text.eq_ignore_ascii_case("sun") && is_command() {
+            words[at] = Word { text: "daylight", columns: sky.columns.start..sun.columns.end };
+            words.remove(at + 1);
+        }
+    }
+    words
+}
+
+fn split_command(line: &str) -> Words<'_> {
     if let Some(words) = split_plain(line) {
         return words;
     }
@@ -145,16 +160,6 @@ pub(crate) fn parse_words<'a>(
     rest: &[Word<'a>],
     suggestions: Suggestions,
 ) -> Result<Parsed, Fault> {
-    // 'sky sun 30 3' reads well; the command has a name of its own.
-    if let ("sky", Some((sun, rest))) = (&*first.text.to_ascii_lowercase(), rest.split_first())
-        && sun.text.eq_ignore_ascii_case("sun")
-    {
-        return parse_words(
-            &Word { text: "daylight", columns: first.columns.start..sun.columns.end },
-            rest,
-            suggestions,
-        );
-    }
     let spec = command_of(first.text, rest).ok_or_else(|| unknown_command(first, suggestions))?;
     if let Some(args) = read_plain(spec, first, rest) {
         let columns = std::iter::once(first).chain(rest).map(|word| word.columns.clone()).collect();
