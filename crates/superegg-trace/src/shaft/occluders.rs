@@ -5,12 +5,13 @@ use superegg_geom::RayStart;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::kernels::LanePowers;
 
-use super::hull::{HalfSpace, HalfSpaces, Shaft};
+use super::hull::{BLOCK, MOST_SIDES, Shaft, SideBlock, Sides};
 use crate::ray::footprint::Footprint;
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::{Group, Leaf};
-use crate::scene::node::{Node, Slot, WIDTH};
+use crate::scene::node::{Node, Slot, TreeSpace, WIDTH};
 use crate::scene::path::InstancePath;
+use superegg_simd::{Arch, Simd, WithSimd};
 
 /// The most nodes that a search visits.
 const MOST_NODES: u32 = 192;
@@ -45,17 +46,21 @@ impl CompiledScene {
     pub fn find_occluders(&self, shaft: &Shaft, start: ShaftStart<'_>, found: &mut Vec<Occluder>) -> bool {
         found.clear();
         let Some(root) = self.root.as_deref() else { return true };
-        let path = InstancePath::default();
-        let mut search = Search { scene: self, start, found, path, nodes_left: MOST_NODES };
+        let (path, met) = (InstancePath::default(), Vec::new());
+        let mut search =
+            Search { arch: Arch::new(), scene: self, start, found, path, met, nodes_left: MOST_NODES };
         search.visit(root, &shaft.sides, &DAffine3::IDENTITY, 1.0).is_some()
     }
 }
 
 struct Search<'p, 'f> {
+    arch: Arch,
     scene: &'p CompiledScene,
     start: ShaftStart<'p>,
     found: &'f mut Vec<Occluder>,
     path: InstancePath,
+    /// The shapes and groups that are still to be visited, group by group.
+    met: Vec<Slot>,
     nodes_left: u32,
 }
 
@@ -65,36 +70,33 @@ impl Search<'_, '_> {
     fn visit(
         &mut self,
         group: &Group,
-        sides: &[HalfSpace],
+        sides: &Sides,
         group_from_world: &DAffine3,
         stretch: f64,
     ) -> Option<()> {
-        let tree_sides = TreeSides::of(sides, group);
-        let mut pending = SmallVec::<[u32; 32]>::from_slice(&[0]);
-        while let Some(node) = pending.pop() {
-            self.nodes_left = self.nodes_left.checked_sub(1)?;
-            let node = &group.nodes[node as usize];
-            for child in superegg_simd::bits(tree_sides.children_inside(node)) {
-                match node.slots[child].unpack() {
-                    Slot::Node(inner) => pending.push(inner),
-                    Slot::Leaf(index) => self.visit_leaf(group, index, sides, group_from_world)?,
-                    Slot::Instance(index) => {
-                        let instance = &group.instances[index as usize];
-                        let stretch = stretch * instance.stretch;
-                        let width = Footprint { width: self.start.width, spread: 0.0 };
-                        if width.hides(instance.size() * stretch, 0.0) {
-                            return None;
-                        }
-                        let map = instance.map();
-                        let local: HalfSpaces =
-                            sides.iter().map(|side| side.to_local(map.forward())).collect();
-                        self.path.push(index);
-                        self.visit(&instance.group, &local, &(*map.inverse() * *group_from_world), stretch)?;
-                        self.path.pop();
+        let first = self.met.len();
+        let (nodes_left, met) = (&mut self.nodes_left, &mut self.met);
+        self.arch.dispatch(FindChildren { sides, group, nodes_left, met })?;
+        for next in first..self.met.len() {
+            match self.met[next] {
+                Slot::Node(_) => {}
+                Slot::Leaf(index) => self.visit_leaf(group, index, sides, group_from_world)?,
+                Slot::Instance(index) => {
+                    let instance = &group.instances[index as usize];
+                    let stretch = stretch * instance.stretch;
+                    let width = Footprint { width: self.start.width, spread: 0.0 };
+                    if width.hides(instance.size() * stretch, 0.0) {
+                        return None;
                     }
+                    let map = instance.map();
+                    let local = self.arch.dispatch(ToLocal { sides, map: map.forward() });
+                    self.path.push(index);
+                    self.visit(&instance.group, &local, &(*map.inverse() * *group_from_world), stretch)?;
+                    self.path.pop();
                 }
             }
         }
+        self.met.truncate(first);
         Some(())
     }
 
@@ -102,7 +104,7 @@ impl Search<'_, '_> {
         &mut self,
         group: &Group,
         index: u32,
-        sides: &[HalfSpace],
+        sides: &Sides,
         group_from_world: &DAffine3,
     ) -> Option<()> {
         let leaf: &Leaf = &group.leaves[index as usize];
@@ -110,7 +112,7 @@ impl Search<'_, '_> {
         let is_own = self.start.own.is_some_and(|own| *own == self.path);
         self.path.pop();
         // A ray that leaves a convex shape does not hit it again.
-        if (is_own && leaf.lane_powers.is_some()) || is_outside(leaf, sides) {
+        if (is_own && leaf.lane_powers.is_some()) || self.arch.dispatch(IsOutside { leaf, sides }) {
             return Some(());
         }
         if self.found.len() == MOST_OCCLUDERS {
@@ -129,50 +131,142 @@ impl Search<'_, '_> {
     }
 }
 
-/// Whether the box of a leaf's unit shape lies outside one of the sides. The box of the tree is checked before; this one is
-/// turned with the shape.
-fn is_outside(leaf: &Leaf, sides: &[HalfSpace]) -> bool {
-    // A plain inverse is known to about 1e-16 times the square of the ratio of sizes.
-    const MOST_STRETCHED: f64 = 1e3;
-    let matrix = &leaf.unit_from_group.matrix3;
-    let inverse = matrix.inverse();
-    let size = |m: &DMat3| (m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs()).max_element();
-    let stretched = size(matrix) * size(&inverse);
-    if stretched.is_nan() || stretched >= MOST_STRETCHED {
-        return false;
-    }
-    let center = inverse * leaf.unit_from_group.translation;
-    let columns = inverse.transpose();
-    sides.iter().any(|side| {
-        // The largest value of the side's function on the box, and that at the centre of the shape.
-        let reach = (columns * side.normal).abs().element_sum();
-        let at_center = -side.normal.dot(center);
-        let slack = 1e-8 * (reach + side.offset.abs() + side.normal.abs().dot(center.abs()));
-        at_center - reach - slack > side.offset
-    })
+/// [`Sides::to_local`].
+struct ToLocal<'a> {
+    sides: &'a Sides,
+    map: &'a DAffine3,
 }
 
-/// The sides of a shaft in the space of a group's tree, in f32. The largest component of each normal is 1.
-struct TreeSides(SmallVec<[[f32; 4]; super::hull::MOST_SIDES]>);
+impl WithSimd for ToLocal<'_> {
+    type Output = Sides;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Sides {
+        self.sides.to_local(self.map)
+    }
+}
+
+/// Whether the box of a leaf's unit shape lies outside one of the sides. The box of the tree is checked before; this one is
+/// turned with the shape.
+struct IsOutside<'a> {
+    leaf: &'a Leaf,
+    sides: &'a Sides,
+}
+
+impl WithSimd for IsOutside<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        // A plain inverse is known to about 1e-16 times the square of the ratio of sizes.
+        const MOST_STRETCHED: f64 = 1e3;
+        let unit_from_group = &self.leaf.unit_from_group;
+        let matrix = &unit_from_group.matrix3;
+        let inverse = matrix.inverse();
+        let size = |m: &DMat3| (m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs()).max_element();
+        let stretched = size(matrix) * size(&inverse);
+        if stretched.is_nan() || stretched >= MOST_STRETCHED {
+            return false;
+        }
+        let center = inverse * unit_from_group.translation;
+        let mut outside = [false; BLOCK];
+        for SideBlock { normal: [x, y, z], offset } in self.sides.blocks() {
+            for lane in 0..BLOCK {
+                let along = |v: DVec3| x[lane] * v.x + y[lane] * v.y + z[lane] * v.z;
+                // The largest value of the side's function on the box, and that at the centre of the shape.
+                let reach =
+                    along(inverse.x_axis).abs() + along(inverse.y_axis).abs() + along(inverse.z_axis).abs();
+                let at_center = -along(center);
+                let size = x[lane].abs() * center.x.abs()
+                    + y[lane].abs() * center.y.abs()
+                    + z[lane].abs() * center.z.abs();
+                let slack = 1e-8 * (reach + offset[lane].abs() + size);
+                outside[lane] |= at_center - reach - slack > offset[lane];
+            }
+        }
+        outside.contains(&true)
+    }
+}
+
+/// Finds the children of a group whose boxes meet the shaft, in the space of the group. `None` where too many nodes are visited.
+struct FindChildren<'a> {
+    sides: &'a Sides,
+    group: &'a Group,
+    nodes_left: &'a mut u32,
+    /// The leaves and instances that are found.
+    met: &'a mut Vec<Slot>,
+}
+
+impl WithSimd for FindChildren<'_> {
+    type Output = Option<()>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Option<()> {
+        let Self { sides, group, nodes_left, met } = self;
+        let tree_sides = TreeSides::of(sides, group);
+        let mut pending = SmallVec::<[u32; 32]>::from_slice(&[0]);
+        while let Some(node) = pending.pop() {
+            *nodes_left = nodes_left.checked_sub(1)?;
+            let node = &group.nodes[node as usize];
+            for child in superegg_simd::bits(tree_sides.children_inside(node)) {
+                match node.slots[child].unpack() {
+                    Slot::Node(inner) => pending.push(inner),
+                    slot => met.push(slot),
+                }
+            }
+        }
+        Some(())
+    }
+}
+
+/// The sides of a shaft that cut the box of a group, in the space of its tree, in f32.
+struct TreeSides(SmallVec<[TreeSide; MOST_SIDES]>);
+
+/// The points with `normal . x <= offset`. The largest component of the normal is 1.
+#[derive(Clone, Copy)]
+struct TreeSide {
+    normal: [f32; 3],
+    /// For each axis the column of a node that has the bounds which are deepest inside.
+    columns: [usize; 3],
+    /// With the rounding error of the product on boxes of the tree.
+    offset: f32,
+}
 
 /// Twice the relative rounding error of a sum of four products.
 const ROUNDING: f32 = 1e-6;
 
 impl TreeSides {
-    fn of(sides: &[HalfSpace], group: &Group) -> Self {
-        let space = &group.space;
+    #[inline(always)]
+    fn of(sides: &Sides, group: &Group) -> Self {
+        let TreeSpace { center, scale: space_scale } = group.space;
+        // The farthest coordinates of boxes.
+        let reach = (group.bounds.max - center).abs().max((group.bounds.min - center).abs()) * space_scale;
+        let reach = reach.to_array().map(|x| x as f32);
         let mut converted = SmallVec::new();
-        for side in sides {
-            let scale = side.normal.abs().max_element().recip();
-            let DVec3 { x, y, z } = scale * side.normal;
-            let offset = side.offset - side.normal.dot(space.center);
-            let rounding =
-                16.0 * f64::EPSILON * (side.offset.abs() + side.normal.abs().dot(space.center.abs()));
-            let offset = ((offset + rounding) * (scale * space.scale)) as f32;
-            let side = [x as f32, y as f32, z as f32, offset + ROUNDING * offset.abs()];
-            // Where a number leaves the range of f32 the side is left out.
-            if side.iter().all(|x| x.is_finite()) {
-                converted.push(side);
+        for SideBlock { normal: [x, y, z], offset } in sides.blocks() {
+            let mut columns = [[0.0f32; BLOCK]; 4];
+            for lane in 0..BLOCK {
+                let (x, y, z, offset) = (x[lane], y[lane], z[lane], offset[lane]);
+                let scale = 1.0 / x.abs().max(y.abs()).max(z.abs());
+                let at_center = x * center.x + y * center.y + z * center.z;
+                let size = x.abs() * center.x.abs() + y.abs() * center.y.abs() + z.abs() * center.z.abs();
+                let rounding = 16.0 * f64::EPSILON * (offset.abs() + size);
+                columns[0][lane] = (scale * x) as f32;
+                columns[1][lane] = (scale * y) as f32;
+                columns[2][lane] = (scale * z) as f32;
+                columns[3][lane] = ((offset - at_center + rounding) * (scale * space_scale)) as f32;
+            }
+            for lane in 0..BLOCK {
+                let [x, y, z, offset] = columns.map(|column| column[lane]);
+                let largest = x.abs() * reach[0] + y.abs() * reach[1] + z.abs() * reach[2];
+                let offset = offset + ROUNDING * (offset.abs() + largest);
+                // A side that holds the whole box cuts nothing, and one beyond the range of f32 is left out.
+                if largest * (1.0 + ROUNDING) > offset && offset.abs() < f32::INFINITY {
+                    let normal = [x, y, z];
+                    let columns =
+                        std::array::from_fn(|axis| if normal[axis] > 0.0 { axis } else { axis + 3 });
+                    converted.push(TreeSide { normal, columns, offset });
+                }
             }
         }
         Self(converted)
@@ -181,21 +275,18 @@ impl TreeSides {
     /// The children of a node whose boxes may meet the shaft, one bit each.
     #[inline(always)]
     fn children_inside(&self, node: &Node) -> u32 {
-        let mut outside = [false; WIDTH];
-        for [x, y, z, offset] in &self.0 {
+        let mut beyond = [0.0f32; WIDTH];
+        for &TreeSide { normal: [x, y, z], columns, offset } in &self.0 {
             // The corner of each box that is deepest inside.
-            let column =
-                |axis: usize, component: f32| &node.bounds[if component > 0.0 { axis } else { axis + 3 }];
-            let (xs, ys, zs) = (column(0, *x), column(1, *y), column(2, *z));
+            let [xs, ys, zs] = columns.map(|column| &node.bounds[column]);
             for child in 0..WIDTH {
-                let (x, y, z) = (x * xs[child], y * ys[child], z * zs[child]);
-                let slack = ROUNDING * (x.abs() + y.abs() + z.abs());
-                outside[child] |= x + y + z - slack > *offset;
+                let depth = x * xs[child] + y * ys[child] + z * zs[child] - offset;
+                beyond[child] = if depth > beyond[child] { depth } else { beyond[child] };
             }
         }
         let mut inside = 0;
-        for (child, outside) in outside.iter().enumerate().take(node.count as usize) {
-            inside |= u32::from(!outside) << child;
+        for (child, &beyond) in beyond.iter().enumerate().take(node.count as usize) {
+            inside |= u32::from(beyond == 0.0) << child;
         }
         inside
     }
