@@ -51,7 +51,7 @@ pub use session::help::{example_line, help};
 pub use session::interpreter::{Effect, Session};
 pub use session::keys::{key_frames, rename_files};
 pub use session::notes::creation_note;
-pub use session::pictures::{NamedPicture, PictureUse, picture_files, picture_of_line};
+pub use session::pictures::{NamedPicture, PictureUse, picture_files, picture_of_line, rename_in_line};
 pub use session::script::{Flow, Perform, load_text, not_text, run_script};
 pub use session::selection::Selection;
 pub use session::settings::{PreviewStyle, SETTINGS, SettingKind, SettingSpec, Settings};

@@ -16,6 +16,7 @@ use crate::args::ViewArgs;
 use crate::console;
 use crate::files;
 use crate::files::data::DataOptions;
+use crate::files::names::{folder_of, rename_for};
 use crate::files::scene::load_with;
 use crate::files::series::Series;
 use crate::inspect::framing::{framed_root, framing_note};
@@ -29,6 +30,10 @@ pub(crate) fn run(args: &ViewArgs) -> Result<Outcome> {
     let scene_file = args.scene.as_deref();
     let mut loaded = scene_file.map(|file| load_with(file, &options)).transpose()?.unwrap_or_default();
     loaded.print_diagnostics();
+    if let Some(file) = scene_file {
+        // The session's files are seen from the working folder.
+        rename_for(&mut loaded.session, folder_of(file), Path::new(""));
+    }
     let series = scene_file.filter(|_| !args.bench).and_then(|file| series_of(file, &options));
     if let Some(series) = &series {
         loaded.session = series.seen(&loaded.session);

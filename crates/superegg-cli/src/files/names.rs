@@ -3,10 +3,14 @@
 //! One rule holds for `load`, `include`, `environment` and `setTexture`: a name is searched in the working folder, and then
 //! beside the file that has the line. Files that a scene loads or includes may lie in other folders; the names in them are
 //! changed when they are read, so that one folder is enough to find everything.
+//!
+//! The names in the scene of a session are seen from the folder in which the session began. A name that is typed in another
+//! working folder is changed to be one of them, so that it means the same file wherever `cd` leads.
 
 use std::path::{Component, Path, PathBuf};
 
-use superegg_lang::{Fault, FaultCode, Session};
+use superegg_lang::{Fault, FaultCode, Session, rename_files};
+use superegg_scene::Scene;
 
 use crate::files::folders::Folders;
 
@@ -51,15 +55,35 @@ fn beside(name: &str, folder: &Path) -> Option<PathBuf> {
 /// The name by which a file of a scene in `from` is found from a scene in `to`, wherever the program runs; `None` if the name
 /// stays, as that of a file which cannot be found does. Both are `None` or "" for the working folder.
 pub(crate) fn name_for_saving(name: &str, from: Option<&Path>, to: &Path) -> Option<String> {
-    let typed = Folders::of_user().expand(name);
-    let to = if to.as_os_str().is_empty() { Path::new(".") } else { to };
-    let file = found(name, from).canonicalize().ok()?;
-    if typed.is_absolute() || to.join(&typed).canonicalize().is_ok_and(|there| there == file) {
+    let file = found(name, from);
+    if file.exists() { name_seen_from(to, name, &file) } else { None }
+}
+
+/// The path of a file that a scene names as seen from a folder.
+pub(crate) fn path_seen_from(folder: &Path, name: &str) -> PathBuf {
+    folder.join(Folders::of_user().expand(name))
+}
+
+/// The name in `folder` of a file, which need not exist; `None` if that is `name`, which may also be a whole path.
+pub(crate) fn name_seen_from(folder: &Path, name: &str, file: &Path) -> Option<String> {
+    let whole = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path));
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let there = path_seen_from(folder, name);
+    let (folder, file) = (whole(folder).ok()?, whole(file).ok()?);
+    if Folders::of_user().expand(name).is_absolute() || whole(&there).is_ok_and(|there| there == file) {
         return None;
     }
-    let to = to.canonicalize().ok()?;
-    let seen = relative(&file, &to).filter(|seen| to.join(seen).exists()).unwrap_or(file);
+    let is_right = |seen: &PathBuf| folder.join(seen).exists() || !file.exists();
+    let seen = relative(&file, &folder).filter(is_right).unwrap_or_else(|| file.clone());
     seen.to_str().map(|seen| seen.replace('\\', "/"))
+}
+
+/// Gives the files that a scene in `folder` names their paths from there, for a scene that is used in any working folder.
+pub(crate) fn use_paths(scene: &mut Scene, folder: &Path) {
+    rename_files(scene, &mut |name| {
+        let path = path_seen_from(folder, name);
+        Some(path.to_str()?.to_owned())
+    });
 }
 
 /// The path of a file as seen from a folder, both absolute and without `..`; `None` where nothing but the root is common.

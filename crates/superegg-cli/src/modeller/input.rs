@@ -1,14 +1,17 @@
 //! Runs input lines and ends the session.
 
+use std::borrow::Cow;
+use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use anyhow::Result;
 use superegg_lang::{
     Command, Diagnostic, Effect, Fault, FaultCode, Request, SessionCommand, creation_note, parse_line,
-    split_commands, visible,
+    rename_in_line, split_commands, visible,
 };
 use superegg_viewer::FromViewer;
 
+use crate::files::names::{name_seen_from, path_seen_from};
 use crate::modeller::faults::at_argument;
 use crate::modeller::journal::Record;
 use crate::modeller::reporter::Message;
@@ -62,7 +65,7 @@ impl Modeller {
     fn run_waiting(&mut self, line: &str) {
         while self.pending.is_none() && !self.interrupt.load(Ordering::Relaxed) {
             let Some((column, command)) = self.waiting.pop() else { return };
-            if let Err(fault) = self.run_line(&command) {
+            if let Err(fault) = self.run_line(&self.seen_from_folder(&command)) {
                 if command.len() == line.len() && line.contains(';') {
                     self.queue_commands(line);
                     if self.waiting.iter().any(|(_, command)| command.len() < line.len()) {
@@ -117,6 +120,11 @@ impl Modeller {
         self.keep_settings();
         self.document.on_changes(self.timeline.undo_count());
         self.update_viewer();
+    }
+
+    /// A typed line with the name of its picture as seen from the session's folder.
+    fn seen_from_folder<'l>(&self, line: &'l str) -> Cow<'l, str> {
+        rename_in_line(line, |name| name_seen_from(&self.folder, name, &path_seen_from(Path::new("."), name)))
     }
 
     fn run_line(&mut self, line: &str) -> Result<(), Fault> {

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use superegg_lang::{Diagnostic, Fault, FaultCode, Session, Severity, Timeline, visible};
-use superegg_scene::ViewSettings;
+use superegg_scene::{Scene, ViewSettings};
 use superegg_viewer::{Document, Shown, ViewerHandle};
 
 use crate::files::folders::Folders;
 use crate::files::kept_settings::{Kept, KeptSettings};
+use crate::files::names::use_paths;
 use crate::files::scene::Loaded;
 use crate::modeller::document::DocumentState;
 use crate::modeller::journal::{Journal, Record, UnsavedSession, unsaved_sessions};
@@ -65,6 +66,8 @@ pub(crate) struct Modeller {
     pub(super) timeline: Timeline,
     pub(super) input: Input,
     pub(super) folders: Folders,
+    /// The folder in which the session began. The names of files in its scene are seen from there.
+    pub(super) folder: PathBuf,
     /// All input lines, including those that failed.
     pub(super) lines: Vec<String>,
     /// The scene file last loaded or saved.
@@ -111,6 +114,7 @@ impl Modeller {
             renders: RenderQueue::new(viewer.shared().reporter(&reporter)),
             reporter,
             folders,
+            folder: std::env::current_dir().unwrap_or_default(),
             interrupt,
             pending: None,
             waiting: Vec::new(),
@@ -131,6 +135,12 @@ impl Modeller {
 
     pub(crate) fn session(&self) -> &Session {
         self.timeline.session()
+    }
+
+    /// A scene of the session for a picture, which may be rendered after the working folder has changed.
+    pub(super) fn scene_to_render(&self, mut scene: Scene) -> Scene {
+        use_paths(&mut scene, &self.folder);
+        scene
     }
 
     pub(crate) fn folders(&self) -> &Folders {

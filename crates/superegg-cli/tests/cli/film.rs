@@ -481,3 +481,50 @@ fn files_are_found_beside_the_scene_that_names_them() {
     let said = sandbox.run("check top/blue.scn");
     assert_eq!(said.code, Some(1), "{}", said.out);
 }
+
+#[test]
+fn a_name_keeps_meaning_its_file_in_every_working_folder() {
+    let sandbox = Sandbox::new();
+    for folder in ["top", "other", "other/deep"] {
+        std::fs::create_dir(sandbox.path(folder)).unwrap();
+    }
+    let red = image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 0]));
+    red.save(sandbox.path("tile.png")).unwrap();
+    let blue = image::RgbImage::from_pixel(2, 2, image::Rgb([0, 0, 255]));
+    for name in ["other/tile.png", "other/deep/own tile.png"] {
+        blue.save(sandbox.path(name)).unwrap();
+    }
+    let ball = "set size 32x24\nprm ball\nambient 1\ndiffuse 0\nspecular 0\n";
+    sandbox.write("other/deep/ball.scn", format!("{ball}texture color \"own tile.png\"\n"));
+    let lines = "texture color tile.png\nrender a.png\ncd other\nrender b.png\ntexture color tile.png # blue\nrender c.png\n\
+        save deep/blue\nundo\nrender d.png\nkey 0 texture color tile.png 2\nsave deep/red\nsave --history deep/typed\ncd ..\n\
+        save top/red\nsave here\ncd other\nload deep/ball\ncd deep\nrender e.png\ncd ../../top\nsave loaded\nstop\n";
+    sandbox.run_with("", &format!("{ball}{lines}")).fine();
+    let middle = |name: &str| picture(&sandbox, name).to_rgb8().get_pixel(16, 12).0;
+    let (red, blue) = ([255, 0, 0], [0, 0, 255]);
+    for (name, color) in
+        [("a", red), ("other/b", red), ("other/c", blue), ("other/d", red), ("other/deep/e", blue)]
+    {
+        assert_eq!(middle(&format!("{name}.png")), color, "{name}");
+    }
+    for (scene, color, name) in [
+        ("other/deep/blue", blue, "color \"../tile.png\""),
+        ("other/deep/red", red, "color \"../../tile.png\""),
+        ("other/deep/red", red, "key 0 setTexture color ../tile.png 2"),
+        ("other/deep/typed", red, "texture color \"../../tile.png\"\n"),
+        ("other/deep/typed", red, "key 0 texture color \"../tile.png\" 2\n"),
+        ("top/red", red, "color \"../tile.png\""),
+        ("here", red, "key 0 setTexture color other/tile.png 2"),
+        ("top/loaded", blue, "color \"../other/deep/own tile.png\""),
+    ] {
+        let text = sandbox.read(&format!("{scene}.scn"));
+        assert!(text.contains(name), "{scene}: {name}: {text}");
+        sandbox.run(&format!("render {scene}.scn -o r.png --quiet")).fine();
+        assert_eq!(middle("r.png"), color, "{scene}");
+    }
+    // A file that is not there cannot be found from another folder, either.
+    for save in ["save top/none", "save --history top/none", "save top/none.sqb"] {
+        let said = sandbox.run_with("", &format!("prm ball\ntexture color none.png\n{save}\nstop\n")).fine();
+        assert!(said.contains("warning: the scene names 'none.png', which is not found"), "{save}: {said}");
+    }
+}

@@ -337,6 +337,24 @@ fn unsaved_changes_are_marked_and_asked_about() {
 }
 
 #[test]
+fn pictures_are_found_beside_the_scene_of_the_window() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join("far")).expect("a folder");
+    RgbImage::new(2, 2).save(folder.path().join("far/t.png")).expect("a picture");
+    let text = SCENE.replace("primitive wall\n", "  setTexture color t.png\nprimitive wall\n");
+    std::fs::write(folder.path().join("far/s.scn"), text).expect("a file");
+    let Ok(viewer) = Viewer::open_in(folder, "far/s.scn", &[]) else { return eprintln!("skipped") };
+    viewer.wait_for_title("s.scn - Superegg");
+    viewer.settled();
+    viewer.key("ctrl+s");
+    viewer.wait_until_said("saved as far/s.scn");
+    assert!(!viewer.report().contains("warning"), "{}", viewer.report());
+    let saved = std::fs::read_to_string(viewer.path("far/s.scn")).expect("the scene");
+    assert!(saved.contains("setTexture color \"t.png\""), "{saved}");
+    drop(viewer.crash());
+}
+
+#[test]
 fn a_window_that_is_killed_loses_nothing() {
     let Some((viewer, _)) = open_plain() else { return };
     viewer.xdotool(&["mousemove", "500", "380", "click", "1"]);

@@ -1,5 +1,6 @@
 //! The picture files that lines and scenes name: of the surroundings, and on surfaces.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -65,6 +66,21 @@ pub fn picture_of_line(line: &str) -> Option<NamedPicture> {
         _ => return None,
     };
     Some(NamedPicture { file: Arc::clone(file), used_as, columns: parsed.word_columns(word) })
+}
+
+/// A line with another name for the picture that it names. `new_name` returns `None` for a name that stays.
+///
+/// ```
+/// let far = |name: &str| Some(format!("../{name}"));
+/// assert_eq!(superegg_lang::rename_in_line("texture color a.png 2 # red", far), "texture color \"../a.png\" 2 # red");
+/// assert_eq!(superegg_lang::rename_in_line("prm a.png", far), "prm a.png");
+/// ```
+pub fn rename_in_line(line: &str, new_name: impl FnOnce(&str) -> Option<String>) -> Cow<'_, str> {
+    let renamed = picture_of_line(line).and_then(|named| Some((new_name(&named.file)?, named.columns)));
+    let Some((name, columns)) = renamed else { return Cow::Borrowed(line) };
+    let before: String = line.chars().take(columns.start).collect();
+    let after: String = line.chars().skip(columns.end).collect();
+    Cow::Owned(format!("{before}\"{name}\"{after}"))
 }
 
 /// The picture files that a scene and its keys name, by name, with each use once.

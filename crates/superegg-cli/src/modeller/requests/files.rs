@@ -1,12 +1,13 @@
 //! Loads and saves scenes, and changes and lists folders.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use superegg_lang::{Fault, FaultCode, write_session};
+use superegg_lang::{Fault, FaultCode, rename_in_line, write_session};
 
 use crate::files::binary_scene;
-use crate::files::names::{folder_of, name_for_saving};
-use crate::files::scene::{Loaded, load_into};
+use crate::files::names::{folder_of, name_seen_from, path_seen_from};
+use crate::files::scene::{Loaded, lines_of, load_into};
 use crate::files::{self, Overwrite};
 use crate::modeller::faults::{not_loadable, quoted, unreadable, unwritable};
 use crate::modeller::journal::Record;
@@ -46,8 +47,15 @@ impl Modeller {
     /// Reads a scene file and reports its diagnostics.
     fn read_scene(&mut self, path: &Path, file: Option<&str>) -> Result<Loaded, Fault> {
         files::check_plain_file(path).map_err(|error| not_loadable(&error, file))?;
-        let loaded = load_into(path, self.session().settings, &self.interrupt)
+        let mut loaded = load_into(path, self.session().settings, &self.interrupt)
             .map_err(|error| not_loadable(&error, file))?;
+        // They are seen from the working folder.
+        let renamed = loaded.session.rename_files(&mut |name| {
+            name_seen_from(&self.folder, name, &path_seen_from(Path::new("."), name))
+        });
+        if renamed {
+            loaded.lines = lines_of(path, &loaded.session);
+        }
         loaded.notes.iter().for_each(|note| self.print(&note.to_string()));
         for diagnostic in loaded.diagnostics.iter().take(MOST_REPORTED) {
             self.report_diagnostic(diagnostic);
@@ -122,19 +130,42 @@ impl Modeller {
                 })?;
             }
         }
+        let mut missing = BTreeSet::new();
+        let mut new_name = |name: &str| {
+            let file = path_seen_from(&self.folder, name);
+            if file.exists() {
+                return name_seen_from(folder_of(&path), name, &file);
+            }
+            if !path_seen_from(folder_of(&path), name).exists() {
+                missing.insert(name.to_owned());
+            }
+            None
+        };
         let mut session = self.session().clone();
         if !is_stream {
-            session.rename_files(&mut |name| name_for_saving(name, None, folder_of(&path)));
+            session.rename_files(&mut new_name);
         }
         if binary_scene::has_extension(&path) && !as_history {
             binary_scene::write(&path, session.scene(), session.selected())
         } else {
-            let text = if as_history { self.timeline.typed_lines() } else { write_session(&session) };
+            let text = match as_history {
+                true if is_stream => self.timeline.typed_lines(),
+                true => {
+                    let lines = self.timeline.typed_lines();
+                    lines.lines().map(|line| rename_in_line(line, &mut new_name) + "\n").collect()
+                }
+                false => write_session(&session),
+            };
             files::write(&path, text.as_bytes())
         }
         .map_err(|error| unwritable(&error))?;
         if is_stream || !path.is_file() {
             return Ok(());
+        }
+        for name in missing {
+            self.print(&format!(
+                "warning: the scene names '{name}', which is not found and keeps its name: put it beside the saved scene"
+            ));
         }
         self.known_files.remember(&path);
         self.timeline.mark_saved();

@@ -65,7 +65,7 @@ impl Modeller {
         replaced.iter().for_each(|note| self.print(note));
         self.warn_of_empty_picture(&root);
         let session = self.session();
-        let scene = session.scene().clone();
+        let scene = self.scene_to_render(session.scene().clone());
         let picture = scene.picture;
         let job = RenderJob {
             root,
@@ -107,9 +107,10 @@ impl Modeller {
         let session = self.session();
         let canvas = Canvas::choose(session.settings.preview);
         let scene = match frame {
-            Some(frame) => &scene_at(session, frame)?,
-            None => session.scene(),
+            Some(frame) => scene_at(session, frame)?,
+            None => session.scene().clone(),
         };
+        let scene = &self.scene_to_render(scene);
         let compiled = CompiledScene::compile(scene, Some(&root), scene.depth);
         let picture = preview_picture(scene.picture, canvas);
         let framed = framed(scene, &compiled, (picture.width, picture.height));
