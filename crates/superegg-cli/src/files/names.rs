@@ -9,7 +9,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use superegg_lang::{Fault, FaultCode, Session, rename_files};
+use superegg_lang::{Fault, FaultCode, Session, rename_files, rename_in_line};
 use superegg_scene::Scene;
 
 use crate::files::folders::Folders;
@@ -76,6 +76,11 @@ pub(crate) fn name_seen_from(folder: &Path, name: &str, file: &Path) -> Option<S
     let is_right = |seen: &PathBuf| folder.join(seen).exists() || !file.exists();
     let seen = relative(&file, &folder).filter(is_right).unwrap_or_else(|| file.clone());
     seen.to_str().map(|seen| seen.replace('\\', "/"))
+}
+
+/// The lines of a text with other names for the pictures that they name, as [`rename_in_line`].
+pub(crate) fn rename_in_lines(text: &str, new_name: &mut dyn FnMut(&str) -> Option<String>) -> String {
+    text.lines().map(|line| rename_in_line(line, &mut *new_name) + "\n").collect()
 }
 
 /// Gives the files that a scene in `folder` names their paths from there, for a scene that is used in any working folder.

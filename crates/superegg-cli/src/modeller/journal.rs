@@ -1,7 +1,8 @@
 //! The autosave journal: every change of the scene, written as it happens, so that a crash loses
 //! nothing.
 //!
-//! A journal is text: a first line that identifies the format, then records. There are four kinds:
+//! A journal is text: a first line with the format and the folder from which the names of files are seen, then records.
+//! There are four kinds:
 //!
 //! - `> ` and a command as it was typed;
 //! - `= `, a number of bytes and a label, then that many bytes of commands that define a whole
@@ -21,7 +22,26 @@ use std::time::SystemTime;
 
 use crate::text::counted;
 
-const FIRST_LINE: &str = "# superegg journal 1\n";
+/// The begin of the first line, before the folder.
+const SIGNATURE: &str = "# superegg journal 2 ";
+/// The first line of journals without a folder.
+const OLD_FIRST_LINE: &str = "# superegg journal 1\n";
+
+/// The first line of a journal of a session that began in this folder.
+fn first_line(folder: &Path) -> String {
+    match folder.to_str().filter(|folder| !folder.contains('\n')) {
+        Some(folder) => format!("{SIGNATURE}{folder}\n"),
+        None => OLD_FIRST_LINE.to_owned(),
+    }
+}
+
+/// The folder of a journal, empty if it has none, and its records; `None` if the text is not a journal.
+fn split_first_line(text: &str) -> Option<(&Path, &str)> {
+    match text.strip_prefix(SIGNATURE) {
+        Some(rest) => rest.split_once('\n').map(|(folder, records)| (Path::new(folder), records)),
+        None => text.strip_prefix(OLD_FIRST_LINE).map(|records| (Path::new(""), records)),
+    }
+}
 
 /// A record of the journal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +74,7 @@ impl Record<'_> {
 
 /// The complete records of a journal; `None` if the text is not a journal.
 pub(crate) fn read_records(text: &str) -> Option<Vec<Record<'_>>> {
-    let mut rest = text.strip_prefix(FIRST_LINE)?;
+    let (_, mut rest) = split_first_line(text)?;
     let mut records = Vec::new();
     while let Some((line, after)) = rest.split_once('\n') {
         rest = after;
@@ -91,6 +111,8 @@ pub(crate) struct Journal {
     open: Option<Open>,
     /// Bytes that are not written yet.
     unwritten: Vec<u8>,
+    /// Whether there are no records yet.
+    is_empty: bool,
     /// Whether the user knows that the journal cannot be written.
     is_reported: bool,
 }
@@ -107,9 +129,10 @@ struct Open {
 }
 
 impl Journal {
-    /// A journal in this folder. Without a folder nothing is recorded.
-    pub(crate) fn new(folder: Option<PathBuf>) -> Self {
-        Self { folder, open: None, unwritten: FIRST_LINE.into(), is_reported: false }
+    /// A journal in a folder, of a session that began in the folder `of_session`. Without a folder nothing is recorded.
+    pub(crate) fn new(folder: Option<PathBuf>, of_session: &Path) -> Self {
+        let unwritten = first_line(of_session).into();
+        Self { folder, open: None, unwritten, is_empty: true, is_reported: false }
     }
 
     /// Writes a record. Returns a message for the user on the first failure, and on the first
@@ -117,6 +140,7 @@ impl Journal {
     pub(crate) fn append(&mut self, record: Record<'_>) -> Option<String> {
         self.folder.as_ref()?;
         record.write(&mut self.unwritten);
+        self.is_empty = false;
         self.write_unwritten()
     }
 
@@ -158,12 +182,13 @@ impl Journal {
 
     /// Whether there are no records yet.
     pub(crate) fn is_empty(&self) -> bool {
-        self.open.is_none() && self.unwritten == FIRST_LINE.as_bytes()
+        self.is_empty
     }
 
     /// Continues from the records of another session. This journal must be empty.
     pub(crate) fn take_over(&mut self, text: &str) -> Option<String> {
         self.unwritten = text.as_bytes().into();
+        self.is_empty = false;
         self.write_unwritten()
     }
 
@@ -233,6 +258,11 @@ pub(crate) struct UnsavedSession {
 }
 
 impl UnsavedSession {
+    /// The folder from which the names of files are seen; empty if it is not known.
+    pub(crate) fn folder(&self) -> &Path {
+        split_first_line(&self.text).map_or(Path::new(""), |(folder, _)| folder)
+    }
+
     /// Describes the number of changes, the age and the last change.
     pub(crate) fn describe(&self) -> String {
         let age = self.modified.and_then(|at| SystemTime::now().duration_since(at).ok());
@@ -310,24 +340,26 @@ mod tests {
             Record::Lines { label: "include b.scn", lines: "prm c\n" },
             Record::Line("undo"),
         ];
-        let mut bytes = FIRST_LINE.as_bytes().to_vec();
+        let first_line = first_line(Path::new("/a b"));
+        let mut bytes = first_line.as_bytes().to_vec();
         let mut ends = Vec::new();
         for record in records {
             record.write(&mut bytes);
             ends.push(bytes.len());
         }
-        for cut in FIRST_LINE.len()..=bytes.len() {
+        for cut in first_line.len()..=bytes.len() {
             let whole = ends.iter().filter(|end| **end <= cut).count();
             let text = String::from_utf8_lossy(&bytes[..cut]);
             assert_eq!(read_records(&text).unwrap(), records[..whole], "cut at {cut}");
         }
         assert!(read_records("prm a\n").is_none());
+        assert_eq!(read_records("# superegg journal 1\n> undo\n").unwrap(), [Record::Line("undo")]);
     }
 
     #[test]
     fn unsaved_sessions_are_found_and_running_or_saved_ones_are_not() {
         let folder = tempfile::tempdir().unwrap();
-        let journal = || Journal::new(Some(folder.path().to_owned()));
+        let journal = || Journal::new(Some(folder.path().to_owned()), Path::new("/a b"));
         let mut running = journal();
         assert_eq!(running.append(Record::Line("prm running")), None);
         let mut saved = journal();
@@ -342,8 +374,9 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert_eq!(
             (found[0].text.as_str(), found[0].change_count()),
-            ("# superegg journal 1\n> prm left\n> prm more\n", 2)
+            ("# superegg journal 2 /a b\n> prm left\n> prm more\n", 2)
         );
+        assert_eq!(found[0].folder(), Path::new("/a b"));
         assert!(unsaved_sessions(folder.path()).is_empty(), "it is locked");
         found.into_iter().for_each(UnsavedSession::remove);
         running.discard();
@@ -355,7 +388,7 @@ mod tests {
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("journals");
         fs::write(&folder, "a file in the way").unwrap();
-        let mut journal = Journal::new(Some(folder.clone()));
+        let mut journal = Journal::new(Some(folder.clone()), Path::new(""));
         assert!(journal.append(Record::Line("prm a")).unwrap().contains("cannot be written"));
         assert_eq!(journal.append(Record::Line("prm b")), None);
         fs::remove_file(&folder).unwrap();

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use superegg_lang::{Command, Request, Session, Timeline, load_text, parse_line};
 
+use crate::files::names::{name_seen_from, path_seen_from, rename_in_lines};
 use crate::files::scene::{Loaded, load};
 use crate::modeller::journal::{Record, UnsavedSession, read_records};
 use crate::modeller::reporter::Message;
@@ -78,9 +79,12 @@ impl Modeller {
 
     fn restore(&mut self, unsaved: UnsavedSession) {
         let recovered = replay(&unsaved.text);
+        let folder =
+            Some(unsaved.folder()).filter(|folder| folder.is_dir()).unwrap_or(&self.folder).to_owned();
         if self.timeline.undo_count() == 0 && self.journal.is_empty() {
             // The journal of the other session has its own beginning.
             self.document.take_beginning();
+            self.folder = folder;
             let settings = self.session().settings;
             self.timeline = recovered;
             self.timeline.set_settings(settings);
@@ -88,8 +92,11 @@ impl Modeller {
                 self.report(Message::Diagnostic(format!("superegg: {trouble}")));
             }
         } else {
-            let lines = recovered.typed_lines();
+            let mut new_name =
+                |name: &str| name_seen_from(&self.folder, name, &path_seen_from(&folder, name));
+            let lines = rename_in_lines(&recovered.typed_lines(), &mut new_name);
             let mut session = recovered.session().clone();
+            session.rename_files(&mut new_name);
             session.settings = self.session().settings;
             self.timeline.replace(session, "recover", &lines);
             self.record(Record::Scene { label: "recover", lines: &lines });

@@ -103,6 +103,7 @@ impl Modeller {
     ) -> Self {
         let folders = Folders::of_user();
         let viewer = ViewerLink::default();
+        let folder = std::env::current_dir().unwrap_or_default();
         let journals = folders.journals().filter(|_| is_journaled);
         Self {
             timeline: Timeline::default(),
@@ -110,11 +111,11 @@ impl Modeller {
             lines: Vec::new(),
             scene_file: None,
             known_files: KnownFiles::default(),
-            journal: Journal::new(journals),
             renders: RenderQueue::new(viewer.shared().reporter(&reporter)),
             reporter,
             folders,
-            folder: std::env::current_dir().unwrap_or_default(),
+            journal: Journal::new(journals, &folder),
+            folder,
             interrupt,
             pending: None,
             waiting: Vec::new(),

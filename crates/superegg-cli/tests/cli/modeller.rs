@@ -514,3 +514,30 @@ fn unsaved_sessions_are_numbered() {
     );
     assert_eq!(std::fs::read_dir(sandbox.own("state/superegg/journals")).unwrap().count(), 2);
 }
+
+#[test]
+fn a_recovered_session_finds_its_files() {
+    let sandbox = Sandbox::new();
+    let journals = sandbox.own("state/superegg/journals");
+    std::fs::create_dir_all(&journals).unwrap();
+    std::fs::create_dir(sandbox.path("far")).unwrap();
+    image::RgbImage::new(2, 2).save(sandbox.path("far/t.png")).unwrap();
+    let far = sandbox.path("far").display().to_string();
+    let text = format!("# superegg journal 2 {far}\n> prm lost\n> texture color t.png\n");
+    std::fs::write(journals.join("1-1.journal"), text).unwrap();
+    for before in ["", "prm other\n"] {
+        let lines = format!(
+            "{before}recover\nrender a.png 8x6\ntexture bump far/t.png\nsave got\nsave --history typed\n"
+        );
+        let answer = sandbox.session(&lines);
+        assert!(answer.err.is_empty() && sandbox.path("a.png").exists(), "{answer:?}");
+        let text = sandbox.read("got.scn");
+        assert!(text.contains("color \"far/t.png\"") && text.contains("bump \"far/t.png\""), "{text}");
+        assert!(
+            sandbox.read("typed.scn").contains("texture color \"far/t.png\"\n"),
+            "{}",
+            sandbox.read("typed.scn")
+        );
+        std::fs::remove_file(sandbox.path("a.png")).unwrap();
+    }
+}

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use superegg_lang::{Fault, FaultCode, rename_in_line, write_session};
+use superegg_lang::{Fault, FaultCode, write_session};
 
 use crate::files::binary_scene;
-use crate::files::names::{folder_of, name_seen_from, path_seen_from};
+use crate::files::names::{folder_of, name_seen_from, path_seen_from, rename_in_lines};
 use crate::files::scene::{Loaded, lines_of, load_into};
 use crate::files::{self, Overwrite};
 use crate::modeller::faults::{not_loadable, quoted, unreadable, unwritable};
@@ -150,10 +150,7 @@ impl Modeller {
         } else {
             let text = match as_history {
                 true if is_stream => self.timeline.typed_lines(),
-                true => {
-                    let lines = self.timeline.typed_lines();
-                    lines.lines().map(|line| rename_in_line(line, &mut new_name) + "\n").collect()
-                }
+                true => rename_in_lines(&self.timeline.typed_lines(), &mut new_name),
                 false => write_session(&session),
             };
             files::write(&path, text.as_bytes())
