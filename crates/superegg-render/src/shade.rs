@@ -1,6 +1,7 @@
 //! Shading: materials, direct light, reflection and refraction.
 
 pub(crate) mod bump;
+pub(crate) mod clear_shadows;
 pub(crate) mod context;
 pub(crate) mod direct;
 pub(crate) mod emitters;

@@ -4,11 +4,13 @@
 //! around the light: a shaft (Haines and Wallace 1991). One traversal of the scene per shaft finds the few shapes that may
 //! occlude its rays. Most shafts are empty, and their rays need no test.
 
+mod chords;
 pub(crate) mod hull;
 mod misses;
 mod occluders;
 mod occlusion;
 
+pub use chords::{Chord, Chords};
 pub use hull::Shaft;
 pub use misses::{BeamHits, RayBeam};
 pub use occluders::{Occluder, ShaftStart};

@@ -6,10 +6,12 @@
 //! the caller's own lane code; the searches of [`StreamLanes`] are compiled once for each instruction set.
 
 mod boxes;
+mod chords;
 mod entry;
 mod search;
 mod solve;
 
 pub use boxes::{BoxRay, ListedRay, NodeEntries, intersect_boxes};
+pub use chords::StreamChords;
 pub use entry::{END, ENTRY_LANES, EntryKind, FIRST_STRETCH, ShapeEntries, ShapeEntry};
 pub use solve::{STREAM_LANES, StreamHits, StreamLanes, TOLERANCE};

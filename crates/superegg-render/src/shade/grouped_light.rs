@@ -9,6 +9,7 @@ use superegg_geom::{Aabb, Ray};
 use superegg_scene::{Light, Picture};
 use superegg_trace::shaft::{Occluder, Shaft, ShaftRays, ShaftStart};
 
+use crate::shade::clear_shadows::{ClearShadows, Passage};
 use crate::shade::context::{RenderContext, transmits};
 use crate::shade::light_sample::{LIGHTS, LightSample, toward, unoccluded_light};
 use crate::shade::lit_points::{LitPoints, MARGIN, Reach, SampledLight};
@@ -35,6 +36,7 @@ pub(crate) struct GroupedLight<'a> {
     lit: LitPoints,
     occluders: Vec<Occluder>,
     rays: ShaftRays,
+    clear_shadows: ClearShadows,
     samples: Vec<SampledLight>,
     /// A shadow ray that can add no more light than this is not traced.
     least_light: f64,
@@ -57,6 +59,7 @@ impl<'a> GroupedLight<'a> {
             lit: LitPoints::new(),
             occluders: Vec::new(),
             rays: ShaftRays::default(),
+            clear_shadows: ClearShadows::default(),
             samples: Vec::new(),
             least_light: least_light(context.picture),
             remaining: Default::default(),
@@ -223,7 +226,7 @@ impl<'a> GroupedLight<'a> {
         light: &Light,
         shading: &mut ShadingState<'_, '_>,
     ) {
-        let Self { samples, rays, occluders, context, remaining, .. } = self;
+        let Self { samples, rays, occluders, context, remaining, clear_shadows, .. } = self;
         let RemainingRays { dimmed, .. } = &mut remaining[kind_of(light)];
         rays.clear();
         for sample in &*samples {
@@ -237,6 +240,22 @@ impl<'a> GroupedLight<'a> {
         let (opaque, transparent) =
             occluders.split_at(occluders.partition_point(|occluder| !is_transparent(occluder)));
         scene.occlude_rays(opaque, end, rays);
+        let in_air = samples.iter().all(|sample| points[sample.point].state.media.is_air());
+        if !transparent.is_empty() && in_air && clear_shadows.find(context, transparent, end, rays) {
+            for (i, sample) in samples.iter().enumerate().filter(|(i, _)| rays.is_open(*i)) {
+                let point = &points[sample.point];
+                match clear_shadows.of(i) {
+                    Passage::Passed(part) => {
+                        let color = part * sample.color;
+                        if part == DVec3::ONE || color.max_element() > context.picture.least_weight {
+                            shading.colors[point.state.pixel] += color;
+                        }
+                    }
+                    Passage::Unknown => dimmed.push(point, toward(point, sample.to_light), sample.color),
+                }
+            }
+            return;
+        }
         let after_opaque = if transparent.is_empty() { None } else { Some(rays.open()) };
         scene.occlude_rays(transparent, end, rays);
         for (i, sample) in samples.iter().enumerate() {

@@ -26,6 +26,11 @@ impl Media {
         self.0.as_ref().map_or(1.0, |layer| layer.index)
     }
 
+    /// Whether no shape contains the ray.
+    pub(crate) fn is_air(&self) -> bool {
+        self.0.is_none()
+    }
+
     /// Whether the current medium absorbs light.
     pub(crate) fn absorbs(&self) -> bool {
         self.0.as_ref().is_some_and(|layer| layer.absorb != DVec3::ZERO)

@@ -2,6 +2,7 @@
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Ray, unit_vector};
+use superegg_scene::Material;
 use superegg_trace::{Side, SurfaceStart, TraceRay};
 
 use crate::shade::context::RenderContext;
@@ -68,6 +69,14 @@ pub(crate) fn add_unoccluded(
     add_transmitted(context, dimmed, end, shading);
 }
 
+/// The part of the light that goes straight through a surface, with the cosine of the angle to its normal, and the ratio of
+/// the indices of refraction on both sides.
+pub(crate) fn passed_surface(material: &Material, albedo: DVec3, cos: f64, ratio: f64) -> DVec3 {
+    let weights = phong::LobeWeights::of(material, cos);
+    let unreflected = 1.0 - phong::reflectance(cos, ratio.max(ratio.recip()));
+    weights.transmitted * unreflected * albedo.map(f64::sqrt)
+}
+
 /// Follows occluded shadow rays through transparent surfaces in a straight line and adds the light
 /// that arrives. Each surface tints the light and reflects its Fresnel part, which makes the rim of
 /// a glass sphere's shadow dark; each medium absorbs. There is no refraction, so no caustics.
@@ -102,15 +111,10 @@ pub(crate) fn add_transmitted(
                 .finish(&surface.material, surface.primitive, hit.unit_point, &surface.world_from_unit, &view)
                 .albedo;
             let cos = view.direction.dot(normal).abs();
-            let weights = phong::LobeWeights::of(&surface.material, cos);
             let (before, beyond) = contribution.media.across(&surface.path, &surface.material, hit.leaving);
-            let ratio = beyond.index() / before;
-            let unreflected = 1.0 - phong::reflectance(cos, ratio.max(ratio.recip()));
             let color = contribution.color
                 * contribution.media.transmittance(distance)
-                * weights.transmitted
-                * unreflected
-                * albedo.map(f64::sqrt);
+                * passed_surface(&surface.material, albedo, cos, beyond.index() / before);
             if color.max_element() > context.picture.least_weight {
                 // The light stays at t = 1.
                 let direction = if end.is_finite() { ray.ray.point_at(1.0) - position } else { direction };

@@ -40,6 +40,13 @@ pub struct ShaftStart<'p> {
     pub width: f64,
 }
 
+impl Occluder {
+    /// Whether the shape is convex.
+    pub fn is_convex(&self) -> bool {
+        self.is_convex
+    }
+}
+
 impl CompiledScene {
     /// Finds the shapes that may occlude the rays of a shaft: no other shape does. Returns false, with no meaning of
     /// `found`, where the search would be long or some groups are small enough to be hit as proxies.

@@ -20,11 +20,11 @@ pub struct ShaftRays {
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Eight {
-    origin: [[f64; ENTRY_LANES]; 3],
-    direction: [[f64; ENTRY_LANES]; 3],
+pub(super) struct Eight {
+    pub(super) origin: [[f64; ENTRY_LANES]; 3],
+    pub(super) direction: [[f64; ENTRY_LANES]; 3],
     /// The rays that are not known to be occluded, one bit each.
-    open: u32,
+    pub(super) open: u32,
 }
 
 impl ShaftRays {
@@ -42,6 +42,11 @@ impl ShaftRays {
     /// Whether there are no rays.
     pub fn is_empty(&self) -> bool {
         self.errors.is_empty()
+    }
+
+    /// The rays in groups of [`ENTRY_LANES`].
+    pub(super) fn groups(&self) -> &[Eight] {
+        &self.groups
     }
 
     /// Adds a ray.
@@ -71,7 +76,13 @@ impl ShaftRays {
         OpenRays(self.groups.iter().map(|group| group.open as u8).collect())
     }
 
-    fn ray(&self, index: usize) -> Ray {
+    /// The direction of the ray of this index.
+    pub fn direction(&self, index: usize) -> DVec3 {
+        let (group, lane) = (&self.groups[index / ENTRY_LANES], index % ENTRY_LANES);
+        DVec3::from_array(group.direction.map(|column| column[lane]))
+    }
+
+    pub(super) fn ray(&self, index: usize) -> Ray {
         let (group, lane) = (&self.groups[index / ENTRY_LANES], index % ENTRY_LANES);
         let vector = |rows: &[[f64; ENTRY_LANES]; 3]| DVec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
         Ray {

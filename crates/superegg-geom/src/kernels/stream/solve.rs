@@ -173,6 +173,10 @@ impl StreamLanes {
         self.run(LaneSearch::Isolate, count, hits);
     }
 
+    pub(super) fn arch(&self) -> Arch {
+        self.arch
+    }
+
     /// Not inlined: the code is large.
     #[inline(never)]
     fn run(&self, search: LaneSearch, count: usize, hits: &mut StreamHits) {
@@ -245,7 +249,7 @@ impl StreamLanes {
     }
 
     #[inline(always)]
-    fn load<S: Simd, const K: usize>(
+    pub(super) fn load<S: Simd, const K: usize>(
         &self,
         simd: S,
         i: usize,
