@@ -110,6 +110,8 @@ def test_pictures_that_the_scene_names_are_sent(assets, tmp_path, monkeypatch):
     named.set_environment("sky.hdr")
     assert pictures_of(named) == {"tile.png": TILE.read_bytes()}
     assert [name for name, _ in named._core.picture_files()] == ["missing.png", "sky.hdr", "tile.png"]
+    named.run("primitive tile\nkey 0 setTexture bump keyed.png 1")
+    assert [name for name, _ in named._core.picture_files()] == ["keyed.png", "missing.png", "sky.hdr", "tile.png"]
     # Beside a scene's file, too.
     (tmp_path / "scenes").mkdir()
     shutil.move("tile.png", "scenes/beside.png")
