@@ -18,6 +18,9 @@ use crate::shade::point_groups::PointGroups;
 use crate::shade::shadow_batch::ShadowBatch;
 use crate::shade::state::ShadingState;
 
+/// The search for the shapes in a shaft costs more than fewer rays through the scene.
+const LEAST_SAMPLES: usize = 5;
+
 /// Shadow rays that are left to be traced through the scene.
 #[derive(Default)]
 pub(crate) struct RemainingRays {
@@ -132,9 +135,12 @@ impl<'a> GroupedLight<'a> {
         self.lit.sample(points, (index, light), count);
         self.list_samples();
         let Some(first) = self.samples.first().map(|sample| &points[sample.point]) else { return };
-        shading.stats.rays.shadow += self.samples.len() as u64;
         if first.leaving {
             self.queue_dimmed(points, light);
+            return;
+        }
+        if self.samples.len() < LEAST_SAMPLES {
+            self.queue_single(points, light);
             return;
         }
         let own = match &first.owner {
@@ -145,7 +151,11 @@ impl<'a> GroupedLight<'a> {
         let start = ShaftStart { own, width };
         if !self.context.scene.find_occluders(&shaft, start, &mut self.occluders) {
             self.queue_single(points, light);
-        } else if self.occluders.is_empty() {
+            return;
+        }
+        // Rays that are left to others are counted where they are traced.
+        shading.stats.rays.shadow += self.samples.len() as u64;
+        if self.occluders.is_empty() {
             for sample in &self.samples {
                 shading.colors[points[sample.point].state.pixel] += sample.color;
             }

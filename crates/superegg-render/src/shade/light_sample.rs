@@ -24,13 +24,24 @@ pub(crate) struct LightSample {
     pub(crate) color: DVec3,
 }
 
+/// The direction to the centre of a light, which is a unit vector for a sun, and its attenuated colour at the point. `None` if
+/// the light does not shine towards the point.
+#[inline]
+pub(crate) fn toward_centre(light: &Light, point: DVec3) -> Option<(DVec3, DVec3)> {
+    let color = light.color_at(point);
+    let direction = match light.position() {
+        Some(position) => position - point,
+        None => light.direction_from(point)?,
+    };
+    let is_lit = color.max_element() > 0.0 && direction != DVec3::ZERO && direction.is_finite();
+    is_lit.then_some((direction, color))
+}
+
 impl LightSample {
     /// The sample at the centre of a light. `None` if the light does not shine towards the point.
     pub(crate) fn to_centre(light: &Light, point: DVec3) -> Option<Self> {
-        let color = light.color_at(point);
-        let unit = light.direction_from(point).filter(|_| color.max_element() > 0.0)?;
-        let direction = light.position().map_or(unit, |position| position - point);
-        Some(Self { direction, unit, color })
+        let (direction, color) = toward_centre(light, point)?;
+        Some(Self { direction, unit: unit_vector(direction)?, color })
     }
 
     /// Sample `index` of `count` on the disc that an area light of this radius presents to the

@@ -6,7 +6,7 @@ use superegg_simd::Arch;
 
 use crate::shade::lane_math::MOST_EXPONENT;
 use crate::shade::light_kernel::{BLOCK, LightBlock, SampleLight};
-use crate::shade::light_sample::{LIGHTS, LightSample};
+use crate::shade::light_sample::{LIGHTS, toward_centre};
 use crate::shade::point::SurfacePoint;
 
 /// Coordinates and lengths outside of this range are left to f64.
@@ -80,15 +80,18 @@ impl LitPoints {
 
     /// Lists a point if one of `count` samples of the light may reach it.
     pub(crate) fn add(&mut self, index: usize, point: &SurfacePoint<'_>, light: &Light, count: u32) -> Reach {
-        let Some(LightSample { direction, color, .. }) = LightSample::to_centre(light, point.position) else {
+        let Some((direction, color)) = toward_centre(light, point.position) else {
             return Reach::Dark;
         };
+        let reach = point.facing_normal().dot(direction) + MARGIN * light.radius;
+        if reach <= 0.0 {
+            return Reach::Dark;
+        }
         let SurfacePoint { material, weights, .. } = point;
         let share = point.state.weight * color / f64::from(count);
-        let diffuse = share * weights.local * material.diffuse * point.albedo;
+        let diffuse = share * (weights.local * material.diffuse) * point.albedo;
         let specular = share * material.specular;
-        let reach = point.facing_normal().dot(direction) + MARGIN * light.radius;
-        if reach <= 0.0 || (diffuse == DVec3::ZERO && specular == DVec3::ZERO) {
+        if diffuse == DVec3::ZERO && specular == DVec3::ZERO {
             return Reach::Dark;
         }
         let has_power =
