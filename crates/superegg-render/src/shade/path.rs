@@ -51,9 +51,11 @@ const EMITTER: u32 = LOBES + 10;
 const FACETS: u32 = LOBES + 11;
 const SURROUNDINGS: u32 = LOBES + 12;
 
-/// Paths of fewer bounces are not ended by chance.
+/// Only paths of less weight are likely to be ended by chance. A greater threshold saves rays, but their noise costs more.
+const LEAST_WEIGHT: f64 = 0.25;
+/// Heavier paths of fewer bounces always go on.
 const LEAST_BOUNCES: u32 = 3;
-/// The greatest probability that a path goes on. Between white walls no weight falls.
+/// The greatest probability that a longer path goes on. Between white walls no weight falls.
 const MOST_LIKELY: f64 = 0.95;
 /// Longer paths are so rare that no picture has one.
 const MOST_BOUNCES: u32 = 512;
@@ -310,7 +312,8 @@ impl<'a> PathRays<'a> {
         let Some(ray) = ray else { return };
         let key = point.state.key;
         let weight = (point.state.weight * ray.share).max_element();
-        let survival = if bounce < LEAST_BOUNCES { 1.0 } else { weight.min(MOST_LIKELY) };
+        let most = if bounce < LEAST_BOUNCES { 1.0 } else { MOST_LIKELY };
+        let survival = (weight / LEAST_WEIGHT).min(most);
         if key.branch(ROULETTE).point(0, 1).x < survival {
             self.push(point, NextRay { share: ray.share / survival, ..ray }, shading);
         }
