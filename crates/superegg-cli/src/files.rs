@@ -5,6 +5,7 @@ pub(crate) mod answers;
 pub(crate) mod binary_scene;
 pub(crate) mod csv;
 pub(crate) mod data;
+pub(crate) mod fingerprint;
 pub(crate) mod folders;
 pub(crate) mod kept_settings;
 pub(crate) mod maker;

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use indicatif::ProgressBar;
-use superegg_lang::{Session, fingerprint_text};
+use superegg_lang::Session;
 use superegg_render::{Framing, RenderOptions, RenderSettings, Shard, render};
 use superegg_scene::{Picture, Scene, Track};
 use superegg_trace::CompiledScene;
@@ -20,6 +20,7 @@ use crate::commands::input::still_at;
 use crate::console;
 use crate::denoise::{self, denoised};
 use crate::files;
+use crate::files::fingerprint::{hash, text_of_picture};
 use crate::files::notes::notes;
 use crate::files::scene::load_with;
 use crate::files::series::Series;
@@ -293,7 +294,7 @@ impl FrameRenderer<'_> {
             bar.set_message(frame.to_string());
             let still = self.plan.still(&self.stills, frame)?;
             let depth = self.args.depth.unwrap_or(still.depth);
-            let signature = signature(&still, self.root, depth, &self.annotations);
+            let signature = signature(&still, self.root, depth, self.args.scene.parent(), &self.annotations);
             if folder.has(frame, signature) {
                 counts.kept += 1;
                 continue;
@@ -336,8 +337,14 @@ fn warn_of_frame(frame: u32, compiled: &CompiledScene, settings: &RenderSettings
 }
 
 /// A hash of everything that determines the picture of a frame.
-fn signature(still: &Scene, root: Option<&str>, depth: u32, annotations: &Annotations) -> u64 {
-    let of_scene = fingerprint_text(still, root);
+fn signature(
+    still: &Scene,
+    root: Option<&str>,
+    depth: u32,
+    folder: Option<&Path>,
+    annotations: &Annotations,
+) -> u64 {
+    let of_scene = text_of_picture(still, root, folder);
     let text = format!("{} {root:?} {depth} {annotations:?}\n{of_scene}", env!("CARGO_PKG_VERSION"));
-    frame_folder::hash(text.as_bytes())
+    hash(text.as_bytes())
 }

@@ -18,6 +18,7 @@ use crate::commands::input::still_at;
 use crate::console;
 use crate::denoise;
 use crate::files;
+use crate::files::fingerprint::text_of_picture;
 use crate::files::maker::check_maker;
 use crate::files::notes::notes;
 use crate::files::picture::PictureFormat;
@@ -184,7 +185,8 @@ impl<'a> Job<'a> {
         let mut clock = Clock::start();
         let Prepared { scene, root, depth, compiled, settings } = prepared;
         let header = || {
-            let text = fingerprint_text(scene, loaded.session.selected());
+            let folder = self.args.scene.parent();
+            let text = text_of_picture(scene, loaded.session.selected(), folder);
             let shard = self.shard.unwrap_or(Shard::WHOLE);
             PartHeader::new(env!("CARGO_PKG_VERSION"), &text, root.as_deref(), *depth, settings, shard)
         };

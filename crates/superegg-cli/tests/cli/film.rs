@@ -355,6 +355,32 @@ fn surroundings_are_found_beside_the_scene_and_missing_ones_are_faults() {
 }
 
 #[test]
+fn frames_and_shards_belong_to_the_pictures_that_they_show() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("far")).unwrap();
+    let paint = |color: [u8; 3]| {
+        image::RgbImage::from_pixel(2, 2, image::Rgb(color)).save(sandbox.path("far/t.png")).unwrap();
+    };
+    sandbox.write(
+        "far/s.scn",
+        "set size 40x40\nprm ball\ntexture color t.png\nambient 1\ndiffuse 0\nspecular 0\n",
+    );
+    paint([255, 0, 0]);
+    let animate = || sandbox.run("animate far/s.scn --turntable 2 -o frames").fine();
+    animate();
+    let red = std::fs::read(sandbox.path("frames/frame_0000.png")).unwrap();
+    assert!(animate().contains("2 kept from before"));
+    assert_eq!(std::fs::read(sandbox.path("frames/frame_0000.png")).unwrap(), red);
+    sandbox.run("render far/s.scn --shard 1/2 -o one.part --quiet").fine();
+    paint([0, 255, 0]);
+    animate();
+    assert_ne!(std::fs::read(sandbox.path("frames/frame_0000.png")).unwrap(), red);
+    sandbox.run("render far/s.scn --shard 2/2 -o two.part --quiet").fine();
+    let report = sandbox.run("merge one.part two.part -o a.png").failed(2);
+    assert!(report.contains("the scene"), "{report}");
+}
+
+#[test]
 fn textures_are_found_beside_the_scene_and_missing_ones_are_faults() {
     let sandbox = Sandbox::new();
     std::fs::create_dir(sandbox.path("far")).unwrap();

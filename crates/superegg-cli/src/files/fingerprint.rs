@@ -1,0 +1,41 @@
+//! What a picture is made from, for checksums: kept frames, shards and resumed renders belong together only where it is equal.
+
+use std::path::Path;
+
+use superegg_lang::{fingerprint_text, picture_files};
+use superegg_scene::Scene;
+
+use crate::files::{self, names};
+
+/// The text of a scene in `folder`, with a line for the content of each picture file that it names. Files that cannot be read
+/// are left out: the render reports them.
+pub(crate) fn text_of_picture(scene: &Scene, selected: Option<&str>, folder: Option<&Path>) -> String {
+    let mut text = fingerprint_text(scene, selected);
+    for name in picture_files(scene).keys() {
+        if let Ok(content) = files::read(&names::found(name, folder)) {
+            text += &format!("# picture {name} {:016x}\n", hash(&content));
+        }
+    }
+    text
+}
+
+/// The 64-bit FNV-1a hash (Fowler, Noll, Vo). It is stable between versions, and detects accidents,
+/// not attacks.
+pub(crate) fn hash(bytes: &[u8]) -> u64 {
+    bytes
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_the_published_one() {
+        assert_eq!(
+            (hash(b""), hash(b"a"), hash(b"foobar")),
+            (0xcbf29ce484222325, 0xaf63dc4c8601ec8c, 0x85944171f73967e8)
+        );
+    }
+}
