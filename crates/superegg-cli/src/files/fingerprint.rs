@@ -1,4 +1,4 @@
-//! What a picture is made from, for checksums: kept frames, shards and resumed renders belong together only where it is equal.
+//! The text of a picture for checksums: kept frames, shards and resumed renders belong together only where it is equal.
 
 use std::path::Path;
 

@@ -18,11 +18,12 @@ pub(crate) struct PointShadows {
     /// The index of the point of each ray, and the colour that the light adds if unoccluded.
     queued: Vec<(u32, DVec3)>,
     lit: LitPoints,
+    samples: Vec<SampledLight>,
 }
 
 impl PointShadows {
     pub(crate) fn new() -> Self {
-        Self { queued: Vec::new(), lit: LitPoints::new() }
+        Self { queued: Vec::new(), lit: LitPoints::new(), samples: Vec::new() }
     }
 
     /// Queues the shadow rays of all points that face a light. Returns the least width of a ray.
@@ -34,7 +35,7 @@ impl PointShadows {
         light_position: DVec3,
         queue: &mut ShadowQueue,
     ) -> f64 {
-        let Self { queued, lit } = self;
+        let Self { queued, lit, samples } = self;
         queued.clear();
         lit.clear();
         let mut least_width = f64::INFINITY;
@@ -58,10 +59,9 @@ impl PointShadows {
             }
         }
         lit.sample(&hits.points, (light_index, light), 1);
-        for SampledLight { point, color, .. } in lit.samples() {
-            if color != DVec3::ZERO {
-                push(point, color);
-            }
+        lit.list_samples(0.0, samples);
+        for &SampledLight { point, color, .. } in &*samples {
+            push(point, color);
         }
         least_width
     }

@@ -9,7 +9,7 @@ use superegg_trace::shaft::{Chord, Chords, Occluder, ShaftRays};
 use crate::shade::context::RenderContext;
 use crate::shade::shadow_batch::passed_surface;
 
-/// What is known of a shadow ray.
+/// The light of a shadow ray that arrives, as far as chords tell it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Passage {
     /// The part of the light that passes all shapes.

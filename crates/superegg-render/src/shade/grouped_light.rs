@@ -133,7 +133,7 @@ impl<'a> GroupedLight<'a> {
         }
         self.find_lit(group, points, (index, light), count);
         self.lit.sample(points, (index, light), count);
-        self.list_samples();
+        self.lit.list_samples(self.least_light, &mut self.samples);
         let Some(first) = self.samples.first().map(|sample| &points[sample.point]) else { return };
         if first.leaving {
             self.queue_dimmed(points, light);
@@ -220,13 +220,6 @@ impl<'a> GroupedLight<'a> {
             None => Shaft::along(&origins, &around(self.lit.points()[0].to_centre)),
         };
         (shaft, width)
-    }
-
-    /// Lists the samples that face the light and matter.
-    fn list_samples(&mut self) {
-        let Self { samples, lit, least_light, .. } = self;
-        samples.clear();
-        samples.extend(lit.samples().filter(|sample| sample.color.max_element() > *least_light));
     }
 
     /// Tests the shadow rays against the shapes in their shaft.

@@ -146,17 +146,23 @@ impl LitPoints {
         }
     }
 
-    /// The samples, in the order of the points.
-    pub(crate) fn samples(&self) -> impl Iterator<Item = SampledLight> {
-        (0..self.lit.len() * self.count).map(|at| {
-            let (lit, block, lane) = (&self.lit[at / self.count], &self.blocks[at / BLOCK], at % BLOCK);
-            let (cos, highlight) = (f64::from(block.cos.0[lane]), f64::from(block.highlight.0[lane]));
-            let offset = DVec3::from_array(block.offset.each_ref().map(|column| f64::from(column.0[lane])));
-            SampledLight {
-                point: lit.point,
-                to_light: lit.to_centre + offset,
-                color: lit.diffuse * cos + lit.specular * highlight,
+    /// Lists the samples with more light than `least`, in the order of the points.
+    pub(crate) fn list_samples(&self, least: f64, samples: &mut Vec<SampledLight>) {
+        samples.clear();
+        samples.reserve(self.lit.len() * self.count);
+        let mut at = 0;
+        for lit in &self.lit {
+            for _ in 0..self.count {
+                let (block, lane) = (&self.blocks[at / BLOCK], at % BLOCK);
+                at += 1;
+                let (cos, highlight) = (f64::from(block.cos.0[lane]), f64::from(block.highlight.0[lane]));
+                let color = lit.diffuse * cos + lit.specular * highlight;
+                if color.max_element() > least {
+                    let [x, y, z] = block.offset.each_ref().map(|column| f64::from(column.0[lane]));
+                    let to_light = lit.to_centre + DVec3::new(x, y, z);
+                    samples.push(SampledLight { point: lit.point, to_light, color });
+                }
             }
-        })
+        }
     }
 }
