@@ -43,7 +43,7 @@ pub(super) struct Crossing<S: Simd, const K: usize = 1> {
     /// between the parabolic and the tangent step. It is later than `s + error` only where N has an edge on the final step,
     /// which the refinement in f64 detects.
     pub(super) error: Lanes<S, K>,
-    /// Where the search did not converge.
+    /// Where the search did not converge, or N hardly falls to the level: f32 does not tell whether there is a crossing.
     pub(super) unresolved: Mask<S, K>,
 }
 
@@ -65,7 +65,7 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
     let slack = tolerance + tolerance + close + near * one.all(LAST_STEP);
     let Segment { start, direction, length, mut active } = *segment;
     let (mut s, mut error, mut found) = (zero, zero, zero.lt(zero));
-    let (mut first, mut last) = (zero, length);
+    let (mut first, mut last, mut grazes) = (zero, length, found);
     for _ in 0..MAX_STEPS {
         let curve = norm.curve(start.along(s, direction), direction, level);
         let (Curve { excess, scale, slope, bend }, inv_slope) = (curve, curve.inv_slope());
@@ -81,6 +81,9 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
         let overshoot = excess.mul_add(inv_slope, by_parabola).abs();
         error = arrived.select(slack.mul_add(inv_slope.abs(), overshoot), error);
         found = found | arrived;
+        // The least value of the parabola is above the level 1 - tolerance.
+        let deepest = twice + (tolerance + tolerance) + (tolerance + tolerance);
+        grazes = grazes | arrived.and_not(falls & zero.le((-deepest).mul_add(bend, square)));
         let by_tangent = (-excess.min(excess * one.all(BACK))).mul_add(inv_slope, s);
         first = (falls & one.all(DEEPEST).le(excess)).select(first.max(by_tangent), first);
         last = falls.select(last, last.min(by_tangent));
@@ -94,7 +97,8 @@ pub(super) fn first_crossings<S: Simd, const K: usize>(
         }
     }
     // An unresolved crossing is not before the lower bound.
-    Crossing { s: active.select(first, s), found: found | active, error, unresolved: active }
+    let s = active.select(first, grazes.select((s - error).max(first), s));
+    Crossing { s, found: found | active, error, unresolved: active | grazes }
 }
 
 /// Whether each ray enters the shape.

@@ -442,4 +442,48 @@ mod tests {
         }
         assert!(hits_found > 20_000 && in_f32 > hits_found / 10 * 9, "{in_f32} of {hits_found}");
     }
+
+    #[test]
+    fn rims_of_thin_shapes_are_where_f64_has_them() {
+        for (thin, e) in [(1e-2, 1.0), (1e-3, 1.0), (1e-4, 1.0), (1e-3, 0.5)] {
+            let text = format!("prm disc\nexp {e} 1\nobj all\nap disc\nss 1 1 {thin}\nrs 1 0 0 30\n");
+            let (session, diagnostics) = load_text("disc.scn", &text);
+            assert!(diagnostics.is_empty(), "{diagnostics:?}");
+            let scene = CompiledScene::compile(session.scene(), Some("all"), 10);
+            let camera = Camera {
+                position: DVec3::new(0.0, 0.0, 3.0),
+                target: DVec3::ZERO,
+                fov_deg: 40.0,
+                ..Camera::default()
+            };
+            let view = TestCamera::new(&camera, 240, 240);
+            let (mut tracer, mut visible) = (PacketTracer::new(&scene), VisibleSurfaces::default());
+            let (mut rays, mut wrong, mut hits) = (PacketRays::default(), 0, 0);
+            for tile in 0..225 {
+                let (x, y) = (16 * (tile % 15), 16 * (tile / 15));
+                let film = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
+                rays.start(camera.position);
+                (0..256).for_each(|i| rays.push(view.ray(film(i)).direction));
+                tracer.start_tile();
+                tracer.find(&rays, view.footprint(64), view.footprint(1));
+                let map = |candidate: u32| {
+                    let to_unit = tracer.candidate(candidate).unit_from_world.matrix3;
+                    f32_columns(&to_unit.transpose()).map(|(columns, _)| columns)
+                };
+                let maps: Vec<_> = (0..tracer.candidate_count() as u32).map(map).collect();
+                tracer.resolve(&rays, &maps, &mut visible);
+                let mut is_hit = [false; 256];
+                visible.hits.iter().for_each(|(ray, _)| is_hit[*ray as usize] = true);
+                for &SurfaceLanes { packet, lanes, .. } in &visible.resolved {
+                    bits(lanes).for_each(|lane| is_hit[packet * LANES + lane] = true);
+                }
+                for (i, is_hit) in is_hit.into_iter().enumerate() {
+                    let expected = scene.intersect_ray(&view.ray(film(i as u32))).is_some();
+                    hits += u32::from(expected);
+                    wrong += u32::from(is_hit != expected);
+                }
+            }
+            assert!(hits > 5_000 && wrong == 0, "{thin} {e}: {wrong} of {hits}");
+        }
+    }
 }
