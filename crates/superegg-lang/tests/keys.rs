@@ -158,6 +158,20 @@ fn faults_of_a_key_are_those_of_its_line_in_their_place() {
 }
 
 #[test]
+fn a_key_without_the_number_that_may_be_left_out_asks_for_it() {
+    for (line, usage) in [
+        ("key 3 setTexture color t.png", "setTexture color|roughness|bump"),
+        ("key 3 environment f.hdr", "environment FILE"),
+        ("key 3 set exposure", "set SETTING"),
+    ] {
+        let mut session = session(&["prm ball"]);
+        let fault = session.run_line(line).unwrap_err();
+        assert!(fault.message.contains("needs a number"), "{line}: {}", fault.message);
+        assert!(fault.help.as_deref().is_some_and(|help| help.contains(usage)), "{line}: {:?}", fault.help);
+    }
+}
+
+#[test]
 fn a_frame_that_cannot_be_says_which_and_why() {
     let session = session(&["obj arm", "key 0 scale 1 1 -1", "key 10 scale 1 1 1"]);
     assert!(scene_at(&session, 4.0).is_ok());

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use superegg_scene::{Key, Scene, Track, TrackSubject, TrackWord};
 
-use crate::diagnostic::Fault;
+use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::{Command, Needs, ObjectCommand};
 use crate::grammar::spec::{ArgKind, CommandSpec, NameKind, Range, not_keyable};
 use crate::grammar::table::find_command;
@@ -92,7 +92,7 @@ pub(crate) fn subject_of(
         before = word;
     }
     if numbers.is_empty() {
-        return Err(not_keyable(keyed.spec).at(keyed.word_columns(0)));
+        return Err(without_numbers(keyed.spec).at(keyed.word_columns(0)));
     }
     let (selected, cursor) = (selection.selected, selection.cursor());
     let moves_child = matches!(keyed.command, Command::Object(ObjectCommand::TransformChild(_)));
@@ -103,6 +103,12 @@ pub(crate) fn subject_of(
         cursor: cursor.filter(|_| moves_child).map(Into::into),
     };
     Ok((subject, numbers))
+}
+
+/// The fault of a keyed line without the number that the command may do without elsewhere.
+fn without_numbers(spec: &CommandSpec) -> Fault {
+    let message = format!("a key of {} needs a number: that is what changes from key to key", spec.name);
+    Fault::new(FaultCode::NotKeyable, message).help(format!("add it: {} {}", spec.name, spec.usage()))
 }
 
 /// Gives other names to files, as [`Scene::rename_files`], in the commands of keys, too.
