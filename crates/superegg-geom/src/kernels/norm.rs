@@ -17,6 +17,9 @@ use super::powers::PowerKind;
 /// The box [-1, 1]^3 is enlarged by this factor, for the rounding of crossings with its faces.
 pub(super) const BOX: f32 = 1.0 + 1e-6;
 
+/// The range of squared lengths of normals whose roots and reciprocals f32 holds.
+pub(super) const SQUARES: [f32; 2] = [1e-30, 1e30];
+
 /// How many registers a search works on at once. The steps of one register depend on each other; a second one fills the
 /// time that each instruction takes.
 pub(super) const SIDE_BY_SIDE: usize = 2;

@@ -7,7 +7,7 @@ use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::packet::{PACKET, PacketColumn, PacketSurfaces, PacketVectors};
 use superegg_simd::{Arch, Lanes, Mask, Simd, WithSimd};
-use superegg_trace::packet::{LANES, PacketTracer, SurfaceLanes, VisibleSurfaces, bits};
+use superegg_trace::packet::{PacketTracer, SurfaceLanes, VisibleSurfaces, bits};
 use superegg_trace::shaft::{BeamHits, Occluder, RayBeam};
 use superegg_trace::{CompiledScene, Footprint, InstancePath};
 
@@ -206,7 +206,6 @@ impl WithSimd for MirrorPacket<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { rays, surfaces, lanes, mirrored, range } = self;
-        const { assert!(PACKET == LANES) };
         for i in 0..PACKET / S::F32_LANES {
             let lanes = Mask::<S>::of_bits(simd, lanes >> (i * S::F32_LANES));
             let lane = |column: &PacketColumn<f32>| -> Lanes<S> { column.load(simd, i) };

@@ -38,16 +38,15 @@ impl ClearShadows {
         end: f64,
         rays: &ShaftRays,
     ) -> bool {
+        let materials: Option<Vec<_>> = shapes.iter().map(|shape| plain_material(context, shape)).collect();
         let surfaces = 2 * shapes.len();
-        let are_plain = shapes.iter().all(|shape| plain_material(context, shape).is_some());
-        if !are_plain || surfaces > context.picture.bounces as usize {
+        let Some(materials) = materials.filter(|_| surfaces <= context.picture.bounces as usize) else {
             return false;
-        }
+        };
         self.passages.clear();
         self.passages.resize(rays.len(), (Passage::Passed(DVec3::ONE), [f64::INFINITY, f64::NEG_INFINITY]));
         let Self { passages, chords } = self;
-        for shape in shapes {
-            let Some(material) = plain_material(context, shape) else { return false };
+        for (shape, material) in shapes.iter().zip(materials) {
             shape.find_chords(end, rays, chords);
             for &ray in &chords.unresolved {
                 passages[ray].0 = Passage::Unknown;

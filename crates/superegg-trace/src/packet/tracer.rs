@@ -399,6 +399,29 @@ mod tests {
         }
     }
 
+    /// Finds the surfaces on the 256 rays of a tile of 16 x 16 pixels from this corner on, with maps for f32. Returns the rays.
+    fn see_tile(
+        tracer: &mut PacketTracer<'_>,
+        view: &TestCamera,
+        [x, y]: [u32; 2],
+        visible: &mut VisibleSurfaces,
+    ) -> Vec<Ray> {
+        let film = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
+        let seen: Vec<Ray> = (0..256).map(|i| view.ray(film(i))).collect();
+        let mut rays = PacketRays::default();
+        rays.start(seen[0].origin);
+        seen.iter().for_each(|ray| rays.push(ray.direction));
+        tracer.start_tile();
+        tracer.find(&rays, view.footprint(64), view.footprint(1));
+        let map = |candidate: u32| {
+            let to_unit = tracer.candidate(candidate).unit_from_world.matrix3;
+            f32_columns(&to_unit.transpose()).map(|(columns, _)| columns)
+        };
+        let maps: Vec<_> = (0..tracer.candidate_count() as u32).map(map).collect();
+        tracer.resolve(&rays, &maps, visible);
+        seen
+    }
+
     #[test]
     fn flat_shapes_seen_from_afar_are_resolved_in_f32() {
         // A ground as course scenes have it: 1000 wide, a fiftieth high.
@@ -415,20 +438,10 @@ mod tests {
         };
         let view = TestCamera::new(&camera, 1280, 960);
         let (mut tracer, mut visible) = (PacketTracer::new(&scene), VisibleSurfaces::default());
-        let (mut in_f32, mut hits_found, mut rays) = (0, 0, PacketRays::default());
+        let (mut in_f32, mut hits_found) = (0, 0);
         for i in (0..4800).step_by(37) {
             let (x, y) = (16 * (i % 80), 16 * (i / 80));
-            let film = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
-            rays.start(camera.position);
-            (0..256).for_each(|i| rays.push(view.ray(film(i)).direction));
-            tracer.start_tile();
-            tracer.find(&rays, view.footprint(64), view.footprint(1));
-            let map = |candidate: u32| {
-                let to_unit = tracer.candidate(candidate).unit_from_world.matrix3;
-                f32_columns(&to_unit.transpose()).map(|(columns, _)| columns)
-            };
-            let maps: Vec<_> = (0..tracer.candidate_count() as u32).map(map).collect();
-            tracer.resolve(&rays, &maps, &mut visible);
+            see_tile(&mut tracer, &view, [x, y], &mut visible);
             // A refined hit has a smaller error than any that the f32 kernels find.
             let is_found_in_f32 = |packet: usize, lane: usize| {
                 let PacketSurfaces { t, error, .. } = &visible.surfaces[packet];
@@ -458,27 +471,17 @@ mod tests {
             };
             let view = TestCamera::new(&camera, 240, 240);
             let (mut tracer, mut visible) = (PacketTracer::new(&scene), VisibleSurfaces::default());
-            let (mut rays, mut wrong, mut hits) = (PacketRays::default(), 0, 0);
+            let (mut wrong, mut hits) = (0, 0);
             for tile in 0..225 {
                 let (x, y) = (16 * (tile % 15), 16 * (tile / 15));
-                let film = |i: u32| DVec2::new(f64::from(x + i % 16) + 0.5, f64::from(y + i / 16) + 0.5);
-                rays.start(camera.position);
-                (0..256).for_each(|i| rays.push(view.ray(film(i)).direction));
-                tracer.start_tile();
-                tracer.find(&rays, view.footprint(64), view.footprint(1));
-                let map = |candidate: u32| {
-                    let to_unit = tracer.candidate(candidate).unit_from_world.matrix3;
-                    f32_columns(&to_unit.transpose()).map(|(columns, _)| columns)
-                };
-                let maps: Vec<_> = (0..tracer.candidate_count() as u32).map(map).collect();
-                tracer.resolve(&rays, &maps, &mut visible);
+                let rays = see_tile(&mut tracer, &view, [x, y], &mut visible);
                 let mut is_hit = [false; 256];
                 visible.hits.iter().for_each(|(ray, _)| is_hit[*ray as usize] = true);
                 for &SurfaceLanes { packet, lanes, .. } in &visible.resolved {
                     bits(lanes).for_each(|lane| is_hit[packet * LANES + lane] = true);
                 }
                 for (i, is_hit) in is_hit.into_iter().enumerate() {
-                    let expected = scene.intersect_ray(&view.ray(film(i as u32))).is_some();
+                    let expected = scene.intersect_ray(&rays[i]).is_some();
                     hits += u32::from(expected);
                     wrong += u32::from(is_hit != expected);
                 }

@@ -2,7 +2,7 @@
 
 use superegg_simd::{Lanes, Linear, Mask, Simd, Triple, WithSimd, register_bits};
 
-use super::super::norm::{EvaluateNorm, SIDE_BY_SIDE, ValueAndGradient, WithNorm, with_norm};
+use super::super::norm::{EvaluateNorm, SIDE_BY_SIDE, SQUARES, ValueAndGradient, WithNorm, with_norm};
 use super::hits::{PacketHits, PacketSurfaces};
 use super::rays::{PACKET, PacketVectors};
 use super::shape::{PacketShape, PreparedShape, recip};
@@ -16,9 +16,6 @@ pub(super) struct SurfaceKernel<'a> {
     pub(super) lanes: u32,
     pub(super) surfaces: &'a mut PacketSurfaces,
 }
-
-/// The range of squared lengths of normals whose roots and reciprocals f32 holds.
-const SQUARES: [f32; 2] = [1e-30, 1e30];
 
 /// [`SurfaceKernel`] with the lanes.
 struct Surface<'a, S: Simd>(S, SurfaceKernel<'a>);

@@ -2,14 +2,12 @@
 
 use superegg_simd::{Column, Lanes, Simd, Triple, WithSimd};
 
-use super::super::norm::{EvaluateNorm, SIDE_BY_SIDE, ValueAndGradient};
+use super::super::norm::{EvaluateNorm, SIDE_BY_SIDE, SQUARES, ValueAndGradient};
 use super::super::root::{NEAR, Segment, first_crossings};
 use super::solve::{STREAM_LANES, StreamLanes, TOLERANCE};
 
 /// Shorter chords, in unit space, graze the surface: their ends and angles are not reliable.
 const LEAST_CHORD: f32 = 1e-2;
-/// The range of squared lengths of normals whose roots f32 holds.
-const SQUARES: [f32; 2] = [1e-30, 1e30];
 
 /// The chords of rays through shapes, by lanes.
 #[derive(Clone, Debug)]
