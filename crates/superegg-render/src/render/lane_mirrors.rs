@@ -3,12 +3,12 @@
 //! Mirrored rays of neighbouring lanes lie in one beam. Where no shape reaches into the beam, the surfaces stay in f32 and
 //! receive the sky; all others go on in f64, as rays.
 
-use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::packet::{PACKET, PacketColumn, PacketSurfaces, PacketVectors};
+use superegg_geom::{Aabb, Ray};
 use superegg_simd::{Arch, Lanes, Mask, Simd, WithSimd};
 use superegg_trace::packet::{PacketTracer, SurfaceLanes, VisibleSurfaces, bits};
-use superegg_trace::shaft::{BeamHits, Occluder, RayBeam};
+use superegg_trace::shaft::{BeamHits, Occluder, RayBeam, ShaftRays};
 use superegg_trace::{CompiledScene, Footprint, InstancePath};
 
 use crate::render::surface_cache::SurfaceCache;
@@ -18,6 +18,8 @@ use crate::stats::TraceStats;
 
 /// The most packets whose rays form one beam.
 const NEIGHBOURS: usize = 4;
+/// Rays are tested one by one against no more shapes than this.
+const MOST_TESTED: usize = 4;
 /// More than the rounding error of a mirrored direction in f32.
 const DIRECTION_ERROR: f64 = 1e-5;
 /// More than the relative rounding error of a position in f32.
@@ -33,6 +35,7 @@ pub(crate) struct LaneMirrors {
     /// The lanes whose mirrored rays may hit something.
     others: Vec<SurfaceLanes>,
     found: Vec<Occluder>,
+    rays: ShaftRays,
 }
 
 impl LaneMirrors {
@@ -43,6 +46,7 @@ impl LaneMirrors {
             open: Vec::new(),
             others: Vec::new(),
             found: Vec::new(),
+            rays: ShaftRays::default(),
         }
     }
 
@@ -50,6 +54,11 @@ impl LaneMirrors {
     pub(crate) fn clear(&mut self) {
         self.open.clear();
         self.others.clear();
+    }
+
+    /// The number of lanes whose mirrored rays may hit something.
+    pub(crate) fn moved_count(&self) -> usize {
+        self.others.iter().map(|surface| surface.lanes.count_ones() as usize).sum()
     }
 
     /// Tests the mirrored rays of all surfaces. Returns the lanes whose rays may hit something. `camera` is the origin of the
@@ -76,13 +85,35 @@ impl LaneMirrors {
         &self.others
     }
 
-    /// Tests the rays of some packets, or those of each packet.
+    /// Tests the rays of some packets: together, and one by one where they may hit a few shapes.
     fn test(&mut self, source: &MirrorSource<'_>, group: &[SurfaceLanes]) {
         let beam = self.beam(source, group);
         match source.scene.beam_hits(&beam, &mut self.found) {
             BeamHits::None => self.open.extend_from_slice(group),
-            BeamHits::Few if group.len() > 1 => group.chunks(1).for_each(|one| self.test(source, one)),
-            BeamHits::Few | BeamHits::Many => self.others.extend_from_slice(group),
+            BeamHits::Found if self.found.len() <= MOST_TESTED => self.test_rays(source, group),
+            BeamHits::Found | BeamHits::Unknown => self.others.extend_from_slice(group),
+        }
+    }
+
+    /// Tests each ray of some packets against the shapes that were found.
+    fn test_rays(&mut self, source: &MirrorSource<'_>, group: &[SurfaceLanes]) {
+        self.rays.clear();
+        for &SurfaceLanes { packet, lanes, .. } in group {
+            bits(lanes).for_each(|lane| self.rays.push(&source.ray(packet, lane, &self.directions[packet])));
+        }
+        source.scene.occlude_rays(&self.found, f64::INFINITY, &mut self.rays);
+        let mut index = 0;
+        for &surface in group {
+            let mut open = 0;
+            for lane in bits(surface.lanes) {
+                open |= u32::from(self.rays.is_open(index)) << lane;
+                index += 1;
+            }
+            for (lanes, list) in [(open, &mut self.open), (surface.lanes & !open, &mut self.others)] {
+                if lanes != 0 {
+                    list.push(SurfaceLanes { lanes, ..surface });
+                }
+            }
         }
     }
 
@@ -145,6 +176,23 @@ struct MirrorSource<'s> {
     /// The width of the camera's rays.
     footprint: Footprint,
     own: &'s InstancePath,
+}
+
+impl MirrorSource<'_> {
+    /// The mirrored ray of a lane. `mirrored` has the directions of its packet.
+    fn ray(&self, packet: usize, lane: usize, mirrored: &PacketVectors) -> Ray {
+        let vector = |columns: &PacketVectors| {
+            DVec3::from_array(columns.each_ref().map(|column| f64::from(column.0[lane])))
+        };
+        let surfaces = &self.visible.surfaces[packet];
+        let offset = f64::from(surfaces.t.0[lane]) * vector(&self.visible.directions[packet]);
+        let rounding = POSITION_ERROR * offset.abs().max_element();
+        Ray {
+            origin: self.camera + offset,
+            direction: vector(mirrored),
+            origin_error: self.visible.position_error(surfaces.error.0[lane]) + rounding,
+        }
+    }
 }
 
 /// A box in f32.

@@ -81,7 +81,9 @@ impl<'a> TileTracer<'a> {
         let Self { camera, stats, hits, lanes, results, instances, .. } = self;
         let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
         direct::add_ambient(camera.context, &hits.shaded.points, true, &mut shading);
-        Wavefront::of_points(camera.context, 1, &hits.shaded.points, &mut shading).follow_all(&mut shading);
+        Wavefront::of_points(camera.context, 1, &hits.shaded.points, &mut shading)
+            .with_beams_tested(hits.mirrors.moved_count())
+            .follow_all(&mut shading);
         lanes.write_colors(&hits.visible, &mut results.colors);
         self.finish(samples.len())
     }

@@ -18,6 +18,8 @@ pub(crate) struct Wavefront<'a> {
     states: Vec<PathState>,
     /// The number of surfaces that the rays have left.
     bounces: u32,
+    /// The rays whose beams are known to hold shapes.
+    beams_tested: usize,
 }
 
 /// Branches of a [`crate::camera::sobol::SampleKey`].
@@ -28,7 +30,13 @@ const BLURRED: u32 = 1 << 20;
 impl<'a> Wavefront<'a> {
     /// An empty wavefront with room for some rays. `bounces` is 0 for camera rays.
     pub(crate) fn with_capacity(context: RenderContext<'a>, bounces: u32, rays: usize) -> Self {
-        Self { context, rays: Vec::with_capacity(rays), states: Vec::with_capacity(rays), bounces }
+        Self {
+            context,
+            rays: Vec::with_capacity(rays),
+            states: Vec::with_capacity(rays),
+            bounces,
+            beams_tested: 0,
+        }
     }
 
     /// The reflected and refracted rays of points, after a number of bounces.
@@ -42,6 +50,11 @@ impl<'a> Wavefront<'a> {
         let mut wave = Self::with_capacity(context, bounces, scattering);
         points.iter().for_each(|point| wave.scatter(point, shading));
         wave
+    }
+
+    /// With this many rays whose beams are known to hold shapes.
+    pub(crate) fn with_beams_tested(self, beams_tested: usize) -> Self {
+        Self { beams_tested, ..self }
     }
 
     /// Adds a ray.
@@ -140,8 +153,8 @@ impl<'a> Wavefront<'a> {
     /// hit add the sky to the colours.
     pub(crate) fn trace(&mut self, shading: &mut ShadingState<'_, 'a>) -> Vec<SurfacePoint<'a>> {
         let (scene, coarsened) = (self.context.scene, &mut shading.stats.coarsened);
-        // Camera rays are alike too, but few of their shafts are empty.
-        let hits = if self.bounces == 0 {
+        // Camera rays are alike too, but few of their beams are empty.
+        let hits = if self.bounces == 0 || 2 * self.beams_tested > self.rays.len() {
             scene.intersect_many_counted(&self.rays, coarsened)
         } else {
             scene.intersect_alike(&self.rays, coarsened)

@@ -41,25 +41,25 @@ pub struct RayBeam<'p> {
 pub enum BeamHits {
     /// No ray hits anything.
     None,
-    /// So few that a part of the beam may hit none.
-    Few,
-    /// Many, or a number that is not known.
-    Many,
+    /// The shapes that were found; no ray hits any other.
+    Found,
+    /// Many, or shapes that are not known.
+    Unknown,
 }
 
 impl CompiledScene {
-    /// The shapes that the rays of a beam may hit. `found` is memory.
+    /// The shapes that the rays of a beam may hit; with [`BeamHits::Found`] they are in `found`.
     pub fn beam_hits(&self, beam: &RayBeam<'_>, found: &mut Vec<Occluder>) -> BeamHits {
         let RayBeam { origins, directions, own, footprint } = *beam;
         if !(origins.min.is_finite() && origins.max.is_finite() && directions.min.is_finite()) {
-            return BeamHits::Many;
+            return BeamHits::Unknown;
         }
         let width = footprint.at(self.reach_from(&origins));
         let shaft = Shaft::along(&origins, &directions);
         match self.find_occluders(&shaft, ShaftStart { own, width }, found) {
             true if found.is_empty() => BeamHits::None,
-            true if found.len() <= MOST_SPLIT => BeamHits::Few,
-            _ => BeamHits::Many,
+            true => BeamHits::Found,
+            false => BeamHits::Unknown,
         }
     }
 
@@ -70,14 +70,7 @@ impl CompiledScene {
         for group in by_start(rays).iter().flat_map(|indices| indices.chunks(NEIGHBOURS)) {
             finder.test(rays, group);
         }
-        let misses = finder.misses;
-        if !misses.contains(&true) {
-            return self.intersect_many_counted(rays, coarsened);
-        }
-        let traced: Vec<TraceRay> =
-            rays.iter().zip(&misses).filter(|(_, is_miss)| !**is_miss).map(|(ray, _)| ray.clone()).collect();
-        let mut hits = self.intersect_many_counted(&traced, coarsened).into_iter();
-        misses.into_iter().map(|is_miss| if is_miss { None } else { hits.next().flatten() }).collect()
+        self.intersect_others(rays, &finder.misses, coarsened)
     }
 }
 
@@ -134,12 +127,12 @@ impl MissFinder<'_> {
         };
         match self.scene.beam_hits(&beam, &mut self.found) {
             BeamHits::None => group.iter().for_each(|&index| self.misses[index] = true),
-            BeamHits::Few if group.len() >= 2 * LEAST_SPLIT => {
+            BeamHits::Found if self.found.len() <= MOST_SPLIT && group.len() >= 2 * LEAST_SPLIT => {
                 let (one, other) = group.split_at(group.len() / 2);
                 self.test(rays, one);
                 self.test(rays, other);
             }
-            BeamHits::Few | BeamHits::Many => {}
+            BeamHits::Found | BeamHits::Unknown => {}
         }
     }
 }

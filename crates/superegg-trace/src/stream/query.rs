@@ -22,12 +22,23 @@ impl CompiledScene {
 
     /// [`CompiledScene::intersect_many`] that counts the rays whose work was bounded.
     pub fn intersect_many_counted(&self, rays: &[TraceRay], coarsened: &mut Coarsened) -> Vec<Option<Hit>> {
+        self.intersect_others(rays, &[], coarsened)
+    }
+
+    /// [`CompiledScene::intersect_many_counted`] where some rays are known to hit nothing. `misses` marks them, or is empty.
+    pub(crate) fn intersect_others(
+        &self,
+        rays: &[TraceRay],
+        misses: &[bool],
+        coarsened: &mut Coarsened,
+    ) -> Vec<Option<Hit>> {
         let Some(root) = self.root.as_deref() else { return vec![None; rays.len()] };
         let mut hits = Vec::with_capacity(rays.len());
         let mut stream = Stream::new(self, root, None);
         let mut refiner = Refiner::default();
-        for rays in rays.chunks(rays_together(root)) {
-            stream.run(rays);
+        let together = rays_together(root);
+        for (first, rays) in (0..).step_by(together).zip(rays.chunks(together)) {
+            stream.run(rays, misses.get(first..).unwrap_or_default());
             // A few rays at a time, so that each stays in the nearest cache.
             for (part, rays) in rays.chunks(REFINED_TOGETHER).enumerate() {
                 refiner.refine(&stream, part * REFINED_TOGETHER, rays, &mut hits);
@@ -55,7 +66,7 @@ impl CompiledScene {
         let Some(root) = self.root.as_deref().filter(|_| !rays.is_empty()) else { return occluded };
         let (mut stream, together) = (Stream::new(self, root, Some(t_max)), rays_together(root));
         for (rays, occluded) in rays.chunks(together).zip(occluded.chunks_mut(together)) {
-            stream.run(rays);
+            stream.run(rays, &[]);
             for ((index, ray), occluded) in rays.iter().enumerate().zip(occluded) {
                 *occluded = match stream.table().outcome(index) {
                     Outcome::Miss => false,
@@ -74,7 +85,7 @@ impl CompiledScene {
         let Some(root) = self.root.as_deref() else { return 0 };
         let (mut stream, mut count) = (Stream::new(self, root, None), 0);
         for rays in rays.chunks(rays_together(root)) {
-            stream.run(rays);
+            stream.run(rays, &[]);
             for (index, ray) in rays.iter().enumerate() {
                 count += usize::from(match stream.table().outcome(index) {
                     Outcome::Miss | Outcome::Occluded => false,

@@ -112,6 +112,7 @@ fn tree_ray(group: &Group, ray: &Ray) -> Option<BoxRay> {
 struct Run<'a, 's> {
     stream: &'a mut Stream<'s>,
     rays: &'s [TraceRay],
+    misses: &'a [bool],
 }
 
 impl WithSimd for Run<'_, '_> {
@@ -119,7 +120,7 @@ impl WithSimd for Run<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.stream.run_with(simd, self.rays);
+        self.stream.run_with(simd, self.rays, self.misses);
     }
 }
 
@@ -159,15 +160,16 @@ impl<'s> Stream<'s> {
         &self.query
     }
 
-    /// Traces rays. Not inlined: the code is large, and is compiled once for each instruction set.
+    /// Traces rays. Those that are marked in `misses` are known to hit nothing; it may be shorter. Not inlined: the code is
+    /// large, and is compiled once for each instruction set.
     #[inline(never)]
-    pub(super) fn run(&mut self, rays: &'s [TraceRay]) {
-        Arch::new().dispatch(Run { stream: self, rays });
+    pub(super) fn run(&mut self, rays: &'s [TraceRay], misses: &[bool]) {
+        Arch::new().dispatch(Run { stream: self, rays, misses });
     }
 
     #[inline(always)]
-    fn run_with<S: Simd>(&mut self, simd: S, rays: &'s [TraceRay]) {
-        self.load(rays);
+    fn run_with<S: Simd>(&mut self, simd: S, rays: &'s [TraceRay], misses: &[bool]) {
+        self.load(rays, misses);
         loop {
             let mut visit = None;
             match self.scratch.tasks.pop() {
@@ -211,7 +213,7 @@ impl<'s> Stream<'s> {
 
     /// Loads rays, those of one octant side by side: lists then read whole cache lines.
     #[inline(always)]
-    fn load(&mut self, rays: &'s [TraceRay]) {
+    fn load(&mut self, rays: &'s [TraceRay], misses: &[bool]) {
         self.query.rays = rays;
         let Query { root, any_before, .. } = self.query;
         let count = rays.len();
@@ -249,7 +251,12 @@ impl<'s> Stream<'s> {
                 *next += 1;
             }
             for id in before..before + chunk.len() {
-                let traced = &rays[table.index_of[id] as usize];
+                let index = table.index_of[id] as usize;
+                if misses.get(index) == Some(&true) {
+                    (table.outcomes[id], table.ends[id]) = (Outcome::Miss, DONE);
+                    continue;
+                }
+                let traced = &rays[index];
                 let starts_on = match &traced.start {
                     Some(start) => start.path.indices().last().copied().unwrap_or(NO_LEAF),
                     None => NO_LEAF,
@@ -570,7 +577,7 @@ mod tests {
         for any_before in [None, Some(1.0)] {
             let mut stream = Stream::new(&scene, root, any_before);
             (stream.most_rays, stream.most_trails) = (100, 8);
-            stream.run(&rays);
+            stream.run(&rays, &[]);
             assert!(stream.table().lines.capacity() <= 2 * rays.len(), "{}", stream.table().lines.capacity());
             // The trails of hits stay.
             let most_trails = if any_before.is_some() { 50 } else { 3_500 };
