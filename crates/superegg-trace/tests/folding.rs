@@ -104,7 +104,7 @@ fn memory_is_linear_in_the_depth() {
         let scene = load(text);
         for depth in [1, 8, 32, MAX_DEPTH] {
             let bytes = CompiledScene::compile(&scene, Some("all"), depth).bytes();
-            assert!(bytes < 20_000 * depth as usize, "{bytes} bytes at depth {depth}");
+            assert!(bytes < 400_000 + 20_000 * depth as usize, "{bytes} bytes at depth {depth}");
         }
     }
     // No object is opened into its parent without limit.
@@ -118,6 +118,23 @@ fn memory_is_linear_in_the_depth() {
     }
     let compiled = CompiledScene::compile(&load(&wide), Some("all"), 9);
     assert!(compiled.bytes() < 1_500_000, "{}", compiled.bytes());
+    // Nor do many objects become wide.
+    let mut many = String::from("prm ball\ncoeff 3 3 3\nobj row\n");
+    for i in 0..400 {
+        many += &format!("ap ball b{i}\nxs {i} 0 0\n");
+    }
+    for i in 0..200 {
+        many += &format!("obj wide{i}\n");
+        for j in 0..8 {
+            many += &format!("ao row r{j}\nxs 0 {j} {i}\n");
+        }
+    }
+    many += "obj all\n";
+    for i in 0..200 {
+        many += &format!("ao wide{i} w{i}\n");
+    }
+    let compiled = CompiledScene::compile(&load(&many), Some("all"), 9);
+    assert!(compiled.bytes() < 30_000_000, "{}", compiled.bytes());
 }
 
 /// Unit balls at integer positions in objects of objects: many at the same position. All arithmetic is exact.

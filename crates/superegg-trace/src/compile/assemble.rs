@@ -30,7 +30,8 @@ impl InflationSum {
     }
 }
 
-/// Assembles a group after its small children are folded into it; `None` if it is empty.
+/// Assembles a group after its small children are folded into it; `None` if it is empty. `folded_before` counts the items
+/// that were folded into other groups.
 ///
 /// Loose boxes determine the space of the tree, tight boxes the tree, and the tree the order of the leaves.
 pub(super) fn assemble(
@@ -39,9 +40,10 @@ pub(super) fn assemble(
     survey: Survey,
     primitives: &[CompiledPrimitive],
     inflation: &mut InflationSum,
+    folded_before: usize,
 ) -> Option<Group> {
     let has_one_child = parts.item_count() == 1;
-    fold(&mut parts, &survey.leaf_box);
+    fold(&mut parts, &survey.leaf_box, folded_before);
     let mut whole = survey.leaf_box;
     let image = |leaf: &FoldedLeaf| leaf.maps.image(&primitives[leaf.primitive as usize]);
     whole = parts.folded.iter().fold(whole, |whole, leaf| whole.union(&image(leaf).loose_box()));

@@ -89,6 +89,8 @@ struct Compiler<'a> {
     /// The group of each (object, remaining depth); `None` if it is empty.
     opened: HashMap<(u32, u32), Option<Arc<Group>>>,
     inflation: InflationSum,
+    /// The number of folded items in all groups. It counts reused groups too, so that it does not depend on history.
+    folded: usize,
     reused: usize,
     patched: usize,
     reaches_depth: bool,
@@ -118,6 +120,7 @@ impl<'a> Compiler<'a> {
             described,
             opened: HashMap::new(),
             inflation: InflationSum::default(),
+            folded: 0,
             reused: 0,
             patched: 0,
             reaches_depth: false,
@@ -146,7 +149,8 @@ impl<'a> Compiler<'a> {
     }
 
     fn assemble(&mut self, parts: Parts<'a>, names: Arc<Names>, survey: Survey) -> Option<Arc<Group>> {
-        let group = assemble(parts, names, survey, &self.described.primitives, &mut self.inflation);
+        let primitives = &self.described.primitives;
+        let group = assemble(parts, names, survey, primitives, &mut self.inflation, self.folded);
         group.map(Arc::new)
     }
 
@@ -192,6 +196,7 @@ impl<'a> Compiler<'a> {
             self.patched += usize::from(group.is_some());
             group.or_else(|| self.assemble(parts, names, survey))
         };
+        self.folded += group.as_ref().map_or(0, |group| group.folded.len());
         self.opened.insert((container, remaining), group.clone());
         group
     }

@@ -13,10 +13,20 @@ use super::parts::{FoldedLeaf, GroupItem, LeafMaps, Parts};
 use crate::scene::group::{FoldedName, Group, Instance, Leaf, NameRef};
 use crate::scene::node::{Node, Slot};
 
-/// Groups of more items are not folded.
-const MOST_FOLDED: usize = 64;
-/// Nothing is folded into a group that would have more items by that.
-const MOST_ITEMS: usize = 512;
+/// Limits on what is folded into one group.
+struct Limits {
+    /// Groups of more items are not folded.
+    most_folded: usize,
+    /// Nothing is folded into a group that would have more items by that.
+    most_items: usize,
+}
+
+/// The limits while little of the scene has been folded: rays enter as few groups as possible.
+const WIDE: Limits = Limits { most_folded: 512, most_items: 4096 };
+/// The limits of scenes whose many objects would take too much memory with wide groups.
+const NARROW: Limits = Limits { most_folded: 64, most_items: 512 };
+/// From this many folded items of a scene on, the limits are narrow. An item takes about 170 bytes.
+const MOST_WIDE: usize = 1 << 17;
 /// Nothing is folded into a group that would have more groups by that: their boxes take time to compile.
 const MOST_GROUPS: usize = 32;
 /// Boxes of a tree are f32, so a group stays out that has a primitive smaller than this part of the parent.
@@ -36,8 +46,10 @@ struct Content {
     groups: Vec<(NameRef, Transform, Arc<Group>)>,
 }
 
-/// Folds the smallest groups of a parent into it while there is room. `leaf_box` is the box around its leaves.
-pub(super) fn fold(parts: &mut Parts<'_>, leaf_box: &Aabb) {
+/// Folds the smallest groups of a parent into it while there is room. `leaf_box` is the box around its leaves, and
+/// `folded_before` the number of items that were folded into other groups of the scene.
+pub(super) fn fold(parts: &mut Parts<'_>, leaf_box: &Aabb, folded_before: usize) {
+    let Limits { most_folded, most_items } = if folded_before < MOST_WIDE { WIDE } else { NARROW };
     let (mut item_count, mut group_count) = (parts.item_count(), parts.groups.len());
     let items = std::mem::take(&mut parts.groups);
     let parent_size = 2.0 * whole_box(&items, leaf_box).half_extent().length();
@@ -47,8 +59,8 @@ pub(super) fn fold(parts: &mut Parts<'_>, leaf_box: &Aabb) {
     for index in order {
         let item = &items[index];
         let (count, groups) = (item.group.item_count(), item.group.instances.len());
-        let has_room = count <= MOST_FOLDED
-            && item_count + count <= MOST_ITEMS + 1
+        let has_room = count <= most_folded
+            && item_count + count <= most_items + 1
             && (groups <= 1 || group_count + groups <= MOST_GROUPS + 1);
         let is_of_use = || is_large_enough(item, parent_size) && !overlaps_much(&item.group);
         if count == 1 || (has_room && is_of_use()) {
