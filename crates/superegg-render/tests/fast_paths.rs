@@ -517,18 +517,21 @@ fn a_ray_through_forty_levels_meets_the_surface_within_a_twentieth_of_a_pixel() 
 
 #[test]
 fn boxes_of_turned_levels_do_not_swell() {
-    // A shell of 60 pairs of ribs, each turned by 24 degrees: boxes of corners would grow at every level. The groups of
-    // the lower 33 levels are folded; each of the others has one group.
-    let text = "prm p\ncoeff .1 .1 .1\nobj shell\nap p\nxs 1 0 0\nap p q\nxs -1 0 0\n\
-        ao shell deeper\nss .97 .97 .97\nrs 0 0 1 24\n";
-    let compiled = CompiledScene::compile(&load(text), Some("shell"), 60);
+    // A shell of 60 rings of 20 ribs, each turned by 24 degrees: boxes of corners would grow at every level. The groups of
+    // the lower 25 levels are folded; each of the 34 above the next has one group.
+    let mut text = String::from("prm p\ncoeff .1 .1 .1\nobj shell\n");
+    for rib in 0..20 {
+        text += &format!("ap p p{rib}\nxs 1 0 0\nrs 0 0 1 {}\n", 18 * rib);
+    }
+    text += "ao shell deeper\nss .97 .97 .97\nrs 0 0 1 24\n";
+    let compiled = CompiledScene::compile(&load(&text), Some("shell"), 60);
     let bounds = compiled.bounds().unwrap();
     assert!(
         bounds.half_extent().x < 1.2 && bounds.half_extent().y < 1.2 && bounds.half_extent().z < 0.11,
         "{bounds:?}"
     );
     assert!(
-        compiled.box_inflation().instances == 27 && compiled.box_inflation().mean_ratio > 1.05,
+        compiled.box_inflation().instances == 34 && compiled.box_inflation().mean_ratio > 1.05,
         "{:?}",
         compiled.box_inflation()
     );
