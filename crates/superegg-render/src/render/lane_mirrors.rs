@@ -7,9 +7,9 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::packet::{PACKET, PacketColumn, PacketSurfaces, PacketVectors};
 use superegg_geom::{Aabb, Ray};
 use superegg_simd::{Arch, Lanes, Mask, Simd, WithSimd};
-use superegg_trace::packet::{PacketTracer, SurfaceLanes, VisibleSurfaces, bits};
-use superegg_trace::shaft::{BeamHits, Occluder, RayBeam, ShaftRays};
-use superegg_trace::{CompiledScene, Footprint, InstancePath};
+use superegg_trace::packet::{LANES, PacketTracer, SurfaceLanes, VisibleSurfaces, bits};
+use superegg_trace::shaft::{BeamHits, FirstHit, FirstHits, Occluder, RayBeam, ShaftRays};
+use superegg_trace::{CompiledScene, Footprint, Hit, InstancePath};
 
 use crate::render::surface_cache::SurfaceCache;
 use crate::shade::context::RenderContext;
@@ -34,8 +34,24 @@ pub(crate) struct LaneMirrors {
     open: Vec<SurfaceLanes>,
     /// The lanes whose mirrored rays may hit something.
     others: Vec<SurfaceLanes>,
+    /// The hits of mirrored rays of which lanes know the first one.
+    seen: Vec<MirroredHit>,
     found: Vec<Occluder>,
     rays: ShaftRays,
+    first_hits: FirstHits,
+}
+
+/// The first hit of a mirrored ray.
+#[derive(Clone, Debug)]
+pub(crate) struct MirroredHit {
+    /// The index of the camera ray.
+    pub(crate) pixel: usize,
+    pub(crate) ray: Ray,
+    /// The width of the ray at its start, and its growth.
+    pub(crate) footprint: Footprint,
+    /// The part of the light that the surface mirrors.
+    pub(crate) mirror: f64,
+    pub(crate) hit: Hit,
 }
 
 impl LaneMirrors {
@@ -45,8 +61,10 @@ impl LaneMirrors {
             directions: Vec::new(),
             open: Vec::new(),
             others: Vec::new(),
+            seen: Vec::new(),
             found: Vec::new(),
             rays: ShaftRays::default(),
+            first_hits: FirstHits::default(),
         }
     }
 
@@ -54,6 +72,12 @@ impl LaneMirrors {
     pub(crate) fn clear(&mut self) {
         self.open.clear();
         self.others.clear();
+        self.seen.clear();
+    }
+
+    /// The hits of mirrored rays whose surfaces stay in lanes.
+    pub(crate) fn seen(&self) -> &[MirroredHit] {
+        &self.seen
     }
 
     /// The number of lanes whose mirrored rays may hit something.
@@ -74,10 +98,12 @@ impl LaneMirrors {
         self.directions.resize(visible.surfaces.len(), [PacketColumn::splat(0.0); 3]);
         for group in visible.resolved.chunk_by(|a, b| a.candidate == b.candidate) {
             let surface = surfaces.get_or_prepare(tracer, group[0].candidate);
-            if surface.plain.as_ref().is_none_or(|(material, _)| material.mirror() == 0.0) {
+            let mirror = surface.plain.as_ref().map_or(0.0, |(material, _)| material.mirror());
+            if mirror == 0.0 {
                 continue;
             }
-            let source = MirrorSource { scene, visible, camera, footprint, own: &surface.path };
+            let mirror = f64::from(mirror);
+            let source = MirrorSource { scene, visible, camera, footprint, own: &surface.path, mirror };
             for group in group.chunks(NEIGHBOURS) {
                 self.test(&source, group);
             }
@@ -101,15 +127,20 @@ impl LaneMirrors {
         for &SurfaceLanes { packet, lanes, .. } in group {
             bits(lanes).for_each(|lane| self.rays.push(&source.ray(packet, lane, &self.directions[packet])));
         }
-        source.scene.occlude_rays(&self.found, f64::INFINITY, &mut self.rays);
-        let mut index = 0;
+        source.scene.first_hits(&self.found, &self.rays, &mut self.first_hits);
+        let mut hits = self.first_hits.found.drain(..);
         for &surface in group {
-            let mut open = 0;
-            for lane in bits(surface.lanes) {
-                open |= u32::from(self.rays.is_open(index)) << lane;
-                index += 1;
+            let (mut open, mut unknown) = (0, 0);
+            for (lane, hit) in bits(surface.lanes).zip(&mut hits) {
+                match hit {
+                    FirstHit::None => open |= 1 << lane,
+                    FirstHit::Unknown => unknown |= 1 << lane,
+                    FirstHit::Hit(hit) => {
+                        self.seen.push(source.mirrored_hit(surface.packet, lane, &self.directions, hit));
+                    }
+                }
             }
-            for (lanes, list) in [(open, &mut self.open), (surface.lanes & !open, &mut self.others)] {
+            for (lanes, list) in [(open, &mut self.open), (unknown, &mut self.others)] {
                 if lanes != 0 {
                     list.push(SurfaceLanes { lanes, ..surface });
                 }
@@ -176,6 +207,8 @@ struct MirrorSource<'s> {
     /// The width of the camera's rays.
     footprint: Footprint,
     own: &'s InstancePath,
+    /// The part of the light that it mirrors.
+    mirror: f64,
 }
 
 impl MirrorSource<'_> {
@@ -191,6 +224,23 @@ impl MirrorSource<'_> {
             origin: self.camera + offset,
             direction: vector(mirrored),
             origin_error: self.visible.position_error(surfaces.error.0[lane]) + rounding,
+        }
+    }
+
+    /// The hit of the mirrored ray of a lane. `mirrored` has the directions of all packets.
+    fn mirrored_hit(&self, packet: usize, lane: usize, mirrored: &[PacketVectors], hit: Hit) -> MirroredHit {
+        let direction = self.visible.directions[packet].each_ref().map(|column| f64::from(column.0[lane]));
+        let Footprint { spread, .. } = self.footprint;
+        let t = self.visible.t_scale * f64::from(self.visible.surfaces[packet].t.0[lane]);
+        MirroredHit {
+            pixel: packet * LANES + lane,
+            ray: self.ray(packet, lane, &mirrored[packet]),
+            footprint: Footprint {
+                width: self.footprint.at(t),
+                spread: spread * self.visible.t_scale / DVec3::from_array(direction).length(),
+            },
+            mirror: self.mirror,
+            hit,
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::camera::sample::FilmSample;
 use crate::camera::sobol::SampleKey;
 use crate::camera::view::{PacketDirections, View};
 use crate::film::first::{FirstHit, SampleResults};
-use crate::render::lane_mirrors::LaneMirrors;
+use crate::render::lane_mirrors::{LaneMirrors, MirroredHit};
 use crate::render::surface_cache::SurfaceCache;
 use crate::render::surface_ids::SurfaceIdTable;
 use crate::shade::context::{RenderContext, at_surface, bump_at, cos_of_weights};
@@ -24,7 +24,7 @@ use crate::shade::point::{PathState, SurfaceOwner, SurfacePoint, SurfaceView};
 use crate::shade::state::ShadingState;
 use crate::shade::surfaces::Located;
 use crate::shade::textured::Finish;
-use crate::shade::whitted::Wavefront;
+use crate::shade::whitted::{MIRRORED, Wavefront};
 use crate::stats::TraceStats;
 
 /// The camera rays of a picture and the state of each at its start.
@@ -229,6 +229,25 @@ impl<'a> PrimaryHits<'a> {
             colors[pixel] = DVec3::ZERO;
             self.shaded.push(point, Some(hit.candidate));
         }
+    }
+
+    /// The points that mirrors in f32 lanes show.
+    pub(crate) fn points_in_mirrors(
+        &mut self,
+        camera: &CameraPaths<'a>,
+        samples: &[FilmSample],
+        shading: &mut ShadingState<'_, 'a>,
+    ) -> Vec<SurfacePoint<'a>> {
+        let seen = self.mirrors.seen();
+        shading.stats.rays.reflection += seen.len() as u64;
+        let point = |seen: &MirroredHit| {
+            let MirroredHit { pixel, ray, footprint, mirror, hit } = seen;
+            let start = camera.state(*pixel, &samples[*pixel], ray);
+            let state = PathState { weight: DVec3::splat(*mirror), key: start.key.branch(MIRRORED), ..start };
+            let ray = TraceRay::new(*ray).with_footprint(*footprint);
+            camera.context.surface_point(&ray, Some(hit), state, shading)
+        };
+        seen.iter().filter_map(point).collect()
     }
 
     fn point_of_hit(

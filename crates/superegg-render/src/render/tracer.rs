@@ -79,12 +79,13 @@ impl<'a> TileTracer<'a> {
         self.find_primary_hits(samples, true);
         self.add_light();
         let Self { camera, stats, hits, lanes, results, instances, .. } = self;
+        lanes.write_colors(&hits.visible, &mut results.colors);
         let mut shading = ShadingState { colors: &mut results.colors, stats, surfaces: instances };
         direct::add_ambient(camera.context, &hits.shaded.points, true, &mut shading);
-        Wavefront::of_points(camera.context, 1, &hits.shaded.points, &mut shading)
-            .with_beams_tested(hits.mirrors.moved_count())
-            .follow_all(&mut shading);
-        lanes.write_colors(&hits.visible, &mut results.colors);
+        let wave = Wavefront::of_points(camera.context, 1, &hits.shaded.points, &mut shading)
+            .with_beams_tested(hits.mirrors.moved_count());
+        let seen = hits.points_in_mirrors(camera, samples, &mut shading);
+        wave.follow_all(seen, &mut shading);
         self.finish(samples.len())
     }
 

@@ -25,6 +25,8 @@ pub(crate) struct LitPoint {
     /// The light of each sample is `diffuse` times a cosine, plus `specular` times a highlight.
     diffuse: DVec3,
     specular: DVec3,
+    /// The exponent of the highlight.
+    exponent: f32,
 }
 
 /// A sample of a light.
@@ -94,12 +96,13 @@ impl LitPoints {
         if diffuse == DVec3::ZERO && specular == DVec3::ZERO {
             return Reach::Dark;
         }
-        let has_power =
-            specular == DVec3::ZERO || (0.0..MOST_EXPONENT).contains(&material.highlight_exponent());
+        let exponent = material.highlight_exponent();
+        let has_power = specular == DVec3::ZERO || (0.0..MOST_EXPONENT).contains(&exponent);
         if !has_power || !F32_RANGE.contains(&direction.abs().max_element()) {
             return Reach::BeyondF32;
         }
-        self.lit.push(LitPoint { point: index, to_centre: direction, diffuse, specular });
+        let exponent = exponent as f32;
+        self.lit.push(LitPoint { point: index, to_centre: direction, diffuse, specular, exponent });
         Reach::Listed
     }
 
@@ -126,7 +129,6 @@ impl LitPoints {
             let key = point.state.key.branch(LIGHTS + light_index);
             let (to_centre, normal) = (lit.to_centre.as_vec3(), point.facing_normal().as_vec3());
             let to_eye = point.to_eye.as_vec3();
-            let exponent = point.material.highlight_exponent() as f32;
             for sample in 0..count {
                 let (block, lane) = (&mut self.blocks[at / BLOCK], at % BLOCK);
                 if light.radius > 0.0 {
@@ -137,7 +139,7 @@ impl LitPoints {
                     block.normal[axis].0[lane] = normal[axis];
                     block.to_eye[axis].0[lane] = to_eye[axis];
                 }
-                block.exponent.0[lane] = exponent;
+                block.exponent.0[lane] = lit.exponent;
                 at += 1;
             }
         }

@@ -23,7 +23,7 @@ pub(crate) struct Wavefront<'a> {
 }
 
 /// Branches of a [`crate::camera::sobol::SampleKey`].
-const MIRRORED: u32 = 2;
+pub(crate) const MIRRORED: u32 = 2;
 const TRANSMITTED: u32 = 3;
 const BLURRED: u32 = 1 << 20;
 
@@ -170,10 +170,12 @@ impl<'a> Wavefront<'a> {
         points
     }
 
-    /// Traces all rays, and the rays that they give rise to, to the end of each path.
-    pub(crate) fn follow_all(mut self, shading: &mut ShadingState<'_, 'a>) {
-        while !self.rays.is_empty() {
-            let points = self.trace(shading);
+    /// Traces all rays, and the rays that they give rise to, to the end of each path. `seen` has points that rays of this
+    /// bounce are known to hit.
+    pub(crate) fn follow_all(mut self, mut seen: Vec<SurfacePoint<'a>>, shading: &mut ShadingState<'_, 'a>) {
+        while !(self.rays.is_empty() && seen.is_empty()) {
+            let mut points = self.trace(shading);
+            points.append(&mut seen);
             let lights = self.context.lights();
             direct::add_light(self.context, &points, &lights, false, shading);
             direct::add_ambient(self.context, &points, false, shading);

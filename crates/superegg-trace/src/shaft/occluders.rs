@@ -5,7 +5,7 @@ use superegg_geom::RayStart;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::kernels::LanePowers;
 
-use super::hull::{BLOCK, MOST_SIDES, Shaft, SideBlock, Sides};
+use super::hull::{BLOCK, BLOCKS, Shaft, SideBlock, Sides};
 use crate::ray::footprint::Footprint;
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::{Group, Leaf};
@@ -29,6 +29,8 @@ pub struct Occluder {
     pub primitive: u32,
     /// How the rays start on this shape.
     pub(crate) start: RayStart,
+    /// The instance.
+    pub(crate) path: InstancePath,
 }
 
 /// Where the rays of a shaft start.
@@ -116,8 +118,9 @@ impl Search<'_, '_> {
     ) -> Option<()> {
         let leaf: &Leaf = &group.leaves[index as usize];
         self.path.push(index);
-        let is_own = self.start.own.is_some_and(|own| *own == self.path);
+        let path = self.path.clone();
         self.path.pop();
+        let is_own = self.start.own.is_some_and(|own| *own == path);
         // A ray that leaves a convex shape does not hit it again.
         if (is_own && leaf.lane_powers.is_some()) || self.arch.dispatch(IsOutside { leaf, sides }) {
             return Some(());
@@ -133,6 +136,7 @@ impl Search<'_, '_> {
             is_convex: leaf.lane_powers.is_some(),
             primitive: leaf.primitive,
             start: if is_own { RayStart::SurfaceOutward } else { RayStart::Free },
+            path,
         });
         Some(())
     }
@@ -227,14 +231,17 @@ impl WithSimd for FindChildren<'_> {
 }
 
 /// The sides of a shaft that cut the box of a group, in the space of its tree, in f32.
-struct TreeSides(SmallVec<[TreeSide; MOST_SIDES]>);
+struct TreeSides {
+    sides: [TreeSide; BLOCKS * BLOCK],
+    count: usize,
+}
 
 /// The points with `normal . x <= offset`. The largest component of the normal is 1.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct TreeSide {
     normal: [f32; 3],
     /// For each axis the column of a node that has the bounds which are deepest inside.
-    columns: [usize; 3],
+    columns: [u8; 3],
     /// With the rounding error of the product on boxes of the tree.
     offset: f32,
 }
@@ -249,9 +256,10 @@ impl TreeSides {
         // The farthest coordinates of boxes.
         let reach = (group.bounds.max - center).abs().max((group.bounds.min - center).abs()) * space_scale;
         let reach = reach.to_array().map(|x| x as f32);
-        let mut converted = SmallVec::new();
+        let mut converted = Self { sides: [TreeSide::default(); BLOCKS * BLOCK], count: 0 };
         for SideBlock { normal: [x, y, z], offset } in sides.blocks() {
             let mut columns = [[0.0f32; BLOCK]; 4];
+            let mut cuts = [false; BLOCK];
             for lane in 0..BLOCK {
                 let (x, y, z, offset) = (x[lane], y[lane], z[lane], offset[lane]);
                 let scale = 1.0 / x.abs().max(y.abs()).max(z.abs());
@@ -263,29 +271,35 @@ impl TreeSides {
                 columns[2][lane] = (scale * z) as f32;
                 columns[3][lane] = ((offset - at_center + rounding) * (scale * space_scale)) as f32;
             }
+            let [x, y, z, offset] = &mut columns;
+            for lane in 0..BLOCK {
+                let largest = x[lane].abs() * reach[0] + y[lane].abs() * reach[1] + z[lane].abs() * reach[2];
+                offset[lane] += ROUNDING * (offset[lane].abs() + largest);
+                // A side that holds the whole box cuts nothing, and one beyond the range of f32 is left out.
+                cuts[lane] = largest * (1.0 + ROUNDING) > offset[lane] && offset[lane].abs() < f32::INFINITY;
+            }
+            // Which sides cut is not predictable, so each is written, and the next replaces it if it does not.
             for lane in 0..BLOCK {
                 let [x, y, z, offset] = columns.map(|column| column[lane]);
-                let largest = x.abs() * reach[0] + y.abs() * reach[1] + z.abs() * reach[2];
-                let offset = offset + ROUNDING * (offset.abs() + largest);
-                // A side that holds the whole box cuts nothing, and one beyond the range of f32 is left out.
-                if largest * (1.0 + ROUNDING) > offset && offset.abs() < f32::INFINITY {
-                    let normal = [x, y, z];
-                    let columns =
-                        std::array::from_fn(|axis| if normal[axis] > 0.0 { axis } else { axis + 3 });
-                    converted.push(TreeSide { normal, columns, offset });
-                }
+                let column = |axis: u8, along: f32| if along > 0.0 { axis } else { axis + 3 };
+                converted.sides[converted.count] = TreeSide {
+                    normal: [x, y, z],
+                    columns: [column(0, x), column(1, y), column(2, z)],
+                    offset,
+                };
+                converted.count += usize::from(cuts[lane]);
             }
         }
-        Self(converted)
+        converted
     }
 
     /// The children of a node whose boxes may meet the shaft, one bit each.
     #[inline(always)]
     fn children_inside(&self, node: &Node) -> u32 {
         let mut beyond = [0.0f32; WIDTH];
-        for &TreeSide { normal: [x, y, z], columns, offset } in &self.0 {
+        for &TreeSide { normal: [x, y, z], columns, offset } in &self.sides[..self.count] {
             // The corner of each box that is deepest inside.
-            let [xs, ys, zs] = columns.map(|column| &node.bounds[column]);
+            let [xs, ys, zs] = columns.map(|column| &node.bounds[usize::from(column)]);
             for child in 0..WIDTH {
                 let depth = x * xs[child] + y * ys[child] + z * zs[child] - offset;
                 beyond[child] = if depth > beyond[child] { depth } else { beyond[child] };

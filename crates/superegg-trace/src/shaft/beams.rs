@@ -1,4 +1,4 @@
-//! Rays that leave one surface together and hit nothing.
+//! Rays that leave one surface together. One search finds the few shapes that they may hit, often none.
 
 use std::collections::HashMap;
 
@@ -6,8 +6,10 @@ use foldhash::fast::RandomState;
 use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 
+use super::first_hits::{FirstHit, FirstHits};
 use super::hull::Shaft;
 use super::occluders::{Occluder, ShaftStart};
+use super::occlusion::ShaftRays;
 use crate::ray::footprint::Footprint;
 use crate::ray::limits::Coarsened;
 use crate::ray::query::{Hit, Side, SurfaceStart, TraceRay};
@@ -16,10 +18,8 @@ use crate::scene::path::InstancePath;
 
 /// The most rays of a group.
 const NEIGHBOURS: usize = 64;
-/// Smaller groups are not split.
-const LEAST_SPLIT: usize = 16;
-/// Halves of a shaft with more shapes are seldom empty.
-const MOST_SPLIT: usize = 2;
+/// Rays are tested one by one against no more shapes than this.
+const MOST_TESTED: usize = 4;
 /// Smaller groups cost more than their rays.
 const LEAST_GROUP: usize = 4;
 
@@ -64,13 +64,24 @@ impl CompiledScene {
     }
 
     /// [`CompiledScene::intersect_many_counted`] for rays of which neighbours are alike, such as reflected rays: groups that
-    /// leave one surface through an empty shaft are not traced.
+    /// leave one surface are tested against the few shapes in their beam.
     pub fn intersect_alike(&self, rays: &[TraceRay], coarsened: &mut Coarsened) -> Vec<Option<Hit>> {
-        let mut finder = MissFinder { scene: self, found: Vec::new(), misses: vec![false; rays.len()] };
+        let mut beams = Beams {
+            scene: self,
+            found: Vec::new(),
+            columns: ShaftRays::default(),
+            first_hits: FirstHits::default(),
+            is_known: vec![false; rays.len()],
+            hits: Vec::new(),
+        };
         for group in by_start(rays).iter().flat_map(|indices| indices.chunks(NEIGHBOURS)) {
-            finder.test(rays, group);
+            beams.test(rays, group);
         }
-        self.intersect_others(rays, &finder.misses, coarsened)
+        let mut hits = self.intersect_others(rays, &beams.is_known, coarsened);
+        for (index, hit) in beams.hits {
+            hits[index] = Some(hit);
+        }
+        hits
     }
 }
 
@@ -98,14 +109,20 @@ fn by_start(rays: &[TraceRay]) -> Vec<Vec<usize>> {
     by_surface
 }
 
-struct MissFinder<'s> {
+/// The rays that beams have decided.
+struct Beams<'s> {
     scene: &'s CompiledScene,
     found: Vec<Occluder>,
-    misses: Vec<bool>,
+    columns: ShaftRays,
+    first_hits: FirstHits,
+    /// The rays whose hits, or misses, are known.
+    is_known: Vec<bool>,
+    /// The hits, with the indices of their rays.
+    hits: Vec<(usize, Hit)>,
 }
 
-impl MissFinder<'_> {
-    /// Marks rays with one start if their shaft, or that of one half, is empty.
+impl Beams<'_> {
+    /// Tests rays with one start against the shapes in their beam, if these are few.
     fn test(&mut self, rays: &[TraceRay], group: &[usize]) {
         let Some(&first) = group.first().filter(|_| group.len() >= LEAST_GROUP) else { return };
         let (mut origins, mut directions) = (EMPTY, EMPTY);
@@ -126,13 +143,22 @@ impl MissFinder<'_> {
             footprint: Footprint { width, spread },
         };
         match self.scene.beam_hits(&beam, &mut self.found) {
-            BeamHits::None => group.iter().for_each(|&index| self.misses[index] = true),
-            BeamHits::Found if self.found.len() <= MOST_SPLIT && group.len() >= 2 * LEAST_SPLIT => {
-                let (one, other) = group.split_at(group.len() / 2);
-                self.test(rays, one);
-                self.test(rays, other);
-            }
+            BeamHits::None => group.iter().for_each(|&index| self.is_known[index] = true),
+            BeamHits::Found if self.found.len() <= MOST_TESTED => self.test_each(rays, group),
             BeamHits::Found | BeamHits::Unknown => {}
+        }
+    }
+
+    /// Tests each ray against the shapes that were found.
+    fn test_each(&mut self, rays: &[TraceRay], group: &[usize]) {
+        self.columns.clear();
+        group.iter().for_each(|&index| self.columns.push(&rays[index].ray));
+        self.scene.first_hits(&self.found, &self.columns, &mut self.first_hits);
+        for (&index, hit) in group.iter().zip(self.first_hits.found.drain(..)) {
+            self.is_known[index] = !matches!(hit, FirstHit::Unknown);
+            if let FirstHit::Hit(hit) = hit {
+                self.hits.push((index, hit));
+            }
         }
     }
 }
@@ -140,3 +166,61 @@ impl MissFinder<'_> {
 const EMPTY: Aabb = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 /// More than the rounding of a unit direction.
 const ROUNDING: DVec3 = DVec3::splat(1e-15);
+
+#[cfg(test)]
+mod tests {
+    use superegg_geom::{Ray, RayStart, SplitMix};
+    use superegg_lang::load_text;
+
+    use super::*;
+
+    #[test]
+    fn mirrored_rays_hit_what_each_hits_alone() {
+        let mut random = SplitMix::new(31);
+        let (mut hit, mut missed) = (0, 0);
+        for case in 0..60 {
+            let mut text =
+                String::from("prm plate\ncoeff 5 5 .2\nexp .4 .1\nobj all\nap plate\nxs 0 0 -.2\n");
+            for shape in 0..case % 7 {
+                let mut number = |least: f64, most: f64| least + (most - least) * random.unit();
+                let (e, n, size) = (number(0.05, 2.2), number(0.05, 2.0), number(0.2, 1.0));
+                let (x, y, angle) = (number(-3.0, 3.0), number(-3.0, 3.0), number(0.0, 360.0));
+                text += &format!(
+                    "prm p{shape}\nexp {e} {n}\ncoeff {size} .6 {size}\nobj all\nap p{shape}\nrs 1 2 3 {angle}\nxs {x} {y} .5\n"
+                );
+            }
+            let (session, diagnostics) = load_text("mirrors.scn", &text);
+            assert!(diagnostics.is_empty(), "{diagnostics:?}");
+            let scene = CompiledScene::compile(session.scene(), Some("all"), 4);
+            let eye = DVec3::new(6.0, -9.0, 7.0);
+            let mut rays = Vec::new();
+            for i in 0..400 {
+                let target = DVec3::new(f64::from(i % 20) - 10.0, f64::from(i / 20) - 10.0, 0.0) * 0.35;
+                let ray = Ray::new(eye, target - eye);
+                let Some(first) = scene.intersect(&ray.into()) else { continue };
+                let surface = scene.interaction(&first);
+                let direction = ray.direction - 2.0 * ray.direction.dot(surface.normal) * surface.normal;
+                let mirrored =
+                    Ray { origin: surface.position, direction, origin_error: surface.position_error };
+                let start = SurfaceStart::of(first.path, RayStart::SurfaceOutward);
+                rays.push(TraceRay::new(mirrored).with_start(start));
+            }
+            let together = scene.intersect_alike(&rays, &mut Coarsened::default());
+            for (ray, found) in rays.iter().zip(together) {
+                match (found, scene.intersect(ray)) {
+                    (None, None) => missed += 1,
+                    (Some(found), Some(alone)) => {
+                        assert_eq!(found.path, alone.path, "case {case}: {ray:?}\n{text}");
+                        assert!(
+                            (found.t - alone.t).abs() <= 1e-11 * (1.0 + alone.t),
+                            "case {case}: {ray:?}\n{text}"
+                        );
+                        hit += 1;
+                    }
+                    (found, alone) => panic!("case {case}: {ray:?} {found:?} {alone:?}\n{text}"),
+                }
+            }
+        }
+        assert!(hit > 500 && missed > 5_000, "{hit} {missed}");
+    }
+}
