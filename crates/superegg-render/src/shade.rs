@@ -7,6 +7,7 @@ pub(crate) mod direct;
 pub(crate) mod emitters;
 pub(crate) mod floor;
 pub(crate) mod grouped_light;
+pub(crate) mod hemisphere;
 pub(crate) mod lane_math;
 pub(crate) mod light_kernel;
 pub(crate) mod light_sample;

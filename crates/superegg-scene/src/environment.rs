@@ -19,8 +19,17 @@ pub struct Sky {
 impl Sky {
     /// The colour in a unit direction: linear in the sine of the elevation.
     pub fn color(&self, direction: DVec3) -> DVec3 {
-        let up = unit_vector(self.up).unwrap_or(DVec3::Y);
-        self.horizon.lerp(self.zenith, direction.dot(up).clamp(0.0, 1.0))
+        self.color_at(direction.dot(self.unit_up()))
+    }
+
+    /// The colour at the sine of an elevation.
+    pub fn color_at(&self, sine: f64) -> DVec3 {
+        self.horizon.lerp(self.zenith, sine.clamp(0.0, 1.0))
+    }
+
+    /// The unit direction of the zenith.
+    pub fn unit_up(&self) -> DVec3 {
+        unit_vector(self.up).unwrap_or(DVec3::Y)
     }
 }
 

@@ -1,11 +1,12 @@
 //! Direct light and ambient light at surface points.
 
 use superegg_geom::glam::DVec3;
+use superegg_geom::{Aabb, Ray};
 use superegg_scene::{AmbientOcclusion, Light};
 
-use crate::camera::sobol::cosine_direction;
 use crate::shade::context::RenderContext;
 use crate::shade::grouped_light::GroupedLight;
+use crate::shade::hemisphere::{Hemispheres, MOST_DIRECTIONS};
 use crate::shade::light_sample::toward;
 use crate::shade::phong;
 use crate::shade::point::SurfacePoint;
@@ -63,11 +64,12 @@ pub(crate) fn add_ambient(
     };
     // Points after a reflection or refraction get a quarter of the samples.
     let count = if is_first { occlusion.samples.max(1) } else { occlusion.samples.div_ceil(4).max(1) };
-    let parts: Vec<DVec3> = parts.collect();
+    let parts: Vec<DVec3> = parts.map(|part| part / f64::from(count)).collect();
     let is_lit = |i: usize| parts[i].max_element() > 0.0;
+    let sky = context.environment.sky.map(|sky| (sky, sky.unit_up()));
     for (i, direction) in open_directions(context, points, is_lit, count, occlusion.distance, shading.stats) {
-        let sky = context.environment.sky.map_or(DVec3::ONE, |sky| sky.color(direction));
-        shading.colors[points[i].state.pixel] += parts[i] * sky / f64::from(count);
+        let sky = sky.map_or(DVec3::ONE, |(sky, up)| sky.color_at(direction.dot(up)));
+        shading.colors[points[i].state.pixel] += parts[i] * sky;
     }
 }
 
@@ -96,22 +98,46 @@ fn open_directions(
     distance: f64,
     stats: &mut TraceStats,
 ) -> impl Iterator<Item = (usize, DVec3)> {
-    let (mut rays, mut directions) = (Vec::new(), Vec::new());
-    for (i, point) in points.iter().enumerate().filter(|(i, _)| is_sampled(*i)) {
-        let key = point.state.key.branch(AMBIENT);
-        for sample in 0..count {
-            let direction = cosine_direction(key.point(sample, count), point.shading_normal());
-            if point.open_part(direction) == 0.0 {
-                continue;
-            }
-            let ray = toward(point, distance * direction);
-            if context.transmittance_past_floor(&ray.ray, point.is_on_floor(), 1.0) > 0.0 {
-                rays.push(ray);
+    let bounds = context.scene.bounds();
+    let mut samples =
+        (0..points.len()).filter(|&i| is_sampled(i)).flat_map(|i| (0..count).map(move |sample| (i, sample)));
+    let mut drawn = Vec::with_capacity(MOST_DIRECTIONS);
+    let mut hemispheres = Hemispheres::new();
+    let (mut rays, mut directions, mut clear) = (Vec::new(), Vec::new(), Vec::new());
+    loop {
+        drawn.clear();
+        drawn.extend(samples.by_ref().take(MOST_DIRECTIONS));
+        if drawn.is_empty() {
+            break;
+        }
+        for &(i, sample) in &drawn {
+            let key = points[i].state.key.branch(AMBIENT);
+            hemispheres.push(key, (sample, count), points[i].shading_normal());
+        }
+        for (&(i, _), direction) in drawn.iter().zip(hemispheres.draw()) {
+            let point = &points[i];
+            let ray = Ray::new(point.position, distance * direction);
+            let is_open = point.open_part(direction) > 0.0
+                && context.transmittance_past_floor(&ray, point.is_on_floor(), 1.0) > 0.0;
+            if is_open && bounds.is_some_and(|bounds| is_near(&bounds, point, distance)) {
+                rays.push(toward(point, ray.direction));
                 directions.push((i, direction));
+            } else if is_open {
+                clear.push((i, direction));
             }
         }
     }
-    stats.rays.ambient += rays.len() as u64;
+    stats.rays.ambient += (rays.len() + clear.len()) as u64;
     let occluded = context.scene.occluded_many_counted(&rays, 1.0, &mut stats.coarsened);
-    directions.into_iter().zip(occluded).filter(|(_, occluded)| !occluded).map(|(open, _)| open)
+    let open = directions.into_iter().zip(occluded).filter(|(_, occluded)| !occluded);
+    clear.into_iter().chain(open.map(|(open, _)| open))
+}
+
+/// Whether a ray of this length from a point may reach a box.
+fn is_near(bounds: &Aabb, point: &SurfacePoint<'_>, length: f64) -> bool {
+    let position = point.position;
+    let between = position - position.clamp(bounds.min, bounds.max);
+    // Directions are unit vectors to the precision of f32. NaN counts as near.
+    let is_far = between.length() > (1.0 + 1e-5) * length + 2.0 * point.position_error;
+    !is_far
 }

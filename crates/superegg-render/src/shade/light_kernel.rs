@@ -77,38 +77,66 @@ impl WithSimd for SampleLight<'_> {
     }
 }
 
-/// Draws the samples on the discs that the light presents to the points.
+/// The random points of seeds and indices, in [-1, 1)^2.
 #[inline(always)]
-fn place_on_disc<S: Simd>(simd: S, block: &mut LightBlock, radius: f32) {
+pub(crate) fn square_of(index: &[u32; BLOCK], seed: &[u32; BLOCK]) -> ([f32; BLOCK], [f32; BLOCK]) {
     let (mut x, mut y) = ([0.0; BLOCK], [0.0; BLOCK]);
     for i in 0..BLOCK {
-        let (across, down) = sobol::sobol_digits(block.index[i], block.seed[i]);
-        // In [-1, 1). An i32 converts in one instruction.
+        let (across, down) = sobol::sobol_digits(index[i], seed[i]);
+        // An i32 converts in one instruction.
         x[i] = (across >> 1) as i32 as f32 * (2.0 / 2_147_483_648.0) - 1.0;
         y[i] = (down >> 1) as i32 as f32 * (2.0 / 2_147_483_648.0) - 1.0;
     }
-    let splat = |x: f32| Lanes::<S>::splat(simd, x);
-    let (one, tiny) = (splat(1.0), splat(f32::MIN_POSITIVE));
+    (x, y)
+}
+
+/// A point of the unit disc.
+pub(crate) struct DiscPoint<S: Simd> {
+    pub(crate) x: Lanes<S>,
+    pub(crate) y: Lanes<S>,
+    /// The height of the unit hemisphere above the point.
+    pub(crate) height: Lanes<S>,
+}
+
+/// Maps [-1, 1]^2 to the unit disc as [`sobol::disc`]: concentric squares become circles.
+#[inline(always)]
+pub(crate) fn concentric_disc<S: Simd>(simd: S, x: Lanes<S>, y: Lanes<S>) -> DiscPoint<S> {
+    let (one, tiny) = (Lanes::<S>::splat(simd, 1.0), Lanes::splat(simd, f32::MIN_POSITIVE));
+    let wide = y.abs().lt(x.abs());
+    let (long, short) = (wide.select(x, y), wide.select(y, x));
+    let ratio = short / long.abs().max(tiny).with_sign_of(long);
+    let (sin, cos) = sin_cos_quarter(simd, ratio);
+    let (along, beside) = (long * cos, long * sin);
+    let radius = long.abs();
+    DiscPoint {
+        x: wide.select(along, beside),
+        y: wide.select(beside, along),
+        height: ((one - radius) * (one + radius)).sqrt(),
+    }
+}
+
+/// An orthonormal basis around a unit vector (Duff et al. 2017).
+#[inline(always)]
+pub(crate) fn across_and_down<S: Simd>(simd: S, [x, y, z]: [Lanes<S>; 3]) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
+    let one = Lanes::<S>::splat(simd, 1.0);
+    let sign = z.with_unit_sign();
+    let a = -(one / (sign + z));
+    let b = x * y * a;
+    ([(sign * x * x).mul_add(a, one), sign * b, -(sign * x)], [b, (y * y).mul_add(a, sign), -y])
+}
+
+/// Draws the samples on the discs that the light presents to the points.
+#[inline(always)]
+fn place_on_disc<S: Simd>(simd: S, block: &mut LightBlock, radius: f32) {
+    let (x, y) = square_of(&block.index, &block.seed);
+    let radius = Lanes::<S>::splat(simd, radius);
     for i in 0..BLOCK / S::F32_LANES {
-        // Concentric squares become circles, as in `sobol::disc`.
-        let (x, y) = (Lanes::load(simd, &x, i), Lanes::load(simd, &y, i));
-        let wide = y.abs().lt(x.abs());
-        let (long, short) = (wide.select(x, y), wide.select(y, x));
-        let ratio = short / long.abs().max(tiny).with_sign_of(long);
-        let (sin, cos) = sin_cos_quarter(simd, ratio);
-        let (along, beside) = (long * cos, long * sin);
-        let (disc_x, disc_y) = (wide.select(along, beside), wide.select(beside, along));
+        let disc = concentric_disc(simd, Lanes::load(simd, &x, i), Lanes::load(simd, &y, i));
         let centre = block.to_centre.each_ref().map(|column| -> Lanes<S> { column.load(simd, i) });
         let scale = inverse_length(centre);
-        let [x, y, z] = [centre[0] * scale, centre[1] * scale, centre[2] * scale];
-        // An orthonormal basis around a unit vector (Duff et al. 2017).
-        let sign = z.with_unit_sign();
-        let a = -(one / (sign + z));
-        let b = x * y * a;
-        let across = [(sign * x * x).mul_add(a, one), sign * b, -(sign * x)];
-        let down = [b, (y * y).mul_add(a, sign), -y];
+        let (across, down) = across_and_down(simd, [centre[0] * scale, centre[1] * scale, centre[2] * scale]);
         for axis in 0..3 {
-            let offset = splat(radius) * (disc_x * across[axis] + disc_y * down[axis]);
+            let offset = radius * (disc.x * across[axis] + disc.y * down[axis]);
             block.offset[axis].store(i, offset);
         }
     }
