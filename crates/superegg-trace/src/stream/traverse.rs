@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use superegg_geom::glam::DVec3;
+use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::kernels::stream::{BoxRay, ListedRay, NodeEntries, STREAM_LANES, intersect_boxes};
 use superegg_geom::{Ray, RayStart, scale_to_unit};
 use superegg_simd::{Arch, Simd, WithSimd};
@@ -98,12 +98,69 @@ fn octant_of(direction: DVec3) -> usize {
     bit(direction.x) | bit(direction.y) << 1 | bit(direction.z) << 2
 }
 
+/// A line with a fourth coordinate that does not count: with it the compiler fills a register.
+#[derive(Clone, Copy)]
+struct WideLine {
+    origin: [f64; 4],
+    direction: [f64; 4],
+}
+
+#[inline(always)]
+fn wide(v: DVec3) -> [f64; 4] {
+    [v.x, v.y, v.z, 0.0]
+}
+
+#[inline(always)]
+fn narrow([x, y, z, _]: [f64; 4]) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+impl WideLine {
+    #[inline(always)]
+    fn of([origin, direction]: [DVec3; 2]) -> Self {
+        Self { origin: wide(origin), direction: wide(direction) }
+    }
+
+    #[inline(always)]
+    fn narrow(self) -> [DVec3; 2] {
+        [narrow(self.origin), narrow(self.direction)]
+    }
+}
+
+/// The columns of a map, the last one the translation.
+struct WideMap([[f64; 4]; 4]);
+
+impl WideMap {
+    #[inline(always)]
+    fn of(map: &DAffine3) -> Self {
+        let DMat3 { x_axis, y_axis, z_axis } = map.matrix3;
+        Self([x_axis, y_axis, z_axis, map.translation].map(wide))
+    }
+
+    /// The image of a line: the numbers of [`Ray::through`].
+    #[inline(always)]
+    fn image(&self, [o, d]: [DVec3; 2]) -> WideLine {
+        let [x, y, z, at] = &self.0;
+        let (mut origin, mut direction) = ([0.0; 4], [0.0; 4]);
+        for i in 0..4 {
+            origin[i] = x[i] * o.x + y[i] * o.y + z[i] * o.z + at[i];
+            direction[i] = x[i] * d.x + y[i] * d.y + z[i] * d.z;
+        }
+        WideLine { origin, direction }
+    }
+}
+
 /// A ray in the space of a group's tree; `None` if f32 cannot hold it.
 #[inline(always)]
-fn tree_ray(group: &Group, ray: &Ray) -> Option<BoxRay> {
-    let origin = (ray.origin - group.space.center) * group.space.scale;
-    let direction = ray.direction * group.space.scale;
-    let (size, speed) = (origin.abs().max_element(), direction.abs().max_element());
+fn tree_ray(group: &Group, line: WideLine) -> Option<BoxRay> {
+    let (center, scale) = (wide(group.space.center), group.space.scale);
+    let (mut origin, mut direction) = (line.origin, line.direction);
+    for i in 0..4 {
+        origin[i] = (origin[i] - center[i]) * scale;
+        direction[i] *= scale;
+    }
+    let largest = |v: [f64; 4]| narrow(v).abs().max_element();
+    let (size, speed) = (largest(origin), largest(direction));
     (size < FARTHEST && speed < FARTHEST && speed > 1.0 / FARTHEST)
         .then(|| BoxRay::new(origin, direction, size))
 }
@@ -160,7 +217,7 @@ impl<'s> Stream<'s> {
         &self.query
     }
 
-    /// Traces rays. Those that are marked in `misses` are known to hit nothing; it may be shorter. Not inlined: the code is
+    /// Traces rays. Rays marked in `misses` are known to hit nothing; it may be shorter. Not inlined: the code is
     /// large, and is compiled once for each instruction set.
     #[inline(never)]
     pub(super) fn run(&mut self, rays: &'s [TraceRay], misses: &[bool]) {
@@ -269,7 +326,7 @@ impl<'s> Stream<'s> {
                         ray.direction = direction;
                         footprint.spread *= scale;
                     }
-                    match tree_ray(root, &ray) {
+                    match tree_ray(root, WideLine::of([ray.origin, ray.direction])) {
                         Some(seen) => (tree, its_end) = (seen, end),
                         None => outcome = Outcome::Unresolved,
                     }
@@ -456,6 +513,7 @@ impl<'s> Stream<'s> {
         let stretch = stretch * instance.stretch;
         let size = instance.size() * stretch;
         let inner: &'s Group = &instance.group;
+        let map = WideMap::of(instance.map().inverse());
         let first_ray = table.lines.len() as u32;
         for i in 0..list.count {
             let listed = lists.rays[(list.first + i) as usize];
@@ -464,8 +522,7 @@ impl<'s> Stream<'s> {
             if near > table.ends[id] {
                 continue;
             }
-            let [origin, direction] = table.lines[listed.ray()];
-            let ray = Ray::new(origin, direction);
+            let line = table.lines[listed.ray()];
             let footprint = table.footprints[id];
             let mut is_hidden = footprint.hides(size, f64::from(near));
             // A ray without width has an exact answer.
@@ -478,17 +535,18 @@ impl<'s> Stream<'s> {
                 }
             }
             if is_hidden {
-                test_proxy(&self.query, table, &mut self.path, (group, trail, index), id, &ray);
+                test_proxy(&self.query, table, &mut self.path, (group, trail, index), id, line);
                 continue;
             }
-            let local = ray.to_local(instance.map());
-            let Some(tree) = tree_ray(inner, &local) else {
+            let local = map.image(line);
+            let Some(tree) = tree_ray(inner, local) else {
                 table.end(id, Outcome::Unresolved);
                 continue;
             };
             let listed = ListedRay::new(table.lines.len() as u32, id as u32);
-            lists.arrivals.push((octant_of(local.direction) as u8, listed));
-            table.lines.push([local.origin, local.direction]);
+            let local = local.narrow();
+            lists.arrivals.push((octant_of(local[1]) as u8, listed));
+            table.lines.push(local);
             table.boxes.push(tree);
         }
         if lists.arrivals.is_empty() {
@@ -520,7 +578,7 @@ fn test_proxy(
     path: &mut InstancePath,
     (group, trail, index): (&Group, TrailId, u32),
     id: usize,
-    ray: &Ray,
+    [origin, direction]: [DVec3; 2],
 ) {
     let instance = &group.instances[index as usize];
     let proxy = instance.group.proxy(&query.scene.primitives);
@@ -534,6 +592,7 @@ fn test_proxy(
     if draw >= proxy.opacity {
         return;
     }
+    let ray = Ray::new(origin, direction);
     let local = ray.to_local(instance.map()).through(&proxy.unit_from_group);
     if let Some(t_max) = query.any_before {
         if stops_light(proxy.opacity, &local, t_max, draw) {

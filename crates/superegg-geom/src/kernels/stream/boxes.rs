@@ -10,28 +10,28 @@ const MAX_INVERSE: f32 = 1e30;
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
 pub struct BoxRay {
-    /// The origin, shifted by `pad / 2` along each axis in the direction of the ray. Entry faces are tested with it, exit
-    /// faces after `pad` is subtracted.
-    pub entry_origin: [f32; 3],
+    /// The origin, shifted by half of the pad along each axis in the direction of the ray, then the pad: boxes are enlarged by
+    /// it in all, for rounding. Entry faces are tested with this origin, exit faces after the pad is subtracted.
+    entry_origin_and_pad: [f32; 4],
     /// The reciprocals of the direction's coordinates, all finite.
-    pub inverse: [f32; 3],
-    /// Boxes are enlarged by this in all, for rounding.
-    pub pad: f32,
+    inverse: [f32; 4],
 }
 
 impl BoxRay {
     /// A ray from its origin and direction, in a space where boxes have coordinates of the order of 1. `size` is the largest
     /// |coordinate| of the origin.
+    ///
+    /// The fourth coordinates do not count: with them the compiler fills a register.
     #[inline(always)]
-    pub fn new(origin: DVec3, direction: DVec3, size: f64) -> Self {
+    pub fn new(origin: [f64; 4], direction: [f64; 4], size: f64) -> Self {
         let half_pad = 6e-7 * (size + 2.0);
-        let mut ray = Self { pad: (2.0 * half_pad) as f32, ..Self::default() };
-        for axis in 0..3 {
-            let inverse = (1.0 / direction[axis] as f32).clamp(-MAX_INVERSE, MAX_INVERSE);
-            ray.entry_origin[axis] = (origin[axis] + half_pad.copysign(f64::from(inverse))) as f32;
-            ray.inverse[axis] = inverse;
+        let (mut entry_origin_and_pad, mut inverse) = ([0.0; 4], [0.0; 4]);
+        for axis in 0..4 {
+            inverse[axis] = (1.0 / direction[axis] as f32).clamp(-MAX_INVERSE, MAX_INVERSE);
+            entry_origin_and_pad[axis] = (origin[axis] + half_pad.copysign(direction[axis])) as f32;
         }
-        ray
+        entry_origin_and_pad[3] = (2.0 * half_pad) as f32;
+        Self { entry_origin_and_pad, inverse }
     }
 }
 
@@ -119,10 +119,11 @@ fn intersect_boxes_by<S: Simd>(
             let ray = &rays[listed.ray()];
             let mut t_enter = Lanes::<S>::splat(simd, 0.0);
             let mut t_exit = Lanes::<S>::splat(simd, ends[listed.end()]);
-            let pad = Lanes::splat(simd, ray.pad);
+            let [x, y, z, pad] = ray.entry_origin_and_pad;
+            let (entry_origin, pad) = ([x, y, z], Lanes::splat(simd, pad));
             for axis in 0..3 {
                 let inverse = Lanes::splat(simd, ray.inverse[axis]);
-                let origin = Lanes::splat(simd, ray.entry_origin[axis]);
+                let origin = Lanes::splat(simd, entry_origin[axis]);
                 t_enter = t_enter.max((entry[axis] - origin) * inverse);
                 t_exit = t_exit.min(sign[axis].mul_add(pad, exit[axis] - origin) * inverse);
             }
