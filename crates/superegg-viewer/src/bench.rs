@@ -100,7 +100,6 @@ fn bench_trace(scene: &Scene, root: Option<&str>, size: (u32, u32), frames: usiz
             .with_picture(superegg_scene::Picture {
                 width: size.0,
                 height: size.1,
-                samples: 1,
                 noise: 0.0,
                 ..scene.picture
             })

@@ -94,7 +94,11 @@ pub(crate) fn trace_pass(
         samples,
         ..job.settings.picture
     };
-    let settings = job.settings.clone().with_picture(picture).with_layers(false);
+    let is_last = coarseness == 1 && samples >= job.settings.picture.samples;
+    let mut settings = job.settings.clone().with_picture(picture).with_layers(false);
+    if !is_last {
+        trace_few_rays(&mut settings);
+    }
     let options = RenderOptions::default().with_threads(threads).with_cancel(cancel);
     let rendered = render(&job.compiled, &settings, &options).ok()?;
     (!cancel.load(Ordering::Relaxed)).then(|| Pass {
@@ -103,9 +107,18 @@ pub(crate) fn trace_pass(
         number: job.number,
         coarseness,
         samples,
-        is_last: coarseness == 1 && samples >= job.settings.picture.samples,
+        is_last,
         seconds: begin.elapsed().as_secs_f64(),
     })
+}
+
+/// One ray for each area light, for ambient occlusion and for blurred reflection: passes that a finer one replaces may be noisy.
+fn trace_few_rays(settings: &mut RenderSettings) {
+    let Picture { light_rays, gloss_rays, .. } = &mut settings.picture;
+    (*light_rays, *gloss_rays) = (1, (*gloss_rays).min(1));
+    if let Some(occlusion) = &mut settings.environment.ambient_occlusion {
+        occlusion.samples = 1;
+    }
 }
 
 /// The tracing thread. Dropping it cancels the work.
@@ -138,7 +151,7 @@ impl Tracer {
 }
 
 /// Traces the passes of a job: first as coarse as the time limit demands, then at half the
-/// coarseness each, at last with all samples.
+/// coarseness each, at last with all samples and all rays of the scene.
 fn trace(job: &TraceJob, pace: &mut Pace, cancel: &AtomicBool, done: &impl Fn(Pass)) {
     let never = AtomicBool::new(false);
     let size = (job.settings.picture.width, job.settings.picture.height);
@@ -168,7 +181,7 @@ fn trace(job: &TraceJob, pace: &mut Pace, cancel: &AtomicBool, done: &impl Fn(Pa
 mod tests {
     use std::sync::mpsc;
 
-    use superegg_scene::Scene;
+    use superegg_scene::{AmbientOcclusion, Scene};
 
     use super::*;
 
@@ -202,6 +215,27 @@ mod tests {
         assert_eq!((last.film.width(), last.film.height(), last.samples, last.number), (301, 200, 3, 7));
         let whole = trace_pass(&job(0, (301, 200), 3), 1, 3, 1, &AtomicBool::new(false)).unwrap();
         assert_eq!(whole.film, last.film);
+    }
+
+    #[test]
+    fn the_last_pass_alone_has_the_rays_of_the_scene() {
+        let mut own = job(0, (40, 30), 1);
+        own.settings.picture.light_rays = 9;
+        own.settings.environment.lights.iter_mut().for_each(|light| light.radius = 0.3);
+        own.settings.environment.ambient_occlusion = Some(AmbientOcclusion { samples: 9, distance: 2.0 });
+        let mut few = own.clone();
+        few.settings.picture.light_rays = 1;
+        few.settings.environment.ambient_occlusion = Some(AmbientOcclusion { samples: 1, distance: 2.0 });
+        let film = |job: &TraceJob, coarseness: u32, most_samples: u32| {
+            let mut job = job.clone();
+            job.settings.picture.samples = most_samples;
+            trace_pass(&job, coarseness, 1, 1, &AtomicBool::new(false)).unwrap().film
+        };
+        // With one sample the pass at full size is the last.
+        assert_ne!(film(&own, 1, 1), film(&few, 1, 1));
+        assert_eq!(film(&own, 2, 1), film(&few, 2, 1));
+        assert_eq!(film(&own, 1, 4), film(&few, 1, 4));
+        assert_eq!(film(&own, 1, 4), film(&few, 1, 1));
     }
 
     #[test]
