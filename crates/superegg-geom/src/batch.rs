@@ -213,6 +213,17 @@ impl HitBatch {
         self.t.is_empty()
     }
 
+    /// A batch without rows, with room for `count`.
+    pub fn with_capacity(count: usize) -> Self {
+        Self {
+            t: Vec::with_capacity(count),
+            points: Vec::with_capacity(count),
+            normals: Vec::with_capacity(count),
+            uv: Vec::with_capacity(count),
+            leaving: Vec::with_capacity(count),
+        }
+    }
+
     /// Removes all rows, and makes `count` misses of them.
     pub fn reset(&mut self, count: usize) {
         self.clear();

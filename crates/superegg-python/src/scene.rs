@@ -22,7 +22,7 @@ use superegg::lang::{
 };
 use superegg::render::{Framing, Output, RenderOptions, RenderSettings, TextureSet};
 use superegg::scene::{Entity, EnvironmentPicture, InstanceTable, Material, TableBuilder, Texture};
-use superegg::trace::{BatchOptions, CompiledScene, InstancePath};
+use superegg::trace::{BatchOptions, CompiledScene, HitPaths};
 use superegg::{Model, Part};
 use superegg_cli::denoise;
 use superegg_cli::load::{self as program, LoadedScene, frame_data};
@@ -85,17 +85,14 @@ impl State {
 #[pyclass(frozen, module = "superegg._superegg")]
 pub(crate) struct Paths {
     compiled: Arc<CompiledScene>,
-    paths: Vec<InstancePath>,
+    paths: HitPaths,
 }
 
 #[pymethods]
 impl Paths {
     /// The names of the instances of some rays; `None` for a miss.
     fn names(&self, rays: Vec<usize>) -> Vec<Option<String>> {
-        let name = |ray: usize| {
-            let path = self.paths.get(ray).filter(|path| !path.is_empty())?;
-            Some(self.compiled.path_name(path))
-        };
+        let name = |ray: usize| Some(self.compiled.path_name(self.paths.get(ray)?));
         rays.into_iter().map(name).collect()
     }
 }
@@ -399,7 +396,8 @@ impl Scene {
         let trace = |cancel: &AtomicBool| {
             // Each part is moved at once, so that the next one reuses its memory.
             let (mut hits, mut primitives) = (with_room(batch.len()), Vec::with_capacity(batch.len()));
-            let (mut ids, mut paths) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
+            let (mut ids, mut paths) =
+                (Vec::with_capacity(batch.len()), HitPaths::with_capacity(batch.len()));
             in_slices(batch.len(), cancel, |slice| {
                 let Some(rays) = batch.slice(slice) else { return };
                 let (columns, of_hits, instances, of_paths) =
@@ -407,7 +405,7 @@ impl Scene {
                 append(&mut hits, columns);
                 primitives.extend(of_hits.into_iter().map(u32::cast_signed));
                 ids.extend(instances);
-                paths.extend(of_paths);
+                paths.append(of_paths);
             });
             (hits, primitives, ids, paths)
         };

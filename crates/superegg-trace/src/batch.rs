@@ -7,6 +7,7 @@ use foldhash::fast::RandomState;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::{BatchHit, HitBatch, HitColumns, Ray, RayBatch, Superquadric, inverse_of, unit_vector};
 
+use crate::ray::limits::Coarsened;
 use crate::ray::query::{Hit, TraceRay};
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::Target;
@@ -57,7 +58,57 @@ pub struct SceneHitBatch {
     hits: HitBatch,
     primitives: Vec<u32>,
     instance_ids: Vec<u32>,
+    paths: HitPaths,
+}
+
+/// The path of the instance in each row. Rows share the paths.
+#[derive(Clone, Debug, Default)]
+pub struct HitPaths {
+    /// The index of the path, or [`HitPaths::NONE`].
+    of_row: Vec<u32>,
     paths: Vec<InstancePath>,
+}
+
+impl HitPaths {
+    /// The path of a miss.
+    const NONE: u32 = u32::MAX;
+
+    /// No paths, with room for `count` rows.
+    pub fn with_capacity(count: usize) -> Self {
+        Self { of_row: Vec::with_capacity(count), paths: Vec::new() }
+    }
+
+    /// The number of rows.
+    pub fn len(&self) -> usize {
+        self.of_row.len()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.of_row.is_empty()
+    }
+
+    /// The path in a row; `None` for a miss and past the end.
+    pub fn get(&self, row: usize) -> Option<&InstancePath> {
+        self.paths.get(*self.of_row.get(row)? as usize)
+    }
+
+    /// Adds the rows of `other`.
+    pub fn append(&mut self, mut other: Self) {
+        let before = self.paths.len() as u32;
+        self.paths.append(&mut other.paths);
+        self.of_row.extend(other.of_row.iter().map(|&path| match path {
+            Self::NONE => Self::NONE,
+            path => before + path,
+        }));
+    }
+}
+
+/// Paths are equal if all rows are.
+impl PartialEq for HitPaths {
+    fn eq(&self, other: &Self) -> bool {
+        self.len() == other.len() && (0..self.len()).all(|row| self.get(row) == other.get(row))
+    }
 }
 
 impl SceneHitBatch {
@@ -91,36 +142,37 @@ impl SceneHitBatch {
 
     /// The path of the instance that ray `i` hits, for [`CompiledScene::path_name`]. `None` for a miss and past the end.
     pub fn path(&self, i: usize) -> Option<&InstancePath> {
-        self.paths.get(i).filter(|path| !path.indices().is_empty())
+        self.paths.get(i)
     }
 
     /// The columns, without a copy: geometry, primitives, instance ids and paths.
-    pub fn into_columns(self) -> (HitColumns, Vec<u32>, Vec<u32>, Vec<InstancePath>) {
+    pub fn into_columns(self) -> (HitColumns, Vec<u32>, Vec<u32>, HitPaths) {
         let Self { hits, primitives, instance_ids, paths } = self;
         (hits.into_columns(), primitives, instance_ids, paths)
     }
 
-    fn push(&mut self, surface: Option<(BatchHit, u32, u32)>, path: InstancePath) {
-        let (hit, primitive, id) = match surface {
-            Some((hit, primitive, id)) => (Some(hit), primitive, id),
-            None => (None, Self::NO_PRIMITIVE, 0),
+    /// Adds a row: the hit, its primitive, its instance id and the index of its path.
+    fn push(&mut self, surface: Option<(BatchHit, u32, u32, u32)>) {
+        let (hit, primitive, id, path) = match surface {
+            Some((hit, primitive, id, path)) => (Some(hit), primitive, id, path),
+            None => (None, Self::NO_PRIMITIVE, 0, HitPaths::NONE),
         };
         self.hits.push(hit);
         self.primitives.push(primitive);
         self.instance_ids.push(id);
-        self.paths.push(path);
+        self.paths.of_row.push(path);
     }
 
-    fn append(&mut self, other: &mut Self) {
+    fn append(&mut self, mut other: Self) {
         self.hits.append(&other.hits);
         self.primitives.append(&mut other.primitives);
         self.instance_ids.append(&mut other.instance_ids);
-        self.paths.append(&mut other.paths);
+        self.paths.append(other.paths);
     }
 }
 
-/// The number of rays to trace at a time, which bounds the memory.
-const CHUNK: usize = 1 << 16;
+/// Marks a leaf whose surface is not prepared.
+const NOT_PREPARED: u32 = u32::MAX;
 
 impl CompiledScene {
     /// The closest hit of each ray within its range of t.
@@ -147,11 +199,11 @@ impl CompiledScene {
     /// ```
     pub fn intersect_batch(&self, rays: &RayBatch<'_>, options: BatchOptions) -> SceneHitBatch {
         let mut all = SceneHitBatch::default();
-        for mut part in in_parallel(rays, options, |part| self.intersect_part(&part, options.uv)) {
+        for part in in_parallel(rays, options, |part| self.intersect_part(&part, options.uv)) {
             if all.is_empty() {
                 all = part;
             } else {
-                all.append(&mut part);
+                all.append(part);
             }
         }
         all
@@ -164,32 +216,54 @@ impl CompiledScene {
     }
 
     fn intersect_part(&self, rays: &RayBatch<'_>, uv: bool) -> SceneHitBatch {
-        let mut surfaces = Surfaces { scene: self, uv, by_path: HashMap::default() };
-        let mut batch = SceneHitBatch::default();
-        batch.primitives.reserve_exact(rays.len());
-        batch.instance_ids.reserve_exact(rays.len());
-        batch.paths.reserve_exact(rays.len());
-        for first in (0..rays.len()).step_by(CHUNK) {
-            let ranged: Vec<Ranged> =
-                (first..rays.len().min(first + CHUNK)).map(|i| ranged(rays, i)).collect();
-            let traced: Vec<TraceRay> = ranged.iter().map(|ranged| ranged.ray.into()).collect();
-            for (hit, ranged) in self.intersect_many(&traced).into_iter().zip(&ranged) {
-                let hit = hit.map(|hit| Hit { t: ranged.t_min + hit.t, ..hit });
-                match hit.filter(|hit| hit.t < ranged.t_max) {
-                    Some(hit) => batch.push(Some(surfaces.at(&hit)), hit.path),
-                    None => batch.push(None, InstancePath::default()),
+        let mut surfaces = Surfaces {
+            scene: self,
+            uv,
+            prepared: Vec::new(),
+            paths: Vec::new(),
+            of_leaf: Vec::new(),
+            by_path: HashMap::default(),
+        };
+        let count = rays.len();
+        let mut batch = SceneHitBatch {
+            hits: HitBatch::with_capacity(count),
+            primitives: Vec::with_capacity(count),
+            instance_ids: Vec::with_capacity(count),
+            paths: HitPaths::with_capacity(count),
+        };
+        // The lists of one chunk after the other: new ones would be new pages each time.
+        let (mut ranges, mut traced, mut hits) = (Vec::new(), Vec::<TraceRay>::new(), Vec::new());
+        let together = self.rays_together();
+        for first in (0..count).step_by(together) {
+            ranges.clear();
+            traced.clear();
+            for i in first..count.min(first + together) {
+                let Ranged { ray, t_min, t_max } = ranged(rays, i);
+                ranges.push((t_min, t_max));
+                traced.push(ray.into());
+            }
+            self.append_hits(&traced, &[], &mut Coarsened::default(), &mut hits);
+            for (hit, &(t_min, t_max)) in hits.drain(..).zip(&ranges) {
+                match hit {
+                    Some(hit) if t_min + hit.t < t_max => {
+                        let hit = Hit { t: t_min + hit.t, ..hit };
+                        batch.push(Some(surfaces.at(&hit)));
+                    }
+                    _ => batch.push(None),
                 }
             }
         }
+        batch.paths.paths = surfaces.paths;
         batch
     }
 
     fn occluded_part(&self, rays: &RayBatch<'_>) -> Vec<bool> {
         let mut occluded = vec![false; rays.len()];
-        for first in (0..rays.len()).step_by(CHUNK) {
+        let together = self.rays_together();
+        for first in (0..rays.len()).step_by(together) {
             // Rays that end are scaled to end at t = 1, so that one call traces all of them.
             let (mut ending, mut endless) = (Queued::default(), Queued::default());
-            for i in first..rays.len().min(first + CHUNK) {
+            for i in first..rays.len().min(first + together) {
                 let Ranged { ray, t_min, t_max } = ranged(rays, i);
                 let length = t_max - t_min;
                 let direction = ray.direction * length;
@@ -275,7 +349,13 @@ fn in_parallel<T: Send>(
 struct Surfaces<'a> {
     scene: &'a CompiledScene,
     uv: bool,
-    by_path: HashMap<InstancePath, Surface, RandomState>,
+    prepared: Vec<Surface>,
+    /// Their paths.
+    paths: Vec<InstancePath>,
+    /// The index of the surface of each leaf of the root, or [`NOT_PREPARED`]. Most scenes of data are one flat group.
+    of_leaf: Vec<u32>,
+    /// The indices of all others.
+    by_path: HashMap<InstancePath, u32, RandomState>,
 }
 
 struct Surface {
@@ -287,18 +367,41 @@ struct Surface {
 }
 
 impl Surfaces<'_> {
-    /// The geometry at a hit, the primitive, and the instance id.
-    fn at(&mut self, hit: &Hit) -> (BatchHit, u32, u32) {
-        let scene = self.scene;
-        let Surface { world_from_unit, normal_map, shape, id } = match self.by_path.get(&hit.path) {
-            Some(surface) => surface,
-            None => self.by_path.entry(hit.path.clone()).or_insert_with(|| Surface::of(scene, &hit.path)),
-        };
+    /// The geometry at a hit, the primitive, the instance id, and the index of the path.
+    fn at(&mut self, hit: &Hit) -> (BatchHit, u32, u32, u32) {
+        let index = self.index_of(&hit.path);
+        let Surface { world_from_unit, normal_map, shape, id } = &self.prepared[index as usize];
         let gradient = hit.gradient(shape);
         let normal = unit_vector(*normal_map * gradient).unwrap_or(DVec3::Z);
         let point = world_from_unit.transform_point3(hit.unit_point);
         let (u, v) = if self.uv { shape.uv_at(hit.unit_point) } else { (f64::NAN, f64::NAN) };
-        (BatchHit::new(hit.t, point, normal, [u, v], hit.leaving), hit.primitive, *id)
+        (BatchHit::new(hit.t, point, normal, [u, v], hit.leaving), hit.primitive, *id, index)
+    }
+
+    /// The index of the surface at a path, prepared at the first call.
+    fn index_of(&mut self, path: &InstancePath) -> u32 {
+        let Self { scene, prepared, paths, of_leaf, by_path, .. } = self;
+        let mut prepare = || {
+            prepared.push(Surface::of(scene, path));
+            paths.push(path.clone());
+            prepared.len() as u32 - 1
+        };
+        let leaf = match path.indices() {
+            [leaf] if !path.is_proxy() => *leaf as usize,
+            _ => {
+                return match by_path.get(path) {
+                    Some(index) => *index,
+                    None => *by_path.entry(path.clone()).or_insert_with(prepare),
+                };
+            }
+        };
+        if of_leaf.is_empty() {
+            of_leaf.resize(scene.root.as_ref().map_or(0, |root| root.leaves.len()), NOT_PREPARED);
+        }
+        if of_leaf[leaf] == NOT_PREPARED {
+            of_leaf[leaf] = prepare();
+        }
+        of_leaf[leaf]
     }
 }
 

@@ -48,7 +48,7 @@ mod surface;
 mod test_camera;
 mod walk;
 
-pub use batch::{BatchOptions, SceneHitBatch};
+pub use batch::{BatchOptions, HitPaths, SceneHitBatch};
 pub use instances::PlacedPrimitive;
 pub use mass_properties::{Estimate, MassProperties, SceneMeasures, UnionProperties};
 pub use nearest::{NearestPrimitive, SceneDistance};

@@ -12,7 +12,7 @@ use superegg_geom::{HitColumns, Ray, RayBatch};
 use superegg_lang::{Session, key_frames, scene_at, write_session};
 use superegg_render::{Framing, RenderResources, RenderSettings, View};
 use superegg_scene::{Entity, ViewSettings};
-use superegg_trace::{BatchOptions, CompiledScene, InstancePath};
+use superegg_trace::{BatchOptions, CompiledScene, HitPaths};
 use superegg_viewer::{CastHit, GridChoice, IoGrid, cast};
 use wasm_bindgen::JsError;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -301,7 +301,7 @@ pub struct Hits {
     normals: Vec<f64>,
     primitives: Vec<u32>,
     ids: Vec<u32>,
-    paths: Vec<InstancePath>,
+    paths: HitPaths,
 }
 
 #[wasm_bindgen]
@@ -338,8 +338,7 @@ impl Hits {
 
     /// The path of the instance of one hit: names from the root down, joined by `/`.
     pub fn path(&self, index: usize) -> Option<String> {
-        let path = self.paths.get(index).filter(|path| !path.is_empty())?;
-        Some(self.compiled.path_name(path))
+        Some(self.compiled.path_name(self.paths.get(index)?))
     }
 }
 

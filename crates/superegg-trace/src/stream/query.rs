@@ -15,6 +15,11 @@ fn rays_together(root: &Group) -> usize {
 }
 
 impl CompiledScene {
+    /// The number of rays that are best traced together.
+    pub(crate) fn rays_together(&self) -> usize {
+        self.root.as_deref().map_or(1 << 14, rays_together)
+    }
+
     /// The closest hit of each ray: the answers of [`CompiledScene::intersect`], computed together on one thread.
     pub fn intersect_many(&self, rays: &[TraceRay]) -> Vec<Option<Hit>> {
         self.intersect_many_counted(rays, &mut Coarsened::default())
@@ -32,8 +37,23 @@ impl CompiledScene {
         misses: &[bool],
         coarsened: &mut Coarsened,
     ) -> Vec<Option<Hit>> {
-        let Some(root) = self.root.as_deref() else { return vec![None; rays.len()] };
         let mut hits = Vec::with_capacity(rays.len());
+        self.append_hits(rays, misses, coarsened, &mut hits);
+        hits
+    }
+
+    /// [`CompiledScene::intersect_others`] that appends the hits to a list.
+    pub(crate) fn append_hits(
+        &self,
+        rays: &[TraceRay],
+        misses: &[bool],
+        coarsened: &mut Coarsened,
+        hits: &mut Vec<Option<Hit>>,
+    ) {
+        let Some(root) = self.root.as_deref() else {
+            hits.extend(rays.iter().map(|_| None));
+            return;
+        };
         let mut stream = Stream::new(self, root, None);
         let mut refiner = Refiner::default();
         let together = rays_together(root);
@@ -41,12 +61,11 @@ impl CompiledScene {
             stream.run(rays, misses.get(first..).unwrap_or_default());
             // A few rays at a time, so that each stays in the nearest cache.
             for (part, rays) in rays.chunks(REFINED_TOGETHER).enumerate() {
-                refiner.refine(&stream, part * REFINED_TOGETHER, rays, &mut hits);
+                refiner.refine(&stream, part * REFINED_TOGETHER, rays, hits);
             }
             coarsened.rays += stream.coarsened_count();
         }
         coarsened.rays += refiner.coarsened.rays;
-        hits
     }
 
     /// Whether each ray hits any surface with 0 <= t < `t_max`: the answers of [`CompiledScene::occluded`], computed
