@@ -5,6 +5,7 @@
 //! - [`stream`]: incoherent rays, each against a box or a shape of its own.
 //! - [`batch`]: many rays against one shape, by streams and refinement.
 //! - [`refine`]: the f64 refinement of the crossings that f32 found.
+//! - [`verify`]: f64 proofs of facts that f32 found about shapes that are not convex.
 //!
 //! Kernels return candidates. Each answer carries a bound on its error or is marked unresolved; the caller refines it in
 //! f64, or traces the ray by the exact path of [`crate::Superquadric::intersect`]. No kernel misses a shape.
@@ -18,6 +19,7 @@ mod powers;
 pub mod refine;
 mod root;
 pub mod stream;
+pub mod verify;
 
 pub use powers::LanePowers;
 

@@ -30,4 +30,4 @@ pub use norm::{BOUND_SHAPES, NormForm};
 pub use shape::{Exponents, ShapeError, ShapeHit};
 #[cfg(feature = "baseline")]
 pub use solve::textbook;
-pub use superquadric::{Convex, KnownCrossing, Superquadric};
+pub use superquadric::{Convex, Superquadric};

@@ -242,24 +242,6 @@ impl Superquadric {
         self.intersect_by(self.solver(), ray, start)
     }
 
-    /// [`Superquadric::intersect`] with what is known about the first crossing, which saves most of the search for a shape
-    /// that is not convex. The ray starts on this surface, or it is free and starts outside.
-    pub fn intersect_known(&self, ray: &Ray, start: RayStart, known: &KnownCrossing) -> Option<ShapeHit> {
-        self.verify(ray, start, known).unwrap_or_else(|| self.intersect(ray, start))
-    }
-
-    /// The crossing that is known, or that there is none; `None` if it cannot be verified.
-    fn verify(&self, ray: &Ray, start: RayStart, known: &KnownCrossing) -> Option<Option<ShapeHit>> {
-        // A free ray is known to start outside.
-        let local = self.unit_ray(&Ray { origin_error: 0.0, ..*ray }, start)?;
-        let span = BoxSpan::of(local.origin, local.direction)?;
-        let from_entry = |t: f64| (t / local.t_scale - span.t_in).max(0.0);
-        let first = (start != RayStart::Free).then(|| from_entry(known.clear_from));
-        let between = known.between.map(|ends| ends.map(from_entry));
-        let hit = certified::verify(&self.norm, &span, start, first, between)?;
-        Some(hit.map(|hit| ShapeHit { t: hit.t * local.t_scale, point: hit.point * self.radii, ..hit }))
-    }
-
     /// The number of Newton steps that [`Superquadric::intersect`] takes to its hit. `None` without
     /// a hit, and for a shape that is not convex: its solver isolates roots with bounds instead.
     ///
@@ -294,20 +276,6 @@ impl Superquadric {
             }
         }
         self.solver()(&self.norm, &span, local.start).is_some_and(|hit| hit.t < t_max)
-    }
-
-    /// [`Superquadric::occluded`] with what is known about the first crossing, if anything.
-    pub fn occluded_known(
-        &self,
-        ray: &Ray,
-        start: RayStart,
-        t_max: f64,
-        known: Option<&KnownCrossing>,
-    ) -> bool {
-        match known {
-            Some(known) => self.intersect_known(ray, start, known).is_some_and(|hit| hit.t < t_max),
-            None => self.occluded(ray, start, t_max),
-        }
     }
 
     fn solver(&self) -> Solver {
@@ -357,17 +325,6 @@ impl Superquadric {
             RayStart::Free
         }
     }
-}
-
-/// Facts about the first crossing of a ray with a shape that were proved in f32.
-#[derive(Clone, Copy, Debug)]
-pub struct KnownCrossing {
-    /// From this t on there is no crossing before `between`. For a free ray it lies before the unit box; for one that starts
-    /// on the surface, the stretch before it is not known.
-    pub clear_from: f64,
-    /// The ray is still on the side of its start at the first t, and on the other side at the second. `None` if it does not
-    /// cross the surface after `clear_from`.
-    pub between: Option<[f64; 2]>,
 }
 
 /// The angle of the vector (sign(x) |x|^w, sign(y) |y|^w), in (-pi, pi].

@@ -240,7 +240,11 @@ fn evaluate<const FUSED: bool>(x: f64, y: f64, z: f64, p: (f64, f64), q: (f64, f
 /// log2 of `(a^p + b^p)^(1/p)` from log2 a and log2 b, the weights of a and b in its derivative, and the sum by which the
 /// weights are to be divided.
 #[inline(always)]
-fn log_sum<const FUSED: bool>(log_a: f64, log_b: f64, (p, inverse_p): (f64, f64)) -> (f64, f64, f64, f64) {
+pub(super) fn log_sum<const FUSED: bool>(
+    log_a: f64,
+    log_b: f64,
+    (p, inverse_p): (f64, f64),
+) -> (f64, f64, f64, f64) {
     let (larger, smaller) = if log_a >= log_b { (log_a, log_b) } else { (log_b, log_a) };
     let w = exp2::<FUSED>(p * (smaller - larger));
     let (of_a, of_b) = if log_a >= log_b { (1.0, w) } else { (w, 1.0) };

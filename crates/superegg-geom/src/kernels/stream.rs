@@ -13,5 +13,5 @@ mod solve;
 
 pub use boxes::{BoxRay, ListedRay, NodeEntries, intersect_boxes};
 pub use chords::StreamChords;
-pub use entry::{END, ENTRY_LANES, EntryKind, FIRST_STRETCH, ShapeEntries, ShapeEntry};
+pub use entry::{END, ENTRY_LANES, EntryKind, ShapeEntries, ShapeEntry};
 pub use solve::{STREAM_LANES, StreamHits, StreamLanes, TOLERANCE};

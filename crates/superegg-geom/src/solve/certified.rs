@@ -34,12 +34,6 @@ use crate::solve::span::{BoxSpan, point_on_plane, t_between};
 /// The most intervals that are examined for one half piece. Hostile rays need some hundreds.
 const MAX_INTERVALS: usize = 20_000;
 
-/// Where the slope of f changes by a larger factor, short steps of Newton's method do not prove that the root is close.
-const MOST_BEND: f64 = 16.0;
-
-/// The most steps of Newton's method where the root is the only one.
-const MOST_POLISH: usize = 12;
-
 /// The first crossing in unit space.
 pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Option<ShapeHit> {
     let inside = match start {
@@ -73,35 +67,6 @@ pub(crate) fn intersect(norm: &NormForm, span: &BoxSpan, start: RayStart) -> Opt
     // hidden the crossing.
     inside.then_some(ShapeHit { t: span.t_out, point: span.point_out, leaving: true })
 }
-
-/// The first crossing of a ray, given an interval that holds it, or that there is none beyond the first stretch. Both are
-/// lengths of t from the start of the span. For a ray that starts on the surface, it is proved here that f does not fall on
-/// the first stretch. `None` if that or the crossing cannot be proved from the ends: [`intersect`] finds the crossing then.
-pub(crate) fn verify(
-    norm: &NormForm,
-    span: &BoxSpan,
-    start: RayStart,
-    first: Option<f64>,
-    between: Option<[f64; 2]>,
-) -> Option<Option<ShapeHit>> {
-    let inside = start == RayStart::SurfaceInward;
-    let function = Function::new(norm, inside);
-    if let Some(length) = first {
-        let half = HalfPiece::within_octant(span, [0.0, length])?;
-        let (low, high) = (function.sample(&half, 0.0), function.sample(&half, length));
-        let (steepest_fall, _) = function.derivative_range(&low, &high, true);
-        if steepest_fall.is_nan() || steepest_fall < 0.0 {
-            return None;
-        }
-    }
-    let Some(ends) = between else { return Some(None) };
-    let half = HalfPiece::within_octant(span, ends)?;
-    let s = function.only_root(&half)?;
-    Some(Some(ShapeHit { t: span.t_in + ends[0] + s, point: half.point_at(s), leaving: inside }))
-}
-
-/// f may have a cusp on a coordinate plane: crossings that are closer to one are measured from it.
-const NEAR_PLANE: f64 = 1e-4;
 
 /// An end of a piece.
 #[derive(Clone, Copy, Debug)]
@@ -209,18 +174,6 @@ impl HalfPiece {
         Self { x: magnitude(0), y: magnitude(1), z: magnitude(2), length }
     }
 
-    /// A stretch of the span that lies within one octant; `None` if it does not, or comes near a coordinate plane.
-    fn within_octant(span: &BoxSpan, [from, to]: [f64; 2]) -> Option<Self> {
-        let point = span.point_in + from * span.direction;
-        let end = span.point_in + to * span.direction;
-        let is_far = point.abs().min(end.abs()).min_element() >= NEAR_PLANE;
-        if !is_far || (point * end).min_element() < 0.0 {
-            return None;
-        }
-        let anchor = Cut { t: span.t_in + from, point, axis: None };
-        Some(Self::new(&anchor, point, span.direction, to - from))
-    }
-
     fn point_at(&self, s: f64) -> DVec3 {
         DVec3::new(self.x.sign * self.x.at(s), self.y.sign * self.y.at(s), self.z.sign * self.z.at(s))
     }
@@ -282,28 +235,6 @@ impl Function {
             r_term_is_convex: (norm.xy.p >= 1.0) != inside,
             c_term_is_convex: (norm.rz.p >= 1.0) != inside,
         }
-    }
-
-    /// The root of f in a half piece if f changes sign and falls all over it, nowhere much steeper than elsewhere.
-    fn only_root(&self, half: &HalfPiece) -> Option<f64> {
-        let width = half.length;
-        let (low, high) = (self.sample(half, 0.0), self.sample(half, width));
-        let (steepest_fall, gentlest_fall) = self.derivative_range(&low, &high, true);
-        let is_certain = low.f() >= 0.0 && high.f() < 0.0 && gentlest_fall < 0.0;
-        if !is_certain || steepest_fall < MOST_BEND * gentlest_fall {
-            return None;
-        }
-        let mut s = inverse_hermite(&low, &high);
-        for _ in 0..MOST_POLISH {
-            let at = self.sample(half, s.clamp(0.0, width));
-            let step = at.f() / at.derivative();
-            s = at.s - step;
-            // Newton's method squares the relative error.
-            if step.abs() <= 1e-8 * width {
-                return Some(s.clamp(0.0, width));
-            }
-        }
-        None
     }
 
     fn sample(&self, half: &HalfPiece, s: f64) -> Sample {
@@ -473,17 +404,6 @@ impl Function {
         }
         at.s
     }
-}
-
-/// The root of f between two samples of different sign, where s is taken as the cubic of f with the values and the
-/// derivatives of both.
-fn inverse_hermite(low: &Sample, high: &Sample) -> f64 {
-    let fall = low.f() - high.f();
-    let u = low.f() / fall;
-    let (at_low, at_high) = (-fall / low.derivative(), -fall / high.derivative());
-    let v = 1.0 - u;
-    let chord = u * u * (1.0 + 2.0 * v) * (high.s - low.s);
-    low.s + chord + u * v * (v * at_low - u * at_high)
 }
 
 /// `derivative * slope`, where a coordinate that does not change contributes nothing, however steep

@@ -3,7 +3,7 @@
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::kernels::packet::PacketShape;
 use superegg_geom::kernels::refine::refine_powers;
-use superegg_geom::{KnownCrossing, Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
+use superegg_geom::{Ray, RayStart, Superquadric, inverse_of, scale_to_unit};
 
 use crate::ray::lottery::PathHash;
 use crate::ray::query::Hit;
@@ -210,30 +210,21 @@ impl Candidates {
         }
     }
 
-    /// The first hit of a ray on a candidate, in f64. `[t, error]` is the approximate hit.
-    pub(super) fn intersect(
-        &self,
-        scene: &CompiledScene,
-        ray: &Ray,
-        candidate: u32,
-        [t, error]: [f64; 2],
-    ) -> Option<CandidateHit> {
+    /// The first hit of a ray on a candidate, in f64.
+    pub(super) fn intersect(&self, scene: &CompiledScene, ray: &Ray, candidate: u32) -> Option<CandidateHit> {
         let Candidate { unit_from_world, target, .. } = self.get(candidate);
-        let shape = unit_shape(scene, *target);
-        let local = ray.through(unit_from_world);
-        let hit = if shape.is_convex() {
-            shape.intersect(&local, RayStart::Free)
-        } else {
-            // The search in f64 found this crossing, and t was rounded to f32.
-            let between = Some([t - 2.0 * error, t + 2.0 * error]);
-            shape.intersect_known(&local, RayStart::Free, &KnownCrossing { clear_from: 0.0, between })
-        }?;
-        let (_, gradient) = shape.norm().value_and_gradient(hit.point);
+        let hit = unit_shape(scene, *target).intersect(&ray.through(unit_from_world), RayStart::Free)?;
+        let gradient = self.gradient(scene, candidate, hit.point);
         Some(CandidateHit { t: hit.t, candidate, unit_point: hit.point, gradient, leaving: hit.leaving })
+    }
+
+    /// The gradient of N at a point on a candidate.
+    pub(super) fn gradient(&self, scene: &CompiledScene, candidate: u32, unit_point: DVec3) -> DVec3 {
+        unit_shape(scene, self.get(candidate).target).norm().value_and_gradient(unit_point).1
     }
 }
 
-fn unit_shape(scene: &CompiledScene, target: Target) -> Superquadric {
+pub(super) fn unit_shape(scene: &CompiledScene, target: Target) -> Superquadric {
     match target {
         Target::Primitive(primitive) => scene.primitives[primitive as usize].unit_shape(),
         Target::Proxy => Proxy::unit_shape(),

@@ -5,10 +5,11 @@ use superegg_geom::kernels::packet::{
     ConeWidth, PACKET, PacketKernels, PacketSurfaces, PacketVectors, RANGE,
 };
 use superegg_geom::kernels::refine::{RefineBatch, RefineRay};
-use superegg_geom::unit_vector;
+use superegg_geom::kernels::verify::{KnownCrossing, VerifyBatch};
+use superegg_geom::{RayStart, ShapeHit, unit_vector};
 
 use super::batch::TracedPackets;
-use super::candidates::{Candidate, CandidateHit, Candidates, Columns, RefinedShape};
+use super::candidates::{Candidate, CandidateHit, Candidates, Columns, RefinedShape, unit_shape};
 use super::rays::PacketRays;
 use crate::ray::footprint::Footprint;
 use crate::ray::limits::Coarsened;
@@ -145,6 +146,9 @@ pub(super) struct Resolver {
     width: ConeWidth,
     refinement: RefineBatch,
     approximate: Vec<Approximate>,
+    /// Hits on shapes that are not convex.
+    verification: VerifyBatch,
+    isolated: Vec<Approximate>,
 }
 
 /// The input of a resolver, and the candidates that it adds to.
@@ -168,6 +172,8 @@ impl Default for Resolver {
             width: ConeWidth { width: 0.0, spread: 0.0 },
             refinement: RefineBatch::default(),
             approximate: Vec::new(),
+            verification: VerifyBatch::default(),
+            isolated: Vec::new(),
         }
     }
 }
@@ -230,6 +236,8 @@ impl Resolver {
         (visible.t_scale, visible.reach) = (scope.batch.t_scale, scope.batch.largest().length());
         self.refinement.clear();
         self.approximate.clear();
+        self.verification.clear();
+        self.isolated.clear();
         for index in 0..self.found.len() {
             let found = self.found[index];
             self.resolve_lanes(scope, &found, map_of(maps, found.candidate), visible);
@@ -271,6 +279,8 @@ impl Resolver {
     ) {
         self.refinement.clear();
         self.approximate.clear();
+        self.verification.clear();
+        self.isolated.clear();
         for &SurfaceLanes { packet, candidate, lanes } in moved {
             for lane in bits(lanes & visible.surfaces[packet].lanes) {
                 let (surfaces, scale) = (&visible.surfaces[packet], visible.t_scale);
@@ -284,7 +294,7 @@ impl Resolver {
         visible.drop_empty();
     }
 
-    /// Queues an approximate hit, or finds it at once where hits of its candidate are not refined together.
+    /// Queues an approximate hit, or finds it at once where hits of its candidate are neither refined nor verified together.
     fn queue(
         &mut self,
         scope: &mut Scope<'_>,
@@ -293,21 +303,40 @@ impl Resolver {
         [t, error]: [f64; 2],
         visible: &mut VisibleSurfaces,
     ) {
-        let Candidate { unit_from_world, refined, .. } = scope.candidates.get(candidate);
+        let Candidate { unit_from_world, refined, target, .. } = scope.candidates.get(candidate);
+        let approximate = Approximate { ray: ray as u32, candidate, t, error };
         let Some(RefinedShape { origin, powers }) = *refined else {
-            let ray_in_world = scope.rays.ray(ray);
-            let hit = scope.candidates.intersect(scope.scene, &ray_in_world, candidate, [t, error]);
-            let hit = hit.map(|hit| (ray as u32, hit));
-            visible.hits.extend(hit.or_else(|| scope.hit_in_f64(ray, self.footprint)));
+            let shape = unit_shape(scope.scene, *target);
+            if shape.is_convex() {
+                visible.hits.extend(scope.hit_on(&approximate, self.footprint));
+            } else {
+                // The search in f64 found this crossing, and t was rounded to f32.
+                let between = Some([t - 2.0 * error, t + 2.0 * error]);
+                let local = scope.rays.ray(ray).through(unit_from_world);
+                let known = KnownCrossing { clear_from: 0.0, between };
+                self.verification.push(&shape, &local, RayStart::Free, &known);
+                self.isolated.push(approximate);
+            }
             return;
         };
         let direction = unit_from_world.matrix3 * scope.rays.direction(ray);
         self.refinement.push(&RefineRay { origin, direction, t, powers });
-        self.approximate.push(Approximate { ray: ray as u32, candidate, t, error });
+        self.approximate.push(approximate);
     }
 
-    /// Refines the approximate hits in f64.
+    /// Verifies and refines the approximate hits in f64.
     fn refine(&mut self, scope: &mut Scope<'_>, maps: &[Option<Columns>], visible: &mut VisibleSurfaces) {
+        self.verification.run();
+        for (index, approximate) in self.isolated.iter().enumerate() {
+            let Approximate { ray, candidate, .. } = *approximate;
+            let verified = self.verification.get(index).flatten().map(|(hit, gradient)| {
+                let gradient =
+                    gradient.unwrap_or_else(|| scope.candidates.gradient(scope.scene, candidate, hit.point));
+                let ShapeHit { t, leaving, point: unit_point } = hit;
+                (ray, CandidateHit { t, candidate, unit_point, gradient, leaving })
+            });
+            visible.hits.extend(verified.or_else(|| scope.hit_on(approximate, self.footprint)));
+        }
         self.refinement.run();
         for (index, &Approximate { ray, candidate, t, error }) in self.approximate.iter().enumerate() {
             // If the refined t is outside the error bound, another shape may be closer.
@@ -331,6 +360,14 @@ fn map_of(maps: &[Option<Columns>], candidate: u32) -> Option<Columns> {
 }
 
 impl Scope<'_> {
+    /// The hit of a ray on a candidate, in f64; if it is none after all, its closest hit.
+    fn hit_on(&mut self, approximate: &Approximate, footprint: Footprint) -> Option<(u32, CandidateHit)> {
+        let Approximate { ray, candidate, .. } = *approximate;
+        let in_world = self.rays.ray(ray as usize);
+        let hit = self.candidates.intersect(self.scene, &in_world, candidate).map(|hit| (ray, hit));
+        hit.or_else(|| self.hit_in_f64(ray as usize, footprint))
+    }
+
     /// The closest hit of a ray by the scalar traversal.
     fn hit_in_f64(&mut self, ray: usize, footprint: Footprint) -> Option<(u32, CandidateHit)> {
         let traced = TraceRay::new(self.rays.ray(ray)).with_footprint(footprint);

@@ -3,10 +3,10 @@
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::LanePowers;
 use superegg_geom::kernels::stream::{
-    END, ENTRY_LANES, EntryKind, FIRST_STRETCH, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits,
-    StreamLanes,
+    END, ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
 };
-use superegg_geom::{KnownCrossing, Ray, RayStart};
+use superegg_geom::kernels::verify::{KnownCrossing, VerifyBatch};
+use superegg_geom::{Ray, RayStart};
 use superegg_simd::{Arch, Simd, WithSimd, bits};
 
 use super::occluders::Occluder;
@@ -166,12 +166,12 @@ impl WithSimd for Occlude<'_> {
                     let entry = match occluder.start {
                         RayStart::Free => Some(entry),
                         RayStart::SurfaceOutward if !occluder.is_convex && is_inside => {
-                            entry.without_first(FIRST_STRETCH)
+                            entry.beyond_surface()
                         }
                         RayStart::SurfaceOutward | RayStart::SurfaceInward => None,
                     };
                     let Some(entry) = entry.filter(|_| kind != EntryKind::Unresolved) else {
-                        test_in_f64(scene, occluder, t_max, rays, ray, None);
+                        test_in_f64(scene, occluder, t_max, rays, ray);
                         continue;
                     };
                     let ShapeEntry { t_entry, t_per_s, length, .. } = entry;
@@ -202,12 +202,16 @@ struct Queue {
     lanes: StreamLanes,
     rays: smallvec::SmallVec<[Queued; STREAM_LANES]>,
     answers: StreamHits,
+    /// Misses of rays that start on the shape, to be verified, by their lanes.
+    verify: VerifyBatch,
+    verified_lanes: smallvec::SmallVec<[usize; STREAM_LANES]>,
 }
 
 impl Queue {
     fn new(is_convex: bool) -> Self {
         let (lanes, answers) = (StreamLanes::default(), StreamHits::default());
-        Self { is_convex, lanes, rays: smallvec::SmallVec::new(), answers }
+        let (rays, verified_lanes) = (smallvec::SmallVec::new(), smallvec::SmallVec::new());
+        Self { is_convex, lanes, rays, answers, verify: VerifyBatch::default(), verified_lanes }
     }
 
     #[inline(always)]
@@ -225,7 +229,7 @@ impl Queue {
     /// Closes the rays that the kernel finds occluded, and tests those that it leaves open in f64.
     #[inline(always)]
     fn run(&mut self, scene: &CompiledScene, occluders: &[Occluder], t_max: f64, rays: &mut ShaftRays) {
-        let Self { is_convex, lanes, rays: queued, answers } = self;
+        let Self { is_convex, lanes, rays: queued, answers, verify, verified_lanes } = self;
         let count = queued.len();
         lanes.clear_from(count);
         if *is_convex {
@@ -244,31 +248,37 @@ impl Queue {
             let t = exit.unwrap_or(t_entry + f64::from(length) * t_per_s);
             if length < f32::INFINITY && t < t_max * (1.0 - END) && t > 0.0 {
                 rays.close(ray);
-            } else {
-                let is_miss = length == f32::INFINITY && answers.unresolved >> lane & 1 == 0;
-                let known = is_miss.then_some(KnownCrossing { clear_from: t_entry, between: None });
-                test_in_f64(scene, &occluders[occluder as usize], t_max, rays, ray, known);
+            } else if length < f32::INFINITY || answers.unresolved >> lane & 1 == 1 {
+                test_in_f64(scene, &occluders[occluder as usize], t_max, rays, ray);
+            } else if rays.is_open(ray) {
+                let Occluder { primitive, start, unit_from_world, .. } = &occluders[occluder as usize];
+                let shape = scene.primitives[*primitive as usize].unit_shape();
+                let known = KnownCrossing { clear_from: t_entry, between: None };
+                verify.push(&shape, &rays.ray(ray).through(unit_from_world), *start, &known);
+                verified_lanes.push(lane);
             }
         }
+        verify.run();
+        for (number, &lane) in verified_lanes.iter().enumerate() {
+            if verify.get(number).is_none() {
+                let Queued { ray, occluder, .. } = queued[lane];
+                test_in_f64(scene, &occluders[occluder as usize], t_max, rays, ray as usize);
+            }
+        }
+        verify.clear();
+        verified_lanes.clear();
         queued.clear();
     }
 }
 
 #[inline(never)]
-fn test_in_f64(
-    scene: &CompiledScene,
-    occluder: &Occluder,
-    t_max: f64,
-    rays: &mut ShaftRays,
-    index: usize,
-    known: Option<KnownCrossing>,
-) {
+fn test_in_f64(scene: &CompiledScene, occluder: &Occluder, t_max: f64, rays: &mut ShaftRays, index: usize) {
     if !rays.is_open(index) {
         return;
     }
     let shape = scene.primitives[occluder.primitive as usize].unit_shape();
     let local = rays.ray(index).through(&occluder.unit_from_world);
-    if shape.occluded_known(&local, occluder.start, t_max, known.as_ref()) {
+    if shape.occluded(&local, occluder.start, t_max) {
         rays.close(index);
     }
 }

@@ -3,14 +3,14 @@
 //! A ray at a leaf first waits for the test of the shape's own box, then for the solver, until the kernel has a full batch.
 //! A ray that waits at many leaves may already have its closest hit in a queue, so it flushes the queues.
 
+use superegg_geom::RayStart;
 use superegg_geom::kernels::LanePowers;
 use superegg_geom::kernels::stream::{
-    END, ENTRY_LANES, EntryKind, FIRST_STRETCH, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits,
-    StreamLanes,
+    END, ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
 };
-use superegg_geom::{KnownCrossing, RayStart};
+use superegg_geom::kernels::verify::{KnownCrossing, VerifyBatch};
 
-use super::table::{DONE, Nearest, Outcome, Precision, Query, RayLeafPair, RayTable};
+use super::table::{DONE, Nearest, Outcome, Precision, Query, RayLeafPair, RayTable, TestedShape};
 use superegg_simd::bits;
 
 /// A ray that waits at more leaves flushes the queues.
@@ -65,6 +65,9 @@ pub(super) struct LeafQueues<'s> {
     /// Rays to shapes that are not convex.
     not_convex: SolverQueue<'s>,
     answers: StreamHits,
+    /// Rays to shapes that are not convex whose answers are to be verified, by their lanes.
+    verify: VerifyBatch,
+    verified_lanes: Vec<usize>,
     /// Whether the queues are to be flushed.
     pub(super) must_flush: bool,
 }
@@ -78,6 +81,8 @@ impl<'s> LeafQueues<'s> {
             inside: SolverQueue::new(),
             not_convex: SolverQueue::new(),
             answers: StreamHits::default(),
+            verify: VerifyBatch::default(),
+            verified_lanes: Vec::with_capacity(STREAM_LANES),
             must_flush: false,
         }
     }
@@ -155,10 +160,10 @@ impl<'s> LeafQueues<'s> {
             let is_outward = start == RayStart::SurfaceOutward && is_inside;
             let is_solvable = !is_on_surface || is_inward || (skips_start && is_outward);
             let approach = self.approaches.get(lane);
-            let approach = if skips_start { approach.without_first(FIRST_STRETCH) } else { Some(approach) };
+            let approach = if skips_start { approach.beyond_surface() } else { Some(approach) };
             let Some(approach) = approach.filter(|_| is_solvable && kind != EntryKind::Unresolved) else {
                 table.leaf_states[pair.id as usize].waits -= 1;
-                table.test_in_f64(query, &pair, start, None);
+                table.test_in_f64(query, &pair, start);
                 continue;
             };
             let ShapeEntry { t_entry: entry, t_per_s: t_per_length, length, .. } = approach;
@@ -193,7 +198,8 @@ impl<'s> LeafQueues<'s> {
         for lane in bits(end_waits(table, &self.outside.rays, &self.answers)) {
             let ray = &self.outside.rays[lane];
             match query.any_before {
-                Some(t_max) => take_occlusion(query, table, &self.answers, lane, ray, t_max),
+                // Facts to be verified have only rays that start on a shape that is not convex.
+                Some(t_max) => _ = take_occlusion(query, table, &self.answers, lane, ray, t_max),
                 None => take_hit(query, table, &self.answers, lane, ray, false),
             }
         }
@@ -215,30 +221,49 @@ impl<'s> LeafQueues<'s> {
         self.inside.rays.clear();
     }
 
-    /// Rays that certainly miss are done; hits are computed in f64.
+    /// Rays that certainly miss are done; hits are verified in f64.
     #[inline(always)]
     fn solve_not_convex(&mut self, query: &Query<'s>, table: &mut RayTable) {
-        let count = self.not_convex.rays.len();
-        if count == 0 {
+        let Self { not_convex: SolverQueue { lanes, rays }, answers, verify, verified_lanes, .. } = self;
+        if rays.is_empty() {
             return;
         }
-        self.not_convex.lanes.clear_from(count);
+        lanes.clear_from(rays.len());
         if query.any_before.is_some() {
-            self.not_convex.lanes.enters(count, &mut self.answers);
+            lanes.enters(rays.len(), answers);
         } else {
-            self.not_convex.lanes.isolate(count, &mut self.answers);
+            lanes.isolate(rays.len(), answers);
         }
         // The first stretch of rays that start on the shape is not known.
-        let on_surface = self.not_convex.rays.iter().rev();
+        let on_surface = rays.iter().rev();
         let on_surface = on_surface.fold(0, |mask, ray| mask << 1 | u32::from(ray.start != RayStart::Free));
-        for lane in bits(end_waits(table, &self.not_convex.rays, &self.answers) | on_surface) {
-            let ray = &self.not_convex.rays[lane];
-            match query.any_before {
-                Some(t_max) => take_occlusion(query, table, &self.answers, lane, ray, t_max),
-                None => take_isolated(query, table, &self.answers, lane, ray),
+        for lane in bits(end_waits(table, rays, answers) | on_surface) {
+            let ray = &rays[lane];
+            let known = match query.any_before {
+                Some(t_max) => take_occlusion(query, table, answers, lane, ray, t_max),
+                None => isolated(query, table, answers, lane, ray),
+            };
+            if let Some(known) = known {
+                let shape = query.scene.primitives[ray.pair.leaf.primitive as usize].unit_shape();
+                verify.push(&shape, &table.before_pair(query, &ray.pair), ray.start, &known);
+                verified_lanes.push(lane);
             }
         }
-        self.not_convex.rays.clear();
+        verify.run();
+        for (number, &lane) in verified_lanes.iter().enumerate() {
+            let ray = &rays[lane];
+            match verify.get(number) {
+                Some(None) => {}
+                Some(Some((hit, gradient))) => {
+                    let tested = TestedShape::of(query, &ray.pair);
+                    table.take_exact(query, ray.pair.id as usize, &tested, hit, gradient);
+                }
+                None => table.test_in_f64(query, &ray.pair, ray.start),
+            }
+        }
+        verify.clear();
+        verified_lanes.clear();
+        rays.clear();
     }
 }
 
@@ -269,7 +294,7 @@ fn take_hit<'s>(
     if answers.unresolved >> lane & 1 == 1 {
         // A grazing ray, which may be behind the nearest hit, or one that starts on the surface.
         if ray.exit.is_some() || t - f64::from(error) < table.t_max(query, id) {
-            table.test_in_f64(query, &ray.pair, ray.start, None);
+            table.test_in_f64(query, &ray.pair, ray.start);
         }
         return;
     }
@@ -280,35 +305,28 @@ fn take_hit<'s>(
     }
 }
 
-/// Takes the closest hit of a lane, computed in f64 in the interval that holds it.
+/// The facts about the closest hit of a lane, to be verified, unless it is behind another hit. A lane that is unresolved is tested in f64.
 #[inline(always)]
-fn take_isolated<'s>(
+fn isolated<'s>(
     query: &Query<'s>,
     table: &mut RayTable,
     answers: &StreamHits,
     lane: usize,
     ray: &QueuedRay<'s>,
-) {
-    let known = known_crossing(answers, lane, ray);
-    let first = known.and_then(|known| known.between).map_or(0.0, |[first, _]| first);
-    if first < table.t_max(query, ray.pair.id as usize) {
-        table.test_in_f64(query, &ray.pair, ray.start, known);
+) -> Option<KnownCrossing> {
+    if answers.unresolved >> lane & 1 == 1 {
+        table.test_in_f64(query, &ray.pair, ray.start);
+        return None;
     }
-}
-
-/// The results of [`StreamLanes::isolate`] or [`StreamLanes::enters`] for a lane; `None` if it is unresolved.
-#[inline(always)]
-fn known_crossing(answers: &StreamHits, lane: usize, ray: &QueuedRay<'_>) -> Option<KnownCrossing> {
     let t_at = |s: f32| ray.entry + f64::from(s) * ray.t_per_length;
     let (s, error) = (answers.s[lane], answers.error[lane]);
-    let is_resolved = answers.unresolved >> lane & 1 == 0;
-    is_resolved.then(|| KnownCrossing {
-        clear_from: ray.entry,
-        between: s.is_finite().then(|| [t_at(s - error), t_at(s)]),
-    })
+    let between = s.is_finite().then(|| [t_at(s - error), t_at(s)]);
+    let first = between.map_or(0.0, |[first, _]| first);
+    let is_before = first < table.t_max(query, ray.pair.id as usize);
+    is_before.then_some(KnownCrossing { clear_from: ray.entry, between })
 }
 
-/// Takes the occlusion of a lane, by a hit before `t_max`.
+/// Takes the occlusion of a lane, by a hit before `t_max`. Returns the facts that remain to be verified.
 #[inline(always)]
 fn take_occlusion<'s>(
     query: &Query<'s>,
@@ -317,22 +335,23 @@ fn take_occlusion<'s>(
     lane: usize,
     ray: &QueuedRay<'s>,
     t_max: f64,
-) {
+) -> Option<KnownCrossing> {
     let id = ray.pair.id as usize;
     if table.ends[id] == DONE {
-        return;
+        return None;
     }
     let length = answers.s[lane];
-    if length == f32::INFINITY && ray.start != RayStart::Free {
-        let known = known_crossing(answers, lane, ray);
-        return table.test_in_f64(query, &ray.pair, ray.start, known);
+    let is_unresolved = answers.unresolved >> lane & 1 == 1;
+    if length == f32::INFINITY && !is_unresolved && ray.start != RayStart::Free {
+        return Some(KnownCrossing { clear_from: ray.entry, between: None });
     }
     // The kernel finds a point inside the shape. A ray from outside hits the shape before; one that starts inside hits it
     // where it leaves.
     let t = ray.exit.unwrap_or(ray.entry + f64::from(length) * ray.t_per_length);
     if length < f32::INFINITY && t < t_max * (1.0 - END) && t > 0.0 {
         table.end(id, Outcome::Occluded);
-    } else if length < f32::INFINITY || answers.unresolved >> lane & 1 == 1 {
-        table.test_in_f64(query, &ray.pair, ray.start, None);
+    } else if length < f32::INFINITY || is_unresolved {
+        table.test_in_f64(query, &ray.pair, ray.start);
     }
+    None
 }

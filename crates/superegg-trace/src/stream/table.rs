@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::stream::BoxRay;
-use superegg_geom::{KnownCrossing, Ray, RayStart, ShapeHit, Superquadric};
+use superegg_geom::{Ray, RayStart, ShapeHit, Superquadric};
 
 use crate::ray::footprint::Footprint;
 use crate::ray::query::{Hit, SurfaceStart, TraceRay};
@@ -218,29 +218,20 @@ impl RayTable {
         }
     }
 
-    /// Tests a leaf in f64. `known` has the facts that lanes have proved about the first crossing.
-    #[inline(never)]
-    pub(super) fn test_in_f64(
-        &mut self,
-        query: &Query<'_>,
-        pair: &RayLeafPair<'_>,
-        start: RayStart,
-        known: Option<KnownCrossing>,
-    ) {
-        let RayLeafPair { id, trail, index, leaf } = *pair;
-        let id = id as usize;
+    /// The ray of a pair in the space of the leaf's unit shape.
+    pub(super) fn before_pair(&self, query: &Query<'_>, pair: &RayLeafPair<'_>) -> Ray {
+        let id = pair.id as usize;
         let [origin, direction] = self.lines[id];
         let ray = Ray { origin, direction, ..self.ray(query, id).ray };
-        let (_, ray) = query.root.follow(self.path_to(trail).indices(), &ray);
-        let local = ray.through(&leaf.unit_from_group);
-        let tested = TestedShape {
-            trail,
-            child: index,
-            shape: query.scene.primitives[leaf.primitive as usize].unit_shape(),
-            primitive: leaf.primitive,
-            known,
-        };
-        self.test_shape_in_f64(query, id, &tested, &local, start);
+        let (_, ray) = query.root.follow(self.path_to(pair.trail).indices(), &ray);
+        ray.through(&pair.leaf.unit_from_group)
+    }
+
+    /// Tests a leaf in f64.
+    #[inline(never)]
+    pub(super) fn test_in_f64(&mut self, query: &Query<'_>, pair: &RayLeafPair<'_>, start: RayStart) {
+        let local = self.before_pair(query, pair);
+        self.test_shape_in_f64(query, pair.id as usize, &TestedShape::of(query, pair), &local, start);
     }
 
     /// Tests a shape in f64 with the ray in its space.
@@ -252,18 +243,27 @@ impl RayTable {
         local: &Ray,
         start: RayStart,
     ) {
-        let TestedShape { trail, child, shape, primitive, known } = *tested;
         if let Some(t_max) = query.any_before {
-            if shape.occluded_known(local, start, t_max, known.as_ref()) {
+            if tested.shape.occluded(local, start, t_max) {
                 self.end(id, Outcome::Occluded);
             }
-            return;
+        } else if let Some(hit) = tested.shape.intersect(local, start) {
+            self.take_exact(query, id, tested, hit, None);
         }
-        let found = match known {
-            Some(known) => shape.intersect_known(local, start, &known),
-            None => shape.intersect(local, start),
-        };
-        let Some(ShapeHit { t, leaving, point: unit_point }) = found else { return };
+    }
+
+    /// Takes the first hit of a ray on a shape, computed in f64, if it is closer than the nearest. `gradient` is that of N there,
+    /// if it is known.
+    pub(super) fn take_exact(
+        &mut self,
+        query: &Query<'_>,
+        id: usize,
+        tested: &TestedShape,
+        hit: ShapeHit,
+        gradient: Option<DVec3>,
+    ) {
+        let TestedShape { trail, child, primitive, .. } = *tested;
+        let ShapeHit { t, leaving, point: unit_point } = hit;
         // Each ray keeps one hit.
         let kept = match self.outcomes[id] {
             Outcome::Hit(Nearest { precision: Precision::Exact(kept), .. }) => kept as usize,
@@ -271,7 +271,7 @@ impl RayTable {
         };
         if t < self.t_max(query, id) {
             let (path, scene) = (InstancePath::default(), query.scene.id);
-            let hit = Hit { t, leaving, primitive, unit_point, unit_gradient: None, path, scene };
+            let hit = Hit { t, leaving, primitive, unit_point, unit_gradient: gradient, path, scene };
             match self.exact.get_mut(kept) {
                 Some(exact) => *exact = hit,
                 None => self.exact.push(hit),
@@ -322,13 +322,20 @@ fn index(id: NonZeroU32) -> usize {
     id.get() as usize - 1
 }
 
-/// A shape that is tested in f64.
+/// A shape that a ray is tested against in f64.
 pub(super) struct TestedShape {
     pub(super) trail: TrailId,
     pub(super) child: u32,
     pub(super) shape: Superquadric,
     /// The primitive to report.
     pub(super) primitive: u32,
-    /// The facts that lanes have proved about the first crossing.
-    pub(super) known: Option<KnownCrossing>,
+}
+
+impl TestedShape {
+    /// The shape of a leaf.
+    pub(super) fn of(query: &Query<'_>, pair: &RayLeafPair<'_>) -> Self {
+        let RayLeafPair { trail, index: child, leaf, .. } = *pair;
+        let shape = query.scene.primitives[leaf.primitive as usize].unit_shape();
+        Self { trail, child, shape, primitive: leaf.primitive }
+    }
 }

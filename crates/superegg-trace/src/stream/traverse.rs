@@ -602,7 +602,7 @@ fn test_proxy(
     }
     let shape = Proxy::unit_shape();
     if shape.intersect(&local, RayStart::Free).is_some_and(|hit| !hit.leaving) {
-        let tested = TestedShape { trail, child, shape, primitive: proxy.main_primitive(), known: None };
+        let tested = TestedShape { trail, child, shape, primitive: proxy.main_primitive() };
         table.test_shape_in_f64(query, id, &tested, &local, RayStart::Free);
     }
 }

@@ -6,8 +6,10 @@ use glam::{DAffine3, DVec3};
 pub const ENTRY_LANES: usize = 8;
 /// Relative error of the ends of rays.
 pub const END: f64 = 4e-6;
-/// Rays that start on a shape are searched from here on, in lengths of unit space.
-pub const FIRST_STRETCH: f32 = 1.0 / 32.0;
+/// Rays that start on a shape are searched from here on at the latest, in lengths of unit space.
+const FIRST_STRETCH: f32 = 1.0 / 32.0;
+/// And not before here.
+const LEAST_STRETCH: f32 = 1.0 / 1024.0;
 /// The box [-1, 1]^3 is enlarged by this factor, for rounding.
 const BOX: f64 = 1.0 + 1e-6;
 /// The squared radius of the sphere around the box, with a margin.
@@ -69,9 +71,18 @@ pub struct ShapeEntry {
 }
 
 impl ShapeEntry {
-    /// The segment without its first stretch, of this length; `None` if it is not more than twice as long.
+    /// The segment of a ray that starts on the surface, without a first stretch that ends before the next coordinate plane: within
+    /// an octant it is verified from its ends. `None` if the segment is not more than twice as long.
     #[inline(always)]
-    pub fn without_first(self, length: f32) -> Option<Self> {
+    pub fn beyond_surface(self) -> Option<Self> {
+        let mut length = FIRST_STRETCH;
+        for axis in 0..3 {
+            let half_way = -0.5 * self.start[axis] / self.direction[axis];
+            if half_way > 0.0 && half_way < length {
+                length = half_way;
+            }
+        }
+        let length = length.max(LEAST_STRETCH);
         let is_longer = self.length > 2.0 * length;
         is_longer.then(|| Self {
             start: std::array::from_fn(|axis| self.start[axis] + length * self.direction[axis]),
@@ -208,4 +219,30 @@ fn smaller(a: f64, b: f64) -> f64 {
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_stretch_ends_before_a_coordinate_plane() {
+        let entry = |x: f32| ShapeEntry {
+            start: [x, 0.5, -0.5],
+            direction: [-0.6, 0.8, 0.0],
+            length: 0.5,
+            t_entry: 2.0,
+            t_per_s: 4.0,
+        };
+        for (x, stretch) in
+            [(0.5, FIRST_STRETCH), (0.012, 0.01), (1e-6, LEAST_STRETCH), (-0.01, FIRST_STRETCH)]
+        {
+            let entry = entry(x);
+            let beyond = entry.beyond_surface().unwrap();
+            assert!((entry.length - beyond.length - stretch).abs() < 1e-6, "{x} {beyond:?}");
+            assert!((beyond.start[0] - (x - 0.6 * stretch)).abs() < 1e-6);
+            assert!((beyond.t_entry - (2.0 + 4.0 * f64::from(stretch))).abs() < 1e-6);
+        }
+        assert!(ShapeEntry { length: 0.06, ..entry(0.5) }.beyond_surface().is_none());
+    }
 }
