@@ -6,10 +6,13 @@
 //! halved until they are discarded so, or a point inside is found. The gap of the bound shrinks with the width of the
 //! interval, so the number of steps grows with the reciprocal of the distance from the surface; rays that graze it stay
 //! unresolved.
+//!
+//! Where neither power is above 1, N is concave within an octant: a ray that is outside at both ends of an interval there is
+//! outside all over it. Such rays go from one coordinate plane to the next.
 
 use superegg_simd::{Lanes, Mask, Simd, Triple};
 
-use super::super::norm::{AnyPower, SIDE_BY_SIDE};
+use super::super::norm::AnyPower;
 use super::solve::{StreamHits, StreamLanes};
 
 /// The most intervals that are examined.
@@ -20,6 +23,10 @@ const LEAST_WIDTH: f32 = 1.0 / 1024.0;
 const ISOLATED: f32 = 1.0 / 64.0;
 /// The same where any point inside is an answer: the ends of wider intervals are seldom inside.
 const ANY: f32 = 1.0 / 4.0;
+/// The first interval, in parts of the ray.
+const FIRST_WIDTH: f32 = 1.0 / 4.0;
+/// Rays outside of a shape where N is concave pass the coordinate planes in intervals of twice this width.
+const AROUND_PLANE: f32 = 2.0 * LEAST_WIDTH;
 /// More than the rounding error of a coordinate.
 const COORDINATE: f32 = 6e-7;
 /// The error of a logarithm to base 2 of a norm is below this times 1 + 1/p + 1/q.
@@ -32,8 +39,8 @@ const LOG_ZERO: f32 = -1e4;
 impl StreamLanes {
     /// [`StreamLanes::enters`] for the registers from `i` on.
     #[inline(always)]
-    pub(super) fn enters_at<S: Simd>(&self, simd: S, i: usize, hits: &mut StreamHits) {
-        let Found { crossed, unresolved, s, .. } = self.search(simd, i).run(ANY);
+    pub(super) fn enters_at<S: Simd, const K: usize>(&self, simd: S, i: usize, hits: &mut StreamHits) {
+        let Found { crossed, unresolved, s, .. } = self.search::<S, K>(simd, i).run(ANY, false);
         hits.s.store(i, crossed.select(s, s.all(f32::INFINITY)));
         hits.found |= crossed.bits_from(i);
         hits.unresolved |= unresolved.bits_from(i);
@@ -41,8 +48,8 @@ impl StreamLanes {
 
     /// [`StreamLanes::isolate`] for the registers from `i` on.
     #[inline(always)]
-    pub(super) fn isolate_at<S: Simd>(&self, simd: S, i: usize, hits: &mut StreamHits) {
-        let Found { crossed, unresolved, s, clear } = self.search(simd, i).run(ISOLATED);
+    pub(super) fn isolate_at<S: Simd, const K: usize>(&self, simd: S, i: usize, hits: &mut StreamHits) {
+        let Found { crossed, unresolved, s, clear } = self.search::<S, K>(simd, i).run(ISOLATED, true);
         hits.s.store(i, crossed.select(s, s.all(f32::INFINITY)));
         hits.error.store(i, s - clear);
         hits.found |= crossed.bits_from(i);
@@ -50,12 +57,17 @@ impl StreamLanes {
     }
 
     #[inline(always)]
-    fn search<S: Simd>(&self, simd: S, i: usize) -> Search<S, SIDE_BY_SIDE> {
+    fn search<S: Simd, const K: usize>(&self, simd: S, i: usize) -> Search<S, K> {
         let inside = Mask::of_bits_from(simd, self.inward, i);
-        let length: Lanes<S, SIDE_BY_SIDE> = self.length.load(simd, i);
+        let length: Lanes<S, K> = self.length.load(simd, i);
+        let start: Triple<S, K> = Triple::load(simd, &self.start, i);
+        let direction = Triple::load(simd, &self.direction, i);
+        let to_planes =
+            Triple { x: -start.x / direction.x, y: -start.y / direction.y, z: -start.z / direction.z };
         Search {
-            start: Triple::load(simd, &self.start, i),
-            direction: Triple::load(simd, &self.direction, i),
+            start,
+            direction,
+            to_planes,
             length,
             inside,
             side: inside.select(length.all(-1.0), length.all(1.0)),
@@ -79,6 +91,8 @@ struct Found<S: Simd, const K: usize> {
 struct Search<S: Simd, const K: usize> {
     start: Triple<S, K>,
     direction: Triple<S, K>,
+    /// The lengths to the coordinate planes, for rays outside of shapes where N is concave.
+    to_planes: Triple<S, K>,
     length: Lanes<S, K>,
     /// The rays that start inside and look for their exit.
     inside: Mask<S, K>,
@@ -88,54 +102,83 @@ struct Search<S: Simd, const K: usize> {
 }
 
 impl<S: Simd, const K: usize> Search<S, K> {
-    /// Whether the rays are certainly on the side of their start between two points.
+    /// Looks for an interval at the end of which the rays are on the other side for the first time. Only one bound of N is computed in
+    /// a step: whether an interval is clear, or, after a short one that is not, whether its end is across.
     #[inline(always)]
-    fn is_clear(&self, near: Triple<S, K>, far: Triple<S, K>) -> Mask<S, K> {
-        let Self { inside, side, norm, .. } = self;
-        let closest = select(*inside, greatest_between(near, far), least_between(near, far));
-        norm.tolerance.le(*side * norm.log_value(closest))
-    }
-
-    /// Whether a point is certainly on the other side.
-    #[inline(always)]
-    fn is_across(&self, point: Triple<S, K>) -> Mask<S, K> {
-        let Self { inside, side, norm, .. } = self;
-        let closest = select(*inside, reduced(point), enlarged(point));
-        (*side * norm.log_value(closest)).le(-norm.tolerance)
-    }
-
-    /// Looks for an interval, no wider than `most`, at the end of which the rays are on the other side for the first time.
-    #[inline(always)]
-    fn run(&self, most: f32) -> Found<S, K> {
-        let Self { start, direction, length, norm, .. } = self;
-        let (zero, half) = (length.all(0.0), length.all(0.5));
+    fn run(&self, most: f32, is_steady: bool) -> Found<S, K> {
+        let Self { start, direction, length, norm, inside, side, .. } = self;
+        let (zero, half, most) = (length.all(0.0), length.all(0.5), length.all(most));
+        let none = zero.lt(zero);
         let mut active = zero.le(*length);
         let mut unresolved = active & norm.beyond_f32;
         active = active.and_not(unresolved);
-        let mut crossed = zero.lt(zero);
-        let (mut s, mut width, mut end) = (zero, *length, *length);
+        let concave = norm.is_concave.and_not(*inside);
+        let mut crossed = none;
+        let (mut s, mut end, mut reach) = (zero, *length, *length);
+        let mut width = concave.select(most, *length * length.all(FIRST_WIDTH)).min(*length);
+        // The lanes whose interval is short and not clear; those that are known to be outside at s; those that may be across at
+        // `reach`.
+        let (mut is_short, mut is_known, mut is_bracketed) = (none, none, none);
         for _ in 0..MOST_STEPS {
             if !active.any() {
                 break;
             }
-            let far = start.along(s + width, *direction);
-            let is_clear = active & self.is_clear(start.along(s, *direction), far);
-            let is_short = active.and_not(is_clear) & width.le(length.all(most));
-            if is_short.any() {
-                let is_across = is_short & self.is_across(far);
-                end = is_across.select(s + width, end);
-                crossed = crossed | is_across;
-                active = active.and_not(is_across);
+            let far_s = s + width;
+            let (near, far) = (start.along(s, *direction), start.along(far_s, *direction));
+            let least = least_between(near, far);
+            let least_size = least.x.min(least.y).min(least.z);
+            // Where N is concave within an octant, it is least at one end.
+            let is_concave = concave & is_known & zero.lt(least_size);
+            let from = select(is_short | is_concave, far, near);
+            let is_greatest = (*inside | is_short).and_not(*inside & is_short);
+            let bound = select(is_greatest, greatest_between(from, far), least_between(from, far));
+            let log = *side * norm.log_value(bound);
+            let is_across = active & is_short & log.le(-norm.tolerance);
+            end = is_across.select(far_s, end);
+            crossed = crossed | is_across;
+            active = active.and_not(is_across);
+            let is_clear = active.and_not(is_short) & norm.tolerance.le(log);
+            let is_open = active.and_not(is_short | is_clear);
+            // The slope of N changes less where no coordinate comes near 0.
+            let is_smooth = (half * width).le(least_size) | width.lt(length.all(2.0 * LEAST_WIDTH));
+            let is_first = is_open & width.le(most);
+            let is_first = if is_steady { is_first & is_smooth } else { is_first };
+            let is_halved = active.and_not(is_clear | is_first);
+            is_bracketed = is_bracketed | (is_open & is_concave);
+            reach = (is_open & is_concave).select(far_s, reach);
+            s = is_clear.select(far_s, s);
+            is_known = is_known | is_clear;
+            let rest = reach - s;
+            let is_wide = is_bracketed.and_not(rest.le(most));
+            let next = concave.select(is_wide.select(rest * half, rest), (width + width).min(rest));
+            width = is_clear.select(next, is_halved.select(width * half, width));
+            if (is_clear & concave).any() {
+                width = (is_clear & concave).select(width.min(self.to_plane(s)), width);
             }
-            s = is_clear.select(s + width, s);
-            width = is_clear.select((width + width).min(*length - s), width * half);
-            let is_over = is_clear & width.le(zero);
-            let is_narrow = active.and_not(is_clear) & width.lt(length.all(LEAST_WIDTH));
+            let is_over = is_clear & rest.le(zero);
+            let is_narrow = is_halved & width.lt(length.all(LEAST_WIDTH));
             active = active.and_not(is_over | is_narrow);
             unresolved = unresolved | is_narrow;
+            is_short = is_first;
         }
         Found { crossed, unresolved: unresolved | active, s: end, clear: s }
     }
+
+    /// The length from s to just before the next coordinate plane; where that is close, to just beyond it.
+    #[inline(always)]
+    fn to_plane(&self, s: Lanes<S, K>) -> Lanes<S, K> {
+        let Triple { x, y, z } = self.to_planes;
+        around_plane(x - s).min(around_plane(y - s)).min(around_plane(z - s))
+    }
+}
+
+/// A length to a plane, to just before it; where it is close, to just beyond it; infinite if it is behind.
+#[inline(always)]
+fn around_plane<S: Simd, const K: usize>(length: Lanes<S, K>) -> Lanes<S, K> {
+    let close = length.all(AROUND_PLANE);
+    let is_before = (close + close).lt(length);
+    let is_at = (close * length.all(-0.5)).lt(length);
+    is_before.select(length - close, is_at.select(length + close, length.all(f32::INFINITY)))
 }
 
 /// N of lower and upper bounds of coordinates.
@@ -146,6 +189,8 @@ struct NormOfBounds<S: Simd, const K: usize> {
     tolerance: Lanes<S, K>,
     /// Where the powers are too small for f32.
     beyond_f32: Mask<S, K>,
+    /// Where N is concave within each octant: neither power is above 1.
+    is_concave: Mask<S, K>,
 }
 
 impl<S: Simd, const K: usize> NormOfBounds<S, K> {
@@ -154,7 +199,8 @@ impl<S: Simd, const K: usize> NormOfBounds<S, K> {
         let (one, least) = (p.all(1.0), p.all(LEAST_POWER));
         let tolerance = p.all(LOGARITHM) * (one + one / p + one / q);
         let beyond_f32 = p.lt(least) | q.lt(least);
-        Self { xy: AnyPower::new(p), rz: AnyPower::new(q), tolerance, beyond_f32 }
+        let is_concave = p.le(one) & q.le(one);
+        Self { xy: AnyPower::new(p), rz: AnyPower::new(q), tolerance, beyond_f32, is_concave }
     }
 
     /// log2 N of non-negative coordinates.
@@ -189,12 +235,6 @@ fn least_size<S: Simd, const K: usize>(a: Lanes<S, K>, b: Lanes<S, K>) -> Lanes<
 fn greatest_between<S: Simd, const K: usize>(a: Triple<S, K>, b: Triple<S, K>) -> Triple<S, K> {
     let (a, b) = (enlarged(a), enlarged(b));
     Triple { x: a.x.max(b.x), y: a.y.max(b.y), z: a.z.max(b.z) }
-}
-
-/// Lower bounds of |x|, |y| and |z|.
-#[inline(always)]
-fn reduced<S: Simd, const K: usize>(point: Triple<S, K>) -> Triple<S, K> {
-    least_between(point, point)
 }
 
 /// `a` where the mask is true, `b` elsewhere.
@@ -349,5 +389,38 @@ mod tests {
     /// From just below the surface to the middle.
     fn random_share(lane: usize) -> f64 {
         1.0 - lane as f64 / STREAM_LANES as f64
+    }
+
+    /// The registers that are searched alone have the answers of those that are searched side by side.
+    #[test]
+    fn few_rays_have_the_answers_of_many() {
+        let mut random = SplitMix::new(23);
+        for case in 0..400 {
+            let exponent = |i: usize| [0.3, 1.0, 2.4, 4.0][i % 4];
+            let shape = Superquadric::unit(Exponents::new(exponent(case), exponent(case / 4)).unwrap());
+            let mut lanes = StreamLanes::default();
+            for lane in 0..STREAM_LANES {
+                let mut start = DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0));
+                start[lane % 3] = 1.0;
+                let to = DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0));
+                let direction = (to - start).normalize().as_vec3().to_array();
+                let start = start.as_vec3().to_array();
+                let entry = ShapeEntry { start, direction, length: 1.0, t_entry: 0.0, t_per_s: 1.0 };
+                lanes.set(lane, LanePowers::of_any(&shape), &entry, false);
+            }
+            for search in [StreamLanes::isolate, StreamLanes::enters] {
+                let [mut all, mut few] = [StreamHits::default(), StreamHits::default()];
+                search(&lanes, STREAM_LANES, &mut all);
+                for count in [1, 5, 9, 17] {
+                    search(&lanes, count, &mut few);
+                    let mask = (1 << count) - 1;
+                    assert_eq!(
+                        [few.found & mask, few.unresolved & mask],
+                        [all.found & mask, all.unresolved & mask]
+                    );
+                    assert_eq!(few.s.0[..count], all.s.0[..count]);
+                }
+            }
+        }
     }
 }

@@ -94,13 +94,19 @@ impl WithSimd for StreamKernel<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { lanes, search, count, hits } = self;
         (hits.found, hits.unresolved, hits.leaving) = (0, 0, 0);
-        for i in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
+        let registers = count.div_ceil(S::F32_LANES);
+        for i in (0..registers).step_by(SIDE_BY_SIDE) {
+            // Shadow rays to one shape are often few.
+            let is_single = registers - i < SIDE_BY_SIDE;
             match search {
                 LaneSearch::Closest => lanes.intersect_at(simd, i, hits),
                 LaneSearch::FromInside => lanes.intersect_from_inside_at(simd, i, hits),
-                LaneSearch::Occluded => lanes.occluded_at(simd, i, hits),
-                LaneSearch::Enters => lanes.enters_at(simd, i, hits),
-                LaneSearch::Isolate => lanes.isolate_at(simd, i, hits),
+                LaneSearch::Occluded if is_single => lanes.occluded_at::<S, 1>(simd, i, hits),
+                LaneSearch::Occluded => lanes.occluded_at::<S, SIDE_BY_SIDE>(simd, i, hits),
+                LaneSearch::Enters if is_single => lanes.enters_at::<S, 1>(simd, i, hits),
+                LaneSearch::Enters => lanes.enters_at::<S, SIDE_BY_SIDE>(simd, i, hits),
+                LaneSearch::Isolate if is_single => lanes.isolate_at::<S, 1>(simd, i, hits),
+                LaneSearch::Isolate => lanes.isolate_at::<S, SIDE_BY_SIDE>(simd, i, hits),
             }
         }
     }
@@ -237,8 +243,8 @@ impl StreamLanes {
     }
 
     #[inline(always)]
-    fn occluded_at<S: Simd>(&self, simd: S, i: usize, hits: &mut StreamHits) {
-        let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
+    fn occluded_at<S: Simd, const K: usize>(&self, simd: S, i: usize, hits: &mut StreamHits) {
+        let tolerance = Lanes::<S, K>::splat(simd, TOLERANCE);
         let infinity = tolerance.all(f32::INFINITY);
         let (norm, segment) = self.load(simd, i);
         let entry = entries(norm, &segment, tolerance);
