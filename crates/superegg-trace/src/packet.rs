@@ -4,6 +4,7 @@ mod batch;
 mod candidates;
 mod frame;
 mod in_order;
+mod isolation;
 mod query;
 mod rays;
 mod resolve;

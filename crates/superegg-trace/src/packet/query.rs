@@ -4,11 +4,13 @@ use arrayvec::ArrayVec;
 use superegg_geom::kernels::packet::{
     ALL_LANES, LaneCompactor, MAX_PACKETS, PACKET, PacketBatch, PacketKernels, PacketShape, PerPacket,
 };
+use superegg_geom::kernels::stream::END;
 use superegg_geom::{Ray, RayStart};
 
 use super::batch::TracedPackets;
 use super::candidates::{Candidates, TestShape};
 use super::frame::Frame;
+use super::isolation::{Isolation, LocalRay};
 use super::rays::PacketRays;
 use crate::ray::footprint::Footprint;
 use crate::ray::lottery::Lottery;
@@ -23,6 +25,7 @@ pub(super) struct Tests {
     pub(super) batch: TracedPackets,
     pub(super) candidates: Candidates,
     pub(super) compactor: LaneCompactor,
+    pub(super) isolation: Isolation,
 }
 
 /// A query of packets.
@@ -83,7 +86,7 @@ impl PacketQuery for Closest<'_> {
     ) {
         match packet_shape {
             Some(shape) if tested.shape.is_convex() => {
-                let Tests { kernels, batch, candidates, compactor } = tests;
+                let Tests { kernels, batch, candidates, compactor, .. } = tests;
                 let TracedPackets { directions, hits, ends, .. } = batch;
                 let packets = PacketBatch { directions, hits, ends, compactor };
                 if kernels.intersect(shape, packets, mask, candidates.next()) != 0 {
@@ -108,7 +111,8 @@ impl PacketQuery for Closest<'_> {
 }
 
 impl Closest<'_> {
-    /// Tests each ray that may hit the shape in f64. `around` is a convex shape around it.
+    /// Tests each ray that may hit the shape, which is not convex, and computes its hit in f64. `around` is a convex shape around
+    /// it.
     fn test_in_f64(
         &self,
         tests: &mut Tests,
@@ -117,9 +121,9 @@ impl Closest<'_> {
         around: Option<&PacketShape>,
         mask: u32,
     ) {
-        let Tests { kernels, batch, candidates, compactor } = tests;
+        let Tests { kernels, batch, candidates, compactor, isolation } = tests;
         let id = candidates.next();
-        let mut is_closest = false;
+        let mut rays = Vec::new();
         for packet in bits(mask) {
             let mut near = batch.hits[packet];
             if let Some(shape) = around {
@@ -133,16 +137,21 @@ impl Closest<'_> {
             }
             for lane in bits(self.rays.lanes(packet)) {
                 let may_hit = around.is_none() || near.id.0[lane] == id || near.unresolved >> lane & 1 == 1;
-                if !may_hit || batch.hits[packet].t.0[lane] <= 0.0 {
-                    continue;
-                }
-                let local = self.rays.ray(packet * PACKET + lane).through(&tested.unit_from_world);
-                if let Some(hit) = tested.shape.intersect(&local, RayStart::Free) {
-                    let t = (hit.t / batch.t_scale) as f32;
-                    batch.hits[packet].insert(lane, t, 1e-6 * t, id, false);
-                    is_closest |= batch.hits[packet].id.0[lane] == id;
+                let t_max = batch.hits[packet].t.0[lane];
+                if may_hit && t_max > 0.0 {
+                    let ray = self.rays.ray(packet * PACKET + lane).through(&tested.unit_from_world);
+                    let t_max = f64::from(t_max) * batch.t_scale * (1.0 + END);
+                    rays.push(LocalRay { index: [packet, lane], ray, t_max });
                 }
             }
+        }
+        let mut is_closest = false;
+        isolation.intersect(&tested.shape, &rays, |[packet, lane], t| {
+            let t = (t / batch.t_scale) as f32;
+            batch.hits[packet].insert(lane, t, 1e-6 * t, id, false);
+            is_closest |= batch.hits[packet].id.0[lane] == id;
+        });
+        for packet in bits(mask) {
             batch.ends.0[packet] = batch.hits[packet].end();
         }
         if is_closest {
@@ -224,7 +233,7 @@ impl PacketQuery for AnyHit<'_> {
         packet_shape: Option<&PacketShape>,
         mask: u32,
     ) {
-        let Tests { kernels, batch, candidates, compactor } = tests;
+        let Tests { kernels, batch, candidates, compactor, .. } = tests;
         let hash = candidates.paths.hash(frame.path, tested.index);
         let is_own = |own: Option<u32>| {
             own.is_some_and(|own| candidates.is_same_path(own, hash, frame.path, tested.index))
