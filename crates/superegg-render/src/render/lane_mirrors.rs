@@ -1,7 +1,8 @@
-//! Plain mirrors in f32 lanes: rays that camera rays become at a mirror, where nothing but the sky is in their way.
+//! Plain mirrors in f32 lanes, with what they show.
 //!
-//! Mirrored rays of neighbouring lanes lie in one beam. Where no shape reaches into the beam, the surfaces stay in f32 and
-//! receive the sky; all others go on in f64, as rays.
+//! Mirrored rays of neighbouring lanes lie in one beam. Where no shape reaches into the beam, the mirrors stay in f32 and
+//! receive the sky. Where a few shapes do, each ray is tested against these: it receives the sky or has a first hit, which is
+//! shaded as a point of the next bounce. All others go on in f64, as rays.
 
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::packet::{PACKET, PacketColumn, PacketSurfaces, PacketVectors};
@@ -25,14 +26,14 @@ const DIRECTION_ERROR: f64 = 1e-5;
 /// More than the relative rounding error of a position in f32.
 const POSITION_ERROR: f64 = 4.0 * f32::EPSILON as f64;
 
-/// The mirrors of one batch whose lanes receive the sky.
+/// The mirrors of one batch.
 pub(crate) struct LaneMirrors {
     arch: Arch,
     /// The mirrored unit directions, by packets. Those of packets without mirrors have no meaning.
     directions: Vec<PacketVectors>,
     /// The lanes whose mirrored rays hit nothing.
     open: Vec<SurfaceLanes>,
-    /// The lanes whose mirrored rays may hit something.
+    /// The lanes of whose mirrored rays nothing is known.
     others: Vec<SurfaceLanes>,
     /// The hits of mirrored rays of which lanes know the first one.
     seen: Vec<MirroredHit>,
@@ -80,12 +81,12 @@ impl LaneMirrors {
         &self.seen
     }
 
-    /// The number of lanes whose mirrored rays may hit something.
+    /// The number of lanes that go on in f64.
     pub(crate) fn moved_count(&self) -> usize {
         self.others.iter().map(|surface| surface.lanes.count_ones() as usize).sum()
     }
 
-    /// Tests the mirrored rays of all surfaces. Returns the lanes whose rays may hit something. `camera` is the origin of the
+    /// Tests the mirrored rays of all surfaces. Returns the lanes that go on in f64. `camera` is the origin of the
     /// rays, and `footprint` their width.
     pub(crate) fn find(
         &mut self,
