@@ -1,5 +1,6 @@
 //! The first hits of rays on the few shapes in their beam.
 
+use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::refine::{RefineBatch, RefineRay, refine_powers};
 use superegg_geom::kernels::stream::{
     ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
@@ -85,7 +86,7 @@ impl CompiledScene {
                 return FirstHit::Unknown;
             };
             let Occluder { primitive, path, .. } = &occluders[occluder as usize];
-            let unit_gradient = (gradient != superegg_geom::glam::DVec3::ZERO).then_some(gradient);
+            let unit_gradient = (gradient != DVec3::ZERO).then_some(gradient);
             let (primitive, path) = (*primitive, path.clone());
             FirstHit::Hit(Hit { t, leaving, primitive, unit_point, unit_gradient, path, scene: self.id })
         }));
@@ -169,7 +170,6 @@ fn run(
 
 #[cfg(test)]
 mod tests {
-    use superegg_geom::glam::DVec3;
     use superegg_geom::{Aabb, Ray, SplitMix};
     use superegg_lang::load_text;
 

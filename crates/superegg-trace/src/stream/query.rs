@@ -30,15 +30,16 @@ impl CompiledScene {
         self.intersect_others(rays, &[], coarsened)
     }
 
-    /// [`CompiledScene::intersect_many_counted`] where some rays are known to hit nothing. `misses` marks them, or is empty.
+    /// [`CompiledScene::intersect_many_counted`] of the rays that `left_out` does not mark, which may be empty. The others get
+    /// no hit.
     pub(crate) fn intersect_others(
         &self,
         rays: &[TraceRay],
-        misses: &[bool],
+        left_out: &[bool],
         coarsened: &mut Coarsened,
     ) -> Vec<Option<Hit>> {
         let mut hits = Vec::with_capacity(rays.len());
-        self.append_hits(rays, misses, coarsened, &mut hits);
+        self.append_hits(rays, left_out, coarsened, &mut hits);
         hits
     }
 
@@ -46,7 +47,7 @@ impl CompiledScene {
     pub(crate) fn append_hits(
         &self,
         rays: &[TraceRay],
-        misses: &[bool],
+        left_out: &[bool],
         coarsened: &mut Coarsened,
         hits: &mut Vec<Option<Hit>>,
     ) {
@@ -58,7 +59,7 @@ impl CompiledScene {
         let mut refiner = Refiner::default();
         let together = rays_together(root);
         for (first, rays) in (0..).step_by(together).zip(rays.chunks(together)) {
-            stream.run(rays, misses.get(first..).unwrap_or_default());
+            stream.run(rays, left_out.get(first..).unwrap_or_default());
             // A few rays at a time, so that each stays in the nearest cache.
             for (part, rays) in rays.chunks(REFINED_TOGETHER).enumerate() {
                 refiner.refine(&stream, part * REFINED_TOGETHER, rays, hits);

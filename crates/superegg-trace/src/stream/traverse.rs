@@ -169,7 +169,7 @@ fn tree_ray(group: &Group, line: WideLine) -> Option<BoxRay> {
 struct Run<'a, 's> {
     stream: &'a mut Stream<'s>,
     rays: &'s [TraceRay],
-    misses: &'a [bool],
+    left_out: &'a [bool],
 }
 
 impl WithSimd for Run<'_, '_> {
@@ -177,7 +177,7 @@ impl WithSimd for Run<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.stream.run_with(simd, self.rays, self.misses);
+        self.stream.run_with(simd, self.rays, self.left_out);
     }
 }
 
@@ -217,16 +217,16 @@ impl<'s> Stream<'s> {
         &self.query
     }
 
-    /// Traces rays. Rays marked in `misses` are known to hit nothing; it may be shorter. Not inlined: the code is
+    /// Traces rays. Those that `left_out` marks, which may be shorter, get no hit. Not inlined: the code is
     /// large, and is compiled once for each instruction set.
     #[inline(never)]
-    pub(super) fn run(&mut self, rays: &'s [TraceRay], misses: &[bool]) {
-        Arch::new().dispatch(Run { stream: self, rays, misses });
+    pub(super) fn run(&mut self, rays: &'s [TraceRay], left_out: &[bool]) {
+        Arch::new().dispatch(Run { stream: self, rays, left_out });
     }
 
     #[inline(always)]
-    fn run_with<S: Simd>(&mut self, simd: S, rays: &'s [TraceRay], misses: &[bool]) {
-        self.load(rays, misses);
+    fn run_with<S: Simd>(&mut self, simd: S, rays: &'s [TraceRay], left_out: &[bool]) {
+        self.load(rays, left_out);
         loop {
             let mut visit = None;
             match self.scratch.tasks.pop() {
@@ -270,7 +270,7 @@ impl<'s> Stream<'s> {
 
     /// Loads rays, those of one octant side by side: lists then read whole cache lines.
     #[inline(always)]
-    fn load(&mut self, rays: &'s [TraceRay], misses: &[bool]) {
+    fn load(&mut self, rays: &'s [TraceRay], left_out: &[bool]) {
         self.query.rays = rays;
         let Query { root, any_before, .. } = self.query;
         let count = rays.len();
@@ -309,7 +309,7 @@ impl<'s> Stream<'s> {
             }
             for id in before..before + chunk.len() {
                 let index = table.index_of[id] as usize;
-                if misses.get(index) == Some(&true) {
+                if left_out.get(index) == Some(&true) {
                     (table.outcomes[id], table.ends[id]) = (Outcome::Miss, DONE);
                     continue;
                 }

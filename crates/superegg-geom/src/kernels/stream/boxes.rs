@@ -1,6 +1,5 @@
 //! The rays of a list against the eight boxes of a node.
 
-use glam::DVec3;
 use superegg_simd::{Lanes, Simd};
 
 /// Reciprocals of directions are clamped to this size.
