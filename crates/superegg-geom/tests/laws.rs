@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use superegg_geom::glam::{DMat3, DVec3};
+#[cfg(feature = "simd")]
 use superegg_geom::kernels::verify::{KnownCrossing, VerifyBatch};
 use superegg_geom::{
     Aabb, Exponents, NormForm, Ray, RayStart, Superquadric, Transform, TransformStep, textbook,
@@ -244,6 +245,7 @@ proptest! {
 
     /// Facts about the first crossing that are verified change no answer: neither an interval around it, nor that there is none
     /// beyond a first stretch. One that hides the crossing is not verified.
+    #[cfg(feature = "simd")]
     #[test]
     fn a_verified_crossing_is_the_one_that_is_found(
         shape in unit_shape(), ray in ray(), direction in vector(1.0), before in 0.0..1.0f64, after in 1e-4..0.05f64,

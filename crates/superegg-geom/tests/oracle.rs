@@ -166,3 +166,44 @@ fn the_textbook_method_fails_where_its_module_says() {
     assert!(share_wrong(|least| least < 0.001) > 0.5);
     assert!(share_wrong(|least| least > 0.9) < 0.5);
 }
+
+/// Lanes isolate crossings whatever the exponents, and f64 verifies them.
+#[cfg(feature = "simd")]
+#[test]
+fn every_verified_crossing_of_our_own_ground_truth() {
+    use kernels::LanePowers;
+    use kernels::stream::{EntryKind, ShapeEntries, StreamHits, StreamLanes};
+    use kernels::verify::{KnownCrossing, VerifyBatch};
+    let (mut entries, mut lanes, mut found) =
+        (ShapeEntries::default(), StreamLanes::default(), StreamHits::default());
+    let (mut batch, mut verified) = (VerifyBatch::default(), [0, 0]);
+    for row in read(&own_rays()) {
+        let TruthRow { shape, ray, .. } = &row;
+        entries.set_unit(0, ray.origin, ray.direction, f64::INFINITY);
+        entries.run();
+        if row.start_inside || entries.kind(0) != EntryKind::Enters {
+            continue;
+        }
+        let entry = entries.get(0);
+        lanes.set(0, LanePowers::of_any(shape), &entry, false);
+        lanes.isolate(1, &mut found);
+        if found.unresolved & 1 == 1 {
+            continue;
+        }
+        let (s, error) = (found.s[0], found.error[0]);
+        let hit = if s == f32::INFINITY {
+            None
+        } else {
+            let t_at = |s: f32| entry.t_entry + f64::from(s) * entry.t_per_s;
+            let known = KnownCrossing { clear_from: 0.0, between: Some([t_at(s - error), t_at(s)]) };
+            batch.clear();
+            batch.push(shape, ray, RayStart::Free, &known);
+            batch.run();
+            let Some(hit) = batch.get(0) else { continue };
+            hit.map(|(hit, _)| hit)
+        };
+        verified[usize::from(hit.is_some())] += 1;
+        check(&row, hit).unwrap_or_else(|wrong| panic!("{shape:?} {ray:?}: {wrong}"));
+    }
+    assert!(verified[0] > 100 && verified[1] > 300, "{verified:?}");
+}

@@ -276,7 +276,7 @@ fn sample<const FUSED: bool>(rays: &Rays, from: &[Row; 3], at: &Row) -> Samples 
     samples
 }
 
-/// Of a coordinate's size: divisors and logarithms stay finite.
+/// The size of a coordinate, so far above 0 that divisors and logarithms stay finite.
 #[inline(always)]
 fn at_least(size: f64) -> f64 {
     const LEAST: f64 = 1e-30;
