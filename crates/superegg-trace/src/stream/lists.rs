@@ -89,6 +89,11 @@ impl ListMemory {
         let Self { rays, near, blocks, .. } = self;
         let (parents, free) = rays[list.first as usize..].split_at_mut(list.count as usize);
         let near = &near[list.first_near as usize..top.first_near as usize];
+        if let ([ray], [near]) = (&*parents, near) {
+            // The ray of a list of one hits each child that is visited, and stays where it is.
+            let is_kept = near[child] <= ends[ray.end()];
+            return is_kept.then_some(List { first: list.first, count: 1, ..top });
+        }
         // Every ray that hits the box is written. One that has ended before is overwritten by the next.
         let mut kept = 0;
         for (block, hit) in blocks[list.first_block as usize..top.first_block as usize].iter().enumerate() {

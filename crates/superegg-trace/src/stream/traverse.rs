@@ -399,7 +399,9 @@ impl<'s> Stream<'s> {
             return;
         }
         let order = if count == 1 { lists.near[first_near as usize] } else { positions_along(node, octant) };
-        lists.fill_blocks(list);
+        if count > 1 {
+            lists.fill_blocks(list);
+        }
         // The task pushed last is done first, so the farthest box comes first.
         let mut sorted = [0u8; WIDTH];
         let mut sorted_count = 0;
