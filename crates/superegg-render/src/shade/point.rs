@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use superegg_geom::glam::{DAffine3, DVec2, DVec3};
 use superegg_geom::{Ray, RayStart};
-use superegg_scene::Material;
+use superegg_scene::{Material, Pattern};
 use superegg_trace::{CompiledPrimitive, Footprint, InstancePath, SurfaceStart, TraceRay};
 
 use crate::camera::sobol::SampleKey;
@@ -192,6 +192,9 @@ pub(crate) fn albedo_of_shape(
     world_from_unit: &DAffine3,
     view: &SurfaceView,
 ) -> DVec3 {
+    if material.pattern == Pattern::None {
+        return material.color;
+    }
     let radii = primitive.radii;
     let linear = world_from_unit.matrix3;
     // The world vectors of unit steps along the axes of the primitive.
@@ -207,6 +210,9 @@ pub(crate) fn albedo_of_shape(
 /// The colour at a point of the floor.
 pub(crate) fn albedo_of_floor(ground: &FloorPlane<'_>, position: DVec3, view: &SurfaceView) -> DVec3 {
     let pattern = &ground.material.pattern;
+    if *pattern == Pattern::None {
+        return ground.material.color;
+    }
     let weight = pattern::weight(pattern, ground.local(position), extents(ground.axes(), view), None);
     pattern::mix(ground.material.color, pattern, weight)
 }
