@@ -110,6 +110,7 @@ fn open_directions(
         if drawn.is_empty() {
             break;
         }
+        rays.reserve(drawn.len());
         for &(i, sample) in &drawn {
             let key = points[i].state.key.branch(AMBIENT);
             hemispheres.push(key, (sample, count), points[i].shading_normal());

@@ -39,11 +39,6 @@ impl Hemispheres {
         Self { arch: Arch::new(), blocks: Box::new([empty; MOST_DIRECTIONS / BLOCK]), count: 0 }
     }
 
-    /// The number of directions that still fit.
-    pub(crate) fn room(&self) -> usize {
-        MOST_DIRECTIONS - self.count
-    }
-
     /// Adds the direction around a unit normal of random point `sample` of `count`.
     #[inline]
     pub(crate) fn push(&mut self, key: SampleKey, (sample, count): (u32, u32), normal: DVec3) {
