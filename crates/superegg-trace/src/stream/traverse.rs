@@ -217,7 +217,7 @@ impl<'s> Stream<'s> {
         &self.query
     }
 
-    /// Traces rays. Those that `left_out` marks, which may be shorter, get no hit. Not inlined: the code is
+    /// Traces rays. Rays that `left_out` marks get no hit; it may be shorter. Not inlined: the code is
     /// large, and is compiled once for each instruction set.
     #[inline(never)]
     pub(super) fn run(&mut self, rays: &'s [TraceRay], left_out: &[bool]) {
