@@ -19,8 +19,6 @@ use crate::stats::TraceStats;
 
 /// The most packets whose rays form one beam.
 const NEIGHBOURS: usize = 4;
-/// Rays are tested one by one against no more shapes than this.
-const MOST_TESTED: usize = 4;
 /// More than the rounding error of a mirrored direction in f32.
 const DIRECTION_ERROR: f64 = 1e-5;
 /// More than the relative rounding error of a position in f32.
@@ -117,8 +115,8 @@ impl LaneMirrors {
         let beam = self.beam(source, group);
         match source.scene.beam_hits(&beam, &mut self.found) {
             BeamHits::None => self.open.extend_from_slice(group),
-            BeamHits::Found if self.found.len() <= MOST_TESTED => self.test_rays(source, group),
-            BeamHits::Found | BeamHits::Unknown => self.others.extend_from_slice(group),
+            BeamHits::Found => self.test_rays(source, group),
+            BeamHits::Unknown => self.others.extend_from_slice(group),
         }
     }
 
