@@ -21,6 +21,33 @@ use crate::shade::state::ShadingState;
 /// The search for the shapes in a shaft costs more than fewer rays through the scene.
 const LEAST_SAMPLES: usize = 5;
 
+/// Searches that fail are followed by less than two to the power of this many groups without one.
+const MOST_DOUBLINGS: u32 = 4;
+
+/// The last searches for occluders. Where some fail, because shapes are many, those of the next groups are likely to fail too.
+#[derive(Clone, Copy, Debug, Default)]
+struct SearchHistory {
+    /// The failures since the last success.
+    failures: u32,
+    /// The groups that are not searched.
+    to_skip: u32,
+}
+
+impl SearchHistory {
+    /// Whether to search for the next group.
+    fn allows_next(&mut self) -> bool {
+        let is_allowed = self.to_skip == 0;
+        self.to_skip = self.to_skip.saturating_sub(1);
+        is_allowed
+    }
+
+    /// Takes in the result of a search.
+    fn take(&mut self, is_success: bool) {
+        self.failures = if is_success { 0 } else { (self.failures + 1).min(MOST_DOUBLINGS) };
+        self.to_skip = (1 << self.failures) - 1;
+    }
+}
+
 /// Shadow rays that are left to be traced through the scene.
 #[derive(Default)]
 pub(crate) struct RemainingRays {
@@ -43,6 +70,7 @@ pub(crate) struct GroupedLight<'a> {
     samples: Vec<SampledLight>,
     /// A shadow ray that can add no more light than this is not traced.
     least_light: f64,
+    history: SearchHistory,
     /// The rays to lights at a position, and to suns.
     remaining: [RemainingRays; 2],
 }
@@ -65,6 +93,7 @@ impl<'a> GroupedLight<'a> {
             clear_shadows: ClearShadows::default(),
             samples: Vec::new(),
             least_light: least_light(context.picture),
+            history: SearchHistory::default(),
             remaining: Default::default(),
         }
     }
@@ -139,7 +168,7 @@ impl<'a> GroupedLight<'a> {
             self.queue_dimmed(points, light);
             return;
         }
-        if self.samples.len() < LEAST_SAMPLES {
+        if self.samples.len() < LEAST_SAMPLES || !self.history.allows_next() {
             self.queue_single(points, light);
             return;
         }
@@ -149,7 +178,9 @@ impl<'a> GroupedLight<'a> {
         };
         let (shaft, width) = self.shaft(points, light);
         let start = ShaftStart { own, width };
-        if !self.context.scene.find_occluders(&shaft, start, &mut self.occluders) {
+        let is_found = self.context.scene.find_occluders(&shaft, start, &mut self.occluders);
+        self.history.take(is_found);
+        if !is_found {
             self.queue_single(points, light);
             return;
         }
