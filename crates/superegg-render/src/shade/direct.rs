@@ -28,7 +28,7 @@ pub(crate) fn add_light<'l>(
         grouped.add_light(points, (index, light), shading);
     }
     for (end, rays) in grouped.into_rays() {
-        add_unoccluded(context, rays.single, end, shading);
+        add_unoccluded(context, &rays.single, end, shading);
         add_transmitted(context, rays.dimmed, end, shading);
     }
 }

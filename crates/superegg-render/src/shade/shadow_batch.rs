@@ -20,6 +20,7 @@ pub(crate) struct ShadowBatch {
 }
 
 /// The contribution of a shadow ray to a pixel.
+#[derive(Clone)]
 struct Contribution {
     pixel: usize,
     color: DVec3,
@@ -35,9 +36,9 @@ impl ShadowBatch {
         self.contributions.push(Contribution { pixel: *pixel, color, media: media.clone() });
     }
 
-    /// Each ray with its contribution.
-    fn into_pairs(self) -> impl Iterator<Item = (Contribution, TraceRay)> {
-        self.contributions.into_iter().zip(self.rays)
+    /// Each contribution with its ray.
+    fn pairs(&self) -> impl Iterator<Item = (&Contribution, &TraceRay)> {
+        self.contributions.iter().zip(&self.rays)
     }
 }
 
@@ -51,19 +52,19 @@ impl Contribution {
 /// Traces shadow rays up to t = `end` and adds the light that arrives.
 pub(crate) fn add_unoccluded(
     context: RenderContext<'_>,
-    batch: ShadowBatch,
+    batch: &ShadowBatch,
     end: f64,
     shading: &mut ShadingState<'_, '_>,
 ) {
     shading.stats.rays.shadow += batch.rays.len() as u64;
     let occluded = context.scene.occluded_many_counted(&batch.rays, end, &mut shading.stats.coarsened);
     let mut dimmed = ShadowBatch::default();
-    for ((contribution, ray), occluded) in batch.into_pairs().zip(occluded) {
+    for ((contribution, ray), occluded) in batch.pairs().zip(occluded) {
         if !occluded {
             contribution.add_after(ray.ray.direction.length(), shading.colors);
         } else if context.has_transmission {
-            dimmed.rays.push(ray);
-            dimmed.contributions.push(contribution);
+            dimmed.rays.push(ray.clone());
+            dimmed.contributions.push(contribution.clone());
         }
     }
     add_transmitted(context, dimmed, end, shading);
@@ -93,13 +94,13 @@ pub(crate) fn add_transmitted(
         let hits = context.scene.intersect_alike(&batch.rays, &mut shading.stats.coarsened);
         shading.stats.rays.shadow += hits.len() as u64;
         let mut next = ShadowBatch::default();
-        for ((contribution, ray), hit) in batch.into_pairs().zip(hits) {
-            let Some(hit) = hit.filter(|hit| hit.t < end) else {
+        for ((contribution, ray), hit) in batch.pairs().zip(&hits) {
+            let Some(hit) = hit.as_ref().filter(|hit| hit.t < end) else {
                 contribution.add_after(ray.ray.direction.length(), shading.colors);
                 continue;
             };
-            let surface = shading.surfaces.at(&hit);
-            let Located { position, position_error, normal } = surface.locate(&hit);
+            let surface = shading.surfaces.at(hit);
+            let Located { position, position_error, normal } = surface.locate(hit);
             let direction = ray.ray.direction;
             let distance = (position - ray.ray.origin).length();
             let view = SurfaceView {
@@ -119,7 +120,7 @@ pub(crate) fn add_transmitted(
                 // The light stays at t = 1.
                 let direction = if end.is_finite() { ray.ray.point_at(1.0) - position } else { direction };
                 let side = if hit.leaving { Side::Outward } else { Side::Inward };
-                let start = Some(SurfaceStart { path: hit.path, side });
+                let start = Some(SurfaceStart { path: hit.path.clone(), side });
                 let onward = Ray { origin: position, direction, origin_error: position_error };
                 let rest = TraceRay { ray: onward, start, footprint: ray.footprint };
                 next.rays.push(rest);

@@ -160,13 +160,15 @@ impl<'a> Wavefront<'a> {
             scene.intersect_alike(&self.rays, coarsened)
         };
         let mut points = Vec::with_capacity(hits.len());
-        for ((ray, state), hit) in self.rays.drain(..).zip(self.states.drain(..)).zip(hits) {
+        // Rays and hits are large, so they stay where they are.
+        for ((ray, state), hit) in self.rays.iter().zip(self.states.drain(..)).zip(&hits) {
             let (pixel, weight) = (state.pixel, state.weight);
-            match self.context.surface_point(&ray, hit.as_ref(), state, shading) {
+            match self.context.surface_point(ray, hit.as_ref(), state, shading) {
                 Some(point) => points.push(point),
                 None => shading.colors[pixel] += weight * self.context.sky(ray.ray.direction),
             }
         }
+        self.rays.clear();
         points
     }
 
