@@ -1,7 +1,7 @@
 //! Renders a compiled scene into a film: tiles in parallel.
 
 use std::fmt;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
@@ -203,24 +203,29 @@ pub fn render_tiles_with(
     let stats = Mutex::new(TraceStats::default());
     let wanted: Vec<(usize, Tile)> =
         tiles(width, height).into_iter().enumerate().filter(|(index, _)| (work.wanted)(*index)).collect();
+    // Tiles take very different times, so each thread takes the next one when it is done with its last.
+    let next = AtomicUsize::new(0);
+    let render_next_tiles = || {
+        let mut worker = None;
+        while let Some((index, tile)) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if options.is_cancelled() {
+                return;
+            }
+            let worker = worker.get_or_insert_with(|| Worker::new(&job));
+            let Some((pixels, tile_stats)) = worker.render_tile(tile) else { return };
+            let count = tile.pixel_count() as u64;
+            work.film.lock().unwrap_or_else(PoisonError::into_inner).set_tile(tile, &pixels);
+            *stats.lock().unwrap_or_else(PoisonError::into_inner) += tile_stats;
+            (work.finished)(*index, &pixels);
+            let finished = finished_pixels.fetch_add(count, Ordering::Relaxed) + count;
+            if let Some(progress) = options.progress {
+                progress(finished);
+            }
+        }
+    };
     on_threads(options.threads, || {
-        wanted.into_par_iter().for_each_init(
-            || Worker::new(&job),
-            |worker, (index, tile)| {
-                if options.is_cancelled() {
-                    return;
-                }
-                let Some((pixels, tile_stats)) = worker.render_tile(&tile) else { return };
-                let count = tile.pixel_count() as u64;
-                work.film.lock().unwrap_or_else(PoisonError::into_inner).set_tile(&tile, &pixels);
-                *stats.lock().unwrap_or_else(PoisonError::into_inner) += tile_stats;
-                (work.finished)(index, &pixels);
-                let finished = finished_pixels.fetch_add(count, Ordering::Relaxed) + count;
-                if let Some(progress) = options.progress {
-                    progress(finished);
-                }
-            },
-        );
+        let threads = (0..rayon::current_num_threads()).into_par_iter();
+        threads.with_max_len(1).for_each(|_| render_next_tiles());
     })?;
     Ok(stats.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
