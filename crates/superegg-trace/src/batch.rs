@@ -171,6 +171,8 @@ impl SceneHitBatch {
     }
 }
 
+/// Surfaces are found by their leaves if there are no more of these for each ray.
+const LEAVES_PER_RAY: usize = 4;
 /// Marks a leaf whose surface is not prepared.
 const NOT_PREPARED: u32 = u32::MAX;
 
@@ -216,15 +218,18 @@ impl CompiledScene {
     }
 
     fn intersect_part(&self, rays: &RayBatch<'_>, uv: bool) -> SceneHitBatch {
+        let count = rays.len();
+        let leaves = self.root.as_ref().map_or(0, |root| root.leaves.len());
+        // A table of many leaves takes longer than a few rays.
+        let table = if leaves <= LEAVES_PER_RAY * count { leaves } else { 0 };
         let mut surfaces = Surfaces {
             scene: self,
             uv,
             prepared: Vec::new(),
             paths: Vec::new(),
-            of_leaf: Vec::new(),
+            of_leaf: vec![NOT_PREPARED; table],
             by_path: HashMap::default(),
         };
-        let count = rays.len();
         let mut batch = SceneHitBatch {
             hits: HitBatch::with_capacity(count),
             primitives: Vec::with_capacity(count),
@@ -352,7 +357,8 @@ struct Surfaces<'a> {
     prepared: Vec<Surface>,
     /// Their paths.
     paths: Vec<InstancePath>,
-    /// The index of the surface of each leaf of the root, or [`NOT_PREPARED`]. Most scenes of data are one flat group.
+    /// The index of the surface of each leaf of the root, or [`NOT_PREPARED`]; empty for a few rays. Most scenes of data are one
+    /// flat group.
     of_leaf: Vec<u32>,
     /// The indices of all others.
     by_path: HashMap<InstancePath, u32, RandomState>,
@@ -386,22 +392,19 @@ impl Surfaces<'_> {
             paths.push(path.clone());
             prepared.len() as u32 - 1
         };
-        let leaf = match path.indices() {
-            [leaf] if !path.is_proxy() => *leaf as usize,
-            _ => {
-                return match by_path.get(path) {
-                    Some(index) => *index,
-                    None => *by_path.entry(path.clone()).or_insert_with(prepare),
-                };
+        match path.indices() {
+            [leaf] if (*leaf as usize) < of_leaf.len() => {
+                let index = &mut of_leaf[*leaf as usize];
+                if *index == NOT_PREPARED {
+                    *index = prepare();
+                }
+                *index
             }
-        };
-        if of_leaf.is_empty() {
-            of_leaf.resize(scene.root.as_ref().map_or(0, |root| root.leaves.len()), NOT_PREPARED);
+            _ => match by_path.get(path) {
+                Some(index) => *index,
+                None => *by_path.entry(path.clone()).or_insert_with(prepare),
+            },
         }
-        if of_leaf[leaf] == NOT_PREPARED {
-            of_leaf[leaf] = prepare();
-        }
-        of_leaf[leaf]
     }
 }
 

@@ -76,6 +76,20 @@ fn rows_are_the_answers_of_single_rays_at_any_number_of_threads() {
 }
 
 #[test]
+fn a_flat_scene_answers_a_few_rays_and_many() {
+    let mut text = String::from("prm ball\ncoeff .3 .2 .3\nexp .5 1.2\nobj all\n");
+    for i in 0..216 {
+        text += &format!("ap ball b{i}\nxs {} {} {}\n", i % 6 - 3, i / 6 % 6 - 3, i / 36 - 3);
+    }
+    let scene = compiled(&text, "all");
+    for count in [1, 10, 3_000] {
+        let (origins, directions) = directions_and_origins(count);
+        let rays = RayBatch::new(&origins, &directions).unwrap();
+        check(&scene, &rays, &scene.intersect_batch(&rays, BatchOptions::default()));
+    }
+}
+
+#[test]
 fn a_hundred_thousand_rays_and_none() {
     let scene = compiled(SCENE, "all");
     let (origins, directions) = directions_and_origins(100_000);
