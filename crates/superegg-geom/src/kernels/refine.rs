@@ -204,21 +204,27 @@ struct LogNorm {
     least: f64,
 }
 
+/// The logarithms to base 2 of three numbers, with one division.
+#[inline(always)]
+pub(super) fn log2_of_three<const FUSED: bool>(sizes: [f64; 3]) -> [f64; 3] {
+    let [(kx, mx), (ky, my), (kz, mz)] = sizes.map(exponent_and_mantissa);
+    let (sx, sy, sz) = (mx + 1.0, my + 1.0, mz + 1.0);
+    let sxy = sx * sy;
+    let inverse = 1.0 / (sxy * sz);
+    let (inverse_z, inverse_xy) = (inverse * sxy, inverse * sz);
+    [
+        log2_of::<FUSED>(kx, (mx - 1.0) * (inverse_xy * sy)),
+        log2_of::<FUSED>(ky, (my - 1.0) * (inverse_xy * sx)),
+        log2_of::<FUSED>(kz, (mz - 1.0) * inverse_z),
+    ]
+}
+
 /// The formulas of [`super::norm`]'s logarithmic evaluator, in f64. The powers come with their reciprocals.
 #[inline(always)]
 fn evaluate<const FUSED: bool>(x: f64, y: f64, z: f64, p: (f64, f64), q: (f64, f64)) -> LogNorm {
     let sizes = [x.abs(), y.abs(), z.abs()].map(|x| if x > LEAST { x } else { LEAST });
     let [ax, ay, az] = sizes;
-    // One division for the three logarithms.
-    let [(kx, mx), (ky, my), (kz, mz)] =
-        [exponent_and_mantissa(ax), exponent_and_mantissa(ay), exponent_and_mantissa(az)];
-    let (sx, sy, sz) = (mx + 1.0, my + 1.0, mz + 1.0);
-    let sxy = sx * sy;
-    let inverse = 1.0 / (sxy * sz);
-    let (inverse_z, inverse_xy) = (inverse * sxy, inverse * sz);
-    let log_x = log2_of::<FUSED>(kx, (mx - 1.0) * (inverse_xy * sy));
-    let log_y = log2_of::<FUSED>(ky, (my - 1.0) * (inverse_xy * sx));
-    let log_z = log2_of::<FUSED>(kz, (mz - 1.0) * inverse_z);
+    let [log_x, log_y, log_z] = log2_of_three::<FUSED>(sizes);
     let (log_r, of_x, of_y, sum) = log_sum::<FUSED>(log_x, log_y, p);
     let (log, of_r, of_z, sum_z) = log_sum::<FUSED>(log_r, log_z, q);
     let xy = ax * ay * sum;

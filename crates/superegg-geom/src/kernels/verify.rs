@@ -5,10 +5,10 @@
 //! error, and nothing is accepted within it. Plain loops over arrays, which the compiler vectorises.
 
 use glam::DVec3;
-use superegg_simd::power::{exp2, exponent_and_mantissa, fma, log2, log2_of};
+use superegg_simd::power::{exp2, fma, log2};
 use superegg_simd::{Arch, Simd, WithSimd};
 
-use super::refine::log_sum;
+use super::refine::{log_sum, log2_of_three};
 use crate::math::ray::{Ray, RayStart};
 use crate::shape::ShapeHit;
 use crate::superquadric::Superquadric;
@@ -230,16 +230,7 @@ fn sample<const FUSED: bool>(rays: &Rays, from: &[Row; 3], at: &Row) -> Samples 
         let (p, q) = (rays.p[i], rays.q[i]);
         let powers = 1.0 / (p * q);
         let (inverse_p, inverse_q) = (powers * q, powers * p);
-        // One division for the three logarithms.
-        let [(kx, mx), (ky, my), (kz, mz)] =
-            [exponent_and_mantissa(ax), exponent_and_mantissa(ay), exponent_and_mantissa(az)];
-        let (sx, sy, sz) = (mx + 1.0, my + 1.0, mz + 1.0);
-        let sxy = sx * sy;
-        let inverse = 1.0 / (sxy * sz);
-        let (inverse_z, inverse_xy) = (inverse * sxy, inverse * sz);
-        let log_x = log2_of::<FUSED>(kx, (mx - 1.0) * (inverse_xy * sy));
-        let log_y = log2_of::<FUSED>(ky, (my - 1.0) * (inverse_xy * sx));
-        let log_z = log2_of::<FUSED>(kz, (mz - 1.0) * inverse_z);
+        let [log_x, log_y, log_z] = log2_of_three::<FUSED>([ax, ay, az]);
         let (log_r, of_x, of_y, sum) = log_sum::<FUSED>(log_x, log_y, (p, inverse_p));
         let r = exp2::<FUSED>(log_r);
         let power_z = exp2::<FUSED>(q * log_z);

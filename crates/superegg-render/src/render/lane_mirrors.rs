@@ -127,15 +127,15 @@ impl LaneMirrors {
             bits(lanes).for_each(|lane| self.rays.push(&source.ray(packet, lane, &self.directions[packet])));
         }
         source.scene.first_hits(&self.found, &self.rays, &mut self.first_hits);
-        let mut hits = self.first_hits.found.drain(..);
+        let mut hits = self.first_hits.found.drain(..).enumerate();
         for &surface in group {
             let (mut open, mut unknown) = (0, 0);
-            for (lane, hit) in bits(surface.lanes).zip(&mut hits) {
+            for (lane, (index, hit)) in bits(surface.lanes).zip(&mut hits) {
                 match hit {
                     FirstHit::None => open |= 1 << lane,
                     FirstHit::Unknown => unknown |= 1 << lane,
                     FirstHit::Hit(hit) => {
-                        self.seen.push(source.mirrored_hit(surface.packet, lane, &self.directions, hit));
+                        self.seen.push(source.mirrored_hit(surface.packet, lane, self.rays.ray(index), hit));
                     }
                 }
             }
@@ -187,8 +187,7 @@ impl LaneMirrors {
             stats.rays.reflection += u64::from(lanes.count_ones());
             let (mirror, directions) = (f64::from(material.mirror()), &self.directions[packet]);
             for lane in bits(lanes) {
-                let direction = directions.each_ref().map(|column| f64::from(column.0[lane]));
-                let sky = mirror * context.sky(DVec3::from_array(direction));
+                let sky = mirror * context.sky(vector_in(directions, lane));
                 for axis in 0..3 {
                     radiance[packet][axis].0[lane] += sky[axis] as f32;
                 }
@@ -211,37 +210,35 @@ struct MirrorSource<'s> {
 }
 
 impl MirrorSource<'_> {
+    /// The direction of a camera ray.
+    fn direction(&self, packet: usize, lane: usize) -> DVec3 {
+        vector_in(&self.visible.directions[packet], lane)
+    }
+
     /// The mirrored ray of a lane. `mirrored` has the directions of its packet.
     fn ray(&self, packet: usize, lane: usize, mirrored: &PacketVectors) -> Ray {
-        let vector = |columns: &PacketVectors| {
-            DVec3::from_array(columns.each_ref().map(|column| f64::from(column.0[lane])))
-        };
         let surfaces = &self.visible.surfaces[packet];
-        let offset = f64::from(surfaces.t.0[lane]) * vector(&self.visible.directions[packet]);
+        let offset = f64::from(surfaces.t.0[lane]) * self.direction(packet, lane);
         let rounding = POSITION_ERROR * offset.abs().max_element();
         Ray {
             origin: self.camera + offset,
-            direction: vector(mirrored),
+            direction: vector_in(mirrored, lane),
             origin_error: self.visible.position_error(surfaces.error.0[lane]) + rounding,
         }
     }
 
-    /// The hit of the mirrored ray of a lane. `mirrored` has the directions of all packets.
-    fn mirrored_hit(&self, packet: usize, lane: usize, mirrored: &[PacketVectors], hit: Hit) -> MirroredHit {
-        let direction = self.visible.directions[packet].each_ref().map(|column| f64::from(column.0[lane]));
-        let Footprint { spread, .. } = self.footprint;
-        let t = self.visible.t_scale * f64::from(self.visible.surfaces[packet].t.0[lane]);
-        MirroredHit {
-            pixel: packet * LANES + lane,
-            ray: self.ray(packet, lane, &mirrored[packet]),
-            footprint: Footprint {
-                width: self.footprint.at(t),
-                spread: spread * self.visible.t_scale / DVec3::from_array(direction).length(),
-            },
-            mirror: self.mirror,
-            hit,
-        }
+    /// The hit of the mirrored ray of a lane.
+    fn mirrored_hit(&self, packet: usize, lane: usize, ray: Ray, hit: Hit) -> MirroredHit {
+        let pixel = packet * LANES + lane;
+        let spread = self.footprint.spread * self.visible.t_scale / self.direction(packet, lane).length();
+        let width = self.footprint.at(self.visible.surface_at(pixel).t);
+        MirroredHit { pixel, ray, footprint: Footprint { width, spread }, mirror: self.mirror, hit }
     }
+}
+
+/// The vector of a lane.
+fn vector_in(columns: &PacketVectors, lane: usize) -> DVec3 {
+    DVec3::from_array(columns.each_ref().map(|column| f64::from(column.0[lane])))
 }
 
 /// A box in f32.

@@ -233,7 +233,7 @@ impl<'a> PrimaryHits<'a> {
 
     /// The points that mirrors in f32 lanes show.
     pub(crate) fn points_in_mirrors(
-        &mut self,
+        &self,
         camera: &CameraPaths<'a>,
         samples: &[FilmSample],
         shading: &mut ShadingState<'_, 'a>,

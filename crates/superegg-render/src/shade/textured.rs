@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use superegg_geom::glam::{DAffine3, DVec3};
-use superegg_scene::{Material, Pattern};
+use superegg_scene::Material;
 use superegg_trace::CompiledPrimitive;
 
 use crate::shade::bump::bumped_normal;
@@ -31,13 +31,8 @@ pub(crate) fn finish_of_shape<'a>(
 ) -> Finish<'a> {
     let plain = Finish { albedo: material.color, material: material.clone(), bumped: None };
     let Some((primitive, textures)) = primitive else { return plain };
-    let finish = match material.pattern {
-        Pattern::None => plain,
-        _ => Finish {
-            albedo: albedo_of_shape(material, primitive, unit_point, world_from_unit, view),
-            ..plain
-        },
-    };
+    let albedo = albedo_of_shape(material, primitive, unit_point, world_from_unit, view);
+    let finish = Finish { albedo, ..plain };
     let Some(textures) = textures else { return finish };
     let radii = primitive.radii;
     let linear = world_from_unit.matrix3;

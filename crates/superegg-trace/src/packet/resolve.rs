@@ -234,10 +234,7 @@ impl Resolver {
         visible.start(scope.rays.directions().len());
         visible.hits.append(&mut self.exact);
         (visible.t_scale, visible.reach) = (scope.batch.t_scale, scope.batch.largest().length());
-        self.refinement.clear();
-        self.approximate.clear();
-        self.verification.clear();
-        self.isolated.clear();
+        self.clear_queues();
         for index in 0..self.found.len() {
             let found = self.found[index];
             self.resolve_lanes(scope, &found, map_of(maps, found.candidate), visible);
@@ -270,6 +267,14 @@ impl Resolver {
         }
     }
 
+    /// Removes the hits that wait for f64.
+    fn clear_queues(&mut self) {
+        self.refinement.clear();
+        self.approximate.clear();
+        self.verification.clear();
+        self.isolated.clear();
+    }
+
     /// Moves the surfaces of some lanes to the hits in f64.
     pub(super) fn move_to_hits(
         &mut self,
@@ -277,10 +282,7 @@ impl Resolver {
         moved: &[SurfaceLanes],
         visible: &mut VisibleSurfaces,
     ) {
-        self.refinement.clear();
-        self.approximate.clear();
-        self.verification.clear();
-        self.isolated.clear();
+        self.clear_queues();
         for &SurfaceLanes { packet, candidate, lanes } in moved {
             for lane in bits(lanes & visible.surfaces[packet].lanes) {
                 let (surfaces, scale) = (&visible.surfaces[packet], visible.t_scale);

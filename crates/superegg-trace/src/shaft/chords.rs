@@ -1,12 +1,12 @@
 //! The chords of shadow rays through one convex shape.
 
 use superegg_geom::kernels::stream::{
-    END, ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamChords, StreamLanes,
+    END, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamChords, StreamLanes,
 };
-use superegg_simd::{Arch, Simd, WithSimd, bits};
+use superegg_simd::{Arch, Simd, WithSimd};
 
 use super::occluders::Occluder;
-use super::occlusion::{Eight, ShaftRays};
+use super::occlusion::ShaftRays;
 use crate::packet::f32_columns;
 
 /// A ray through a convex shape, in f32.
@@ -68,31 +68,19 @@ impl WithSimd for FindChords<'_> {
         let mut entries = ShapeEntries::default();
         let (mut lanes, mut found) = (StreamLanes::default(), StreamChords::default());
         let mut queued = smallvec::SmallVec::<[Queued; STREAM_LANES]>::new();
-        for (group, Eight { origin, direction, open }) in rays.groups().iter().enumerate() {
-            if *open == 0 {
-                continue;
+        rays.for_each_entry(occluder, t_max, &mut entries, |ray, kind, entry| {
+            let ShapeEntry { t_entry, t_per_s, length, .. } = entry;
+            let ends_beyond = t_entry + f64::from(length) * t_per_s < t_max * (1.0 - END);
+            if kind != EntryKind::Enters || !ends_beyond {
+                chords.unresolved.push(ray);
+                return;
             }
-            entries.set_all(&occluder.unit_from_world, origin, direction, t_max);
-            entries.run();
-            for lane in bits(*open) {
-                let kind = entries.kind(lane);
-                if kind == EntryKind::Misses {
-                    continue;
-                }
-                let (ray, entry) = (group * ENTRY_LANES + lane, entries.get(lane));
-                let ShapeEntry { t_entry, t_per_s, length, .. } = entry;
-                let ends_beyond = t_entry + f64::from(length) * t_per_s < t_max * (1.0 - END);
-                if kind != EntryKind::Enters || !ends_beyond {
-                    chords.unresolved.push(ray);
-                    continue;
-                }
-                lanes.set(queued.len(), occluder.powers, &entry, false);
-                queued.push(Queued { ray, t_entry, t_per_s });
-            }
-            if queued.len() > STREAM_LANES - ENTRY_LANES {
+            lanes.set(queued.len(), occluder.powers, &entry, false);
+            queued.push(Queued { ray, t_entry, t_per_s });
+            if queued.len() == STREAM_LANES {
                 run(rays, columns, &mut lanes, &mut queued, &mut found, chords);
             }
-        }
+        });
         run(rays, columns, &mut lanes, &mut queued, &mut found, chords);
     }
 }

@@ -3,13 +3,13 @@
 use superegg_geom::glam::DVec3;
 use superegg_geom::kernels::refine::{RefineBatch, RefineRay, refine_powers};
 use superegg_geom::kernels::stream::{
-    ENTRY_LANES, EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
+    EntryKind, STREAM_LANES, ShapeEntries, ShapeEntry, StreamHits, StreamLanes,
 };
 use superegg_geom::{RayStart, ShapeHit};
 use superegg_simd::{Arch, Simd, WithSimd, bits};
 
 use super::occluders::Occluder;
-use super::occlusion::{Eight, ShaftRays};
+use super::occlusion::ShaftRays;
 use crate::ray::query::Hit;
 use crate::scene::compiled::CompiledScene;
 
@@ -119,29 +119,19 @@ impl WithSimd for FindNearest<'_> {
         let (mut lanes, mut answers) = (StreamLanes::default(), StreamHits::default());
         let mut queued = smallvec::SmallVec::<[Queued; STREAM_LANES]>::new();
         for (number, occluder) in (0..).zip(occluders) {
-            for (group, Eight { origin, direction, open }) in rays.groups().iter().enumerate() {
-                entries.set_all(&occluder.unit_from_world, origin, direction, f64::INFINITY);
-                entries.run();
-                for lane in bits(*open) {
-                    let kind = entries.kind(lane);
-                    if kind == EntryKind::Misses {
-                        continue;
-                    }
-                    let ray = group * ENTRY_LANES + lane;
-                    let is_free = occluder.is_convex && occluder.start == RayStart::Free;
-                    if kind != EntryKind::Enters || !is_free {
-                        nearest[ray] = Nearest::Unknown;
-                        continue;
-                    }
-                    let entry = entries.get(lane);
-                    let ShapeEntry { t_entry, t_per_s, .. } = entry;
-                    lanes.set(queued.len(), occluder.powers, &entry, false);
-                    queued.push(Queued { ray, occluder: number, t_entry, t_per_s });
+            rays.for_each_entry(occluder, f64::INFINITY, &mut entries, |ray, kind, entry| {
+                let is_free = occluder.is_convex && occluder.start == RayStart::Free;
+                if kind != EntryKind::Enters || !is_free {
+                    nearest[ray] = Nearest::Unknown;
+                    return;
                 }
-                if queued.len() > STREAM_LANES - ENTRY_LANES {
+                let ShapeEntry { t_entry, t_per_s, .. } = entry;
+                lanes.set(queued.len(), occluder.powers, &entry, false);
+                queued.push(Queued { ray, occluder: number, t_entry, t_per_s });
+                if queued.len() == STREAM_LANES {
                     run(&mut lanes, &mut queued, &mut answers, nearest);
                 }
-            }
+            });
         }
         run(&mut lanes, &mut queued, &mut answers, nearest);
     }

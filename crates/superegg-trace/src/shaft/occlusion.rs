@@ -20,11 +20,11 @@ pub struct ShaftRays {
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Eight {
-    pub(super) origin: [[f64; ENTRY_LANES]; 3],
-    pub(super) direction: [[f64; ENTRY_LANES]; 3],
+struct Eight {
+    origin: [[f64; ENTRY_LANES]; 3],
+    direction: [[f64; ENTRY_LANES]; 3],
     /// The rays that are not known to be occluded, one bit each.
-    pub(super) open: u32,
+    open: u32,
 }
 
 impl ShaftRays {
@@ -42,11 +42,6 @@ impl ShaftRays {
     /// Whether there are no rays.
     pub fn is_empty(&self) -> bool {
         self.errors.is_empty()
-    }
-
-    /// The rays in groups of [`ENTRY_LANES`].
-    pub(super) fn groups(&self) -> &[Eight] {
-        &self.groups
     }
 
     /// Adds a ray.
@@ -82,13 +77,38 @@ impl ShaftRays {
         DVec3::from_array(group.direction.map(|column| column[lane]))
     }
 
-    pub(super) fn ray(&self, index: usize) -> Ray {
+    /// The ray of this index.
+    pub fn ray(&self, index: usize) -> Ray {
         let (group, lane) = (&self.groups[index / ENTRY_LANES], index % ENTRY_LANES);
         let vector = |rows: &[[f64; ENTRY_LANES]; 3]| DVec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
         Ray {
             origin: vector(&group.origin),
             direction: vector(&group.direction),
             origin_error: self.errors[index],
+        }
+    }
+
+    /// Visits the open rays that meet the box of a shape before t = `t_max`, with the way they do. `entries` is memory.
+    #[inline(always)]
+    pub(super) fn for_each_entry(
+        &self,
+        occluder: &Occluder,
+        t_max: f64,
+        entries: &mut ShapeEntries,
+        mut visit: impl FnMut(usize, EntryKind, ShapeEntry),
+    ) {
+        for (group, Eight { origin, direction, open }) in self.groups.iter().enumerate() {
+            if *open == 0 {
+                continue;
+            }
+            entries.set_all(&occluder.unit_from_world, origin, direction, t_max);
+            entries.run();
+            for lane in bits(*open) {
+                let kind = entries.kind(lane);
+                if kind != EntryKind::Misses {
+                    visit(group * ENTRY_LANES + lane, kind, entries.get(lane));
+                }
+            }
         }
     }
 
