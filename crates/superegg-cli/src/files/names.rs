@@ -1,8 +1,9 @@
 //! The names of files in scenes: where such a file is searched, and how it is named in another folder's scene.
 //!
 //! One rule holds for `load`, `include`, `environment` and `setTexture`: a name is searched in the working folder, and then
-//! beside the file that has the line. Files that a scene loads or includes may lie in other folders; the names in them are
-//! changed when they are read, so that one folder is enough to find everything.
+//! beside the file that has the line. Where a name as written is in neither folder, a `\` in it separates folders as `/` does,
+//! so that scenes from Windows are read everywhere. Files that a scene loads or includes may lie in other folders; the names in
+//! them are changed when they are read, so that one folder is enough to find everything.
 //!
 //! The names in the scene of a session are seen from the folder in which the session began. A name that is typed in another
 //! working folder is changed to be one of them, so that it means the same file wherever `cd` leads.
@@ -16,9 +17,29 @@ use crate::files::folders::Folders;
 
 /// A file that a scene in `folder` names: in the working folder, else in `folder`.
 pub(crate) fn found(name: &str, folder: Option<&Path>) -> PathBuf {
-    let beside = folder.and_then(|folder| beside(name, folder));
+    found_in(&Folders::of_user().expand(name), folder.unwrap_or(Path::new("")))
+}
+
+/// As [`found`], for an expanded name.
+pub(super) fn found_in(name: &Path, folder: &Path) -> PathBuf {
     // The prefix makes '-' a file, not standard input.
-    beside.unwrap_or_else(|| Path::new(".").join(Folders::of_user().expand(name)))
+    existing(Path::new("."), name)
+        .or_else(|| existing(folder, name))
+        .unwrap_or_else(|| Path::new(".").join(name))
+}
+
+/// The path of a file in a folder, if it exists: of the name as written, else with `/` for each `\`.
+fn existing(folder: &Path, name: &Path) -> Option<PathBuf> {
+    let exists = |path: PathBuf| path.exists().then_some(path);
+    exists(folder.join(name)).or_else(|| {
+        let name = name.to_str().filter(|name| name.contains('\\'))?;
+        exists(folder.join(name.replace('\\', "/")))
+    })
+}
+
+/// A typed path, with `/` for each `\` if a file of that name exists and none of the typed one.
+pub(crate) fn existing_or_typed(path: PathBuf) -> PathBuf {
+    existing(Path::new(""), &path).unwrap_or(path)
 }
 
 /// The fault of a line that names a file which cannot be read.
@@ -48,8 +69,8 @@ pub(crate) fn rename_for(session: &mut Session, folder: &Path, top: &Path) -> bo
 /// The path of a file that is found in `folder` and not in the working folder.
 fn beside(name: &str, folder: &Path) -> Option<PathBuf> {
     let name = Folders::of_user().expand(name);
-    let beside = folder.join(&name);
-    (!name.is_absolute() && !Path::new(".").join(&name).exists() && beside.exists()).then_some(beside)
+    let is_beside = !name.is_absolute() && existing(Path::new("."), &name).is_none();
+    if is_beside { existing(folder, &name) } else { None }
 }
 
 /// The name by which a file of a scene in `from` is found from a scene in `to`, wherever the program runs; `None` if the name
@@ -61,7 +82,7 @@ pub(crate) fn name_for_saving(name: &str, from: Option<&Path>, to: &Path) -> Opt
 
 /// The path of a file that a scene names as seen from a folder.
 pub(crate) fn path_seen_from(folder: &Path, name: &str) -> PathBuf {
-    folder.join(Folders::of_user().expand(name))
+    existing_or_typed(folder.join(Folders::of_user().expand(name)))
 }
 
 /// The name in `folder` of a file, which need not exist; `None` if that is `name`, which may also be a whole path.
@@ -75,7 +96,8 @@ pub(crate) fn name_seen_from(folder: &Path, name: &str, file: &Path) -> Option<S
     }
     let is_right = |seen: &PathBuf| folder.join(seen).exists() || !file.exists();
     let seen = relative(&file, &folder).filter(is_right).unwrap_or_else(|| file.clone());
-    seen.to_str().map(|seen| seen.replace('\\', "/"))
+    // A name may have a '\' on other systems.
+    seen.to_str().map(|seen| if cfg!(windows) { seen.replace('\\', "/") } else { seen.to_owned() })
 }
 
 /// The lines of a text with other names for the pictures that they name, as [`rename_in_line`].

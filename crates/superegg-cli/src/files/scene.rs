@@ -19,7 +19,7 @@ use crate::files::access;
 use crate::files::binary_scene::{self, open_input};
 use crate::files::data::{self, DataOptions, FileKind, LoadedData, Note};
 use crate::files::folders::Folders;
-use crate::files::names::{folder_of, rename_for, unreadable};
+use crate::files::names::{folder_of, found_in, rename_for, unreadable};
 use crate::files::no_scene::kind_of_no_scene;
 use crate::files::surroundings::unreadable_picture;
 
@@ -389,11 +389,9 @@ impl Loader<'_> {
 
     /// Finds a file that another one names: in the working folder, else in `folder`.
     fn find_nested(&mut self, typed: &Path, folder: &Path) -> Result<PathBuf, Fault> {
-        // The prefix makes '-' a file, not standard input.
-        let candidates = [Path::new(".").join(typed), folder.join(typed)];
-        let path = candidates.iter().find(|path| path.exists()).unwrap_or(&candidates[0]);
+        let path = found_in(typed, folder);
         self.sourced += 1;
-        if self.open.contains(&identity(path)) {
+        if self.open.contains(&identity(&path)) {
             let message = format!("'{}' would be read within itself", typed.display());
             let fault = Fault::new(FaultCode::SourceCycle, message);
             return Err(fault.help("a file cannot load or include itself, directly or through others"));
@@ -406,7 +404,7 @@ impl Loader<'_> {
             );
             return Err(fault.help(help));
         }
-        if !self.seen.insert(identity(path)) {
+        if !self.seen.insert(identity(&path)) {
             self.repeated_bytes += path.metadata().map_or(0, |metadata| metadata.len());
         }
         if self.repeated_bytes > MOST_REPEATED_BYTES {
@@ -417,7 +415,7 @@ impl Loader<'_> {
             );
             return Err(Fault::new(FaultCode::SourceLimit, message).help(help));
         }
-        Ok(path.clone())
+        Ok(path)
     }
 }
 

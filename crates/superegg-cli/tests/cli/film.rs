@@ -554,3 +554,45 @@ fn a_name_keeps_meaning_its_file_in_every_working_folder() {
         assert!(said.contains("warning: the scene names 'none.png', which is not found"), "{save}: {said}");
     }
 }
+
+#[test]
+fn backslashes_separate_folders_where_no_file_has_them() {
+    let sandbox = Sandbox::new();
+    for folder in ["far", "far/tiles", "near"] {
+        std::fs::create_dir(sandbox.path(folder)).unwrap();
+    }
+    let tile = |name: &str, color: [u8; 3]| {
+        image::RgbImage::from_pixel(2, 2, image::Rgb(color)).save(sandbox.path(name)).unwrap();
+    };
+    let (red, blue) = ([255, 0, 0], [0, 0, 255]);
+    tile("far/tiles/red.png", red);
+    let text = "set size 32x24\nprm ball\nambient 1\ndiffuse 0\nspecular 0\ntexture color tiles\\red.png\n";
+    sandbox.write("far/s.scn", text);
+    sandbox.write("include.scn", "include far\\s.scn\nprm ball\nset size 32x24\n");
+    sandbox.write("load.scn", "load far\\s.scn\n");
+    let check = |scene: &str, color: [u8; 3]| {
+        sandbox.run(&format!("render {scene} -o a.png --quiet")).fine();
+        assert_eq!(picture(&sandbox, "a.png").to_rgb8().get_pixel(16, 12).0, color, "{scene}");
+    };
+    for scene in ["far/s.scn", "include.scn", "load.scn"] {
+        check(scene, red);
+    }
+    // The saved names are found from the folder of the saved scene.
+    sandbox.run_with("", "load far\\s\ncd near\nsave near\nstop\n").fine();
+    check("near/near.scn", red);
+    assert!(
+        sandbox.read("near/near.scn").contains("\"../far/tiles/red.png\""),
+        "{}",
+        sandbox.read("near/near.scn")
+    );
+    sandbox.write("far/none.scn", text.replace("red", "none"));
+    let said = sandbox.run("check far/none.scn").failed(1);
+    assert!(said.contains("cannot read './tiles\\none.png'"), "{said}");
+    // A file that has the name as written comes first, and keeps it.
+    if cfg!(unix) {
+        tile("far/tiles\\red.png", blue);
+        check("far/s.scn", blue);
+        sandbox.run_with("", "load far/s\nsave near/near\nstop\n").fine();
+        check("near/near.scn", blue);
+    }
+}

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use superegg_lang::{Fault, FaultCode, write_session};
 
 use crate::files::binary_scene;
-use crate::files::names::{folder_of, name_seen_from, path_seen_from, rename_in_lines};
+use crate::files::names::{existing_or_typed, folder_of, name_seen_from, path_seen_from, rename_in_lines};
 use crate::files::scene::{Loaded, lines_of, load_into};
 use crate::files::{self, Overwrite};
 use crate::modeller::faults::{not_loadable, quoted, unreadable, unwritable};
@@ -257,10 +257,11 @@ fn with_scene_extension(path: PathBuf) -> PathBuf {
     if path.extension().is_some() || is_special { path } else { path.with_extension("scn") }
 }
 
-/// Adds `.scn` to a name if only the file with that extension exists.
+/// The path of a typed name; with `.scn` if only the file with that extension exists.
 fn with_scene_extension_if_found(path: PathBuf) -> PathBuf {
+    let path = existing_or_typed(path);
     let mut longer = path.clone().into_os_string();
     longer.push(".scn");
-    let longer = PathBuf::from(longer);
+    let longer = existing_or_typed(PathBuf::from(longer));
     if !path.exists() && longer.is_file() { longer } else { path }
 }
