@@ -185,29 +185,91 @@ fn every_page_is_in_the_summary() {
     }
 }
 
-/// Every text of the project that has links.
-fn documents() -> Vec<PathBuf> {
+/// The files of the project, without those of builds.
+fn files() -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = vec![project("")];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            if path.is_dir()
-                && !path.is_symlink()
+            if !path.is_dir() {
+                found.push(path);
+            } else if !path.is_symlink()
                 && !name.starts_with('.')
                 && name != "target"
                 && name != "node_modules"
                 && name != "shared"
             {
                 folders.push(path);
-            } else if name.ends_with(".md") {
-                found.push(path);
             }
         }
     }
     found.sort();
     found
+}
+
+/// Every text of the project that has links.
+fn documents() -> Vec<PathBuf> {
+    files().into_iter().filter(|path| path.extension().is_some_and(|is| is == "md")).collect()
+}
+
+/// The words that a word such as `shade/{direct,phong}.rs` stands for.
+fn expanded(word: &str) -> Vec<String> {
+    let parts = word.split_once('{').and_then(|(before, rest)| Some((before, rest.split_once('}')?)));
+    match parts {
+        Some((before, (names, after))) => {
+            names.split(',').map(|name| format!("{before}{name}{after}")).collect()
+        }
+        None => vec![word.to_owned()],
+    }
+}
+
+/// Sources and scripts that documents name, paths that begin in a folder of the project, and tests that commands run. Words in
+/// capitals and stars stand for names; names of sources without a folder may be those of users.
+#[test]
+fn every_path_of_a_document_exists() {
+    let is_text =
+        |word: &str| word.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-./".contains(&byte));
+    let is_general = |part: &str| part.len() > 1 && part.bytes().all(|byte| byte.is_ascii_uppercase());
+    let root = project("");
+    let files: Vec<String> =
+        files().iter().map(|path| path.strip_prefix(&root).unwrap().to_str().unwrap().to_owned()).collect();
+    let folders: BTreeSet<&str> = files.iter().filter_map(|file| Some(file.split_once('/')?.0)).collect();
+    // A path may begin in a folder within the project, as `shade/path.rs` does.
+    let is_source = |word: &str| {
+        let within = format!("/{word}");
+        files.iter().any(|file| file == word || file.ends_with(&within))
+    };
+    let mut failures = Vec::new();
+    let mut count = 0;
+    for path in documents() {
+        let page = Page::read(&path);
+        let mut last = "";
+        for (line, word) in page.code_words() {
+            for word in expanded(word.trim_end_matches(['.', ',', ';', ':', ')']).trim_start_matches('(')) {
+                let first = word.split('/').next().unwrap();
+                let is_general = word.split(['/', '.']).any(is_general);
+                let has_folder = word.contains('/') && is_text(&word) && !is_general;
+                let exists = if last == "--test" {
+                    is_source(&format!("tests/{word}.rs")) || is_source(&format!("tests/{word}/main.rs"))
+                } else if has_folder && [".rs", ".py", ".sh"].iter().any(|end| word.ends_with(end)) {
+                    is_source(&word)
+                } else if has_folder && folders.contains(first) {
+                    project(&word).exists()
+                } else {
+                    continue;
+                };
+                count += 1;
+                if !exists {
+                    failures.push(format!("{}: '{word}' does not exist", page.at(line)));
+                }
+            }
+            last = word;
+        }
+    }
+    assert!(count > 150, "{count} paths");
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 #[test]

@@ -100,6 +100,13 @@ impl Page {
         }
         links
     }
+
+    /// Words between back quotes outside of blocks, with the index of their line.
+    pub(crate) fn code_words(&self) -> Vec<(usize, &str)> {
+        let spans =
+            self.prose().flat_map(|(at, line)| line.split('`').skip(1).step_by(2).map(move |s| (at, s)));
+        spans.flat_map(|(at, span)| span.split_whitespace().map(move |word| (at, word))).collect()
+    }
 }
 
 /// A line without what stands between back quotes.
