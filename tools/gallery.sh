@@ -8,7 +8,8 @@
 # Each picture links to its scene in the browser: to SUPEREGG_PAGE?scene=NAME, by default the page in this repository, which
 # tools/site.sh replaces by the published one.
 #
-# A picture has the size and samples that its scene sets, or 640x480. Seconds are kept beside the pictures, in times.txt: name, width, height, samples, seconds, rays, threads.
+# A picture has the size and samples that its scene sets, or 640x480. They are kept beside the pictures with the number of
+# rays, in rays.txt: name, width, height, samples, rays.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 size=640x480
@@ -17,7 +18,7 @@ page=docs/gallery.md
 live=${SUPEREGG_PAGE:-../crates/superegg-web/page/index.html}
 most_lines=120        # a longer scene is quoted in part
 mkdir -p "$pictures"
-touch "$pictures/times.txt"
+touch "$pictures/rays.txt"
 
 # A number in a file of --stats; 0 where it has none of this name.
 stat() { awk -F'[:,]' -v key="\"$2\"" '{ gsub(/^ +/, "") } $1 == key { found = $2 } END { print found + 0 }' "$1"; }
@@ -30,11 +31,11 @@ render() {
     tools/squeeze.sh "$pictures/$name.png"
     local rays=0 kind
     for kind in camera shadow ambient reflection refraction; do rays=$((rays + $(stat "$stats" "$kind"))); done
-    grep -v "^$name " "$pictures/times.txt" >"$stats.times" || true
-    echo "$name $(stat "$stats" width) $(stat "$stats" height) $(stat "$stats" samples) $(stat "$stats" render) $rays $(stat "$stats" threads)" >>"$stats.times"
-    LC_ALL=C sort "$stats.times" >"$pictures/times.txt"
-    rm "$stats" "$stats.times"
-    echo "$name: $(awk -v name="$name" '$1 == name { printf "%.1f s", $5 }' "$pictures/times.txt")" >&2
+    grep -v "^$name " "$pictures/rays.txt" >"$stats.rays" || true
+    echo "$name $(stat "$stats" width) $(stat "$stats" height) $(stat "$stats" samples) $rays" >>"$stats.rays"
+    LC_ALL=C sort "$stats.rays" >"$pictures/rays.txt"
+    echo "$name: $(stat "$stats" render) s" >&2
+    rm "$stats" "$stats.rays"
 }
 
 # The comment that a scene begins with, as one line.
@@ -62,8 +63,8 @@ section() {
     printf '## %s\n\n%s\n\n[![%s](pictures/gallery/%s.png)](%s?scene=%s)\n\n' \
         "$name" "$(says "$file")" "$name" "$name" "$live" "$name"
     awk -v name="$name" -v lines="$lines" '$1 == name {
-        printf "[%s.scn](../scenes/%s.scn), %d lines; %dx%d, %d samples a pixel, %.1f million rays, %.0f s on %d threads.\n\n",
-            name, name, lines, $2, $3, $4, $6 / 1e6, $5, $7 }' "$pictures/times.txt"
+        printf "[%s.scn](../scenes/%s.scn), %d lines; %dx%d, %d samples a pixel, %.1f million rays.\n\n",
+            name, name, lines, $2, $3, $4, $5 / 1e6 }' "$pictures/rays.txt"
     printf '<details><summary>The scene</summary>\n\n%s\n\n</details>\n\n' "$(quote "$file")"
 }
 
@@ -72,8 +73,8 @@ write_page() {
 # Gallery
 
 Every picture here is made by Superegg from the text below it: \`superegg render scenes/NAME.scn\`. \`tools/gallery.sh\` renders all of
-them and writes this page. Each picture links to its scene on the [page](web.md), where it can be turned and changed. The seconds
-are those of a shared machine with two cores, and only say which scenes are heavy.
+them and writes this page. Each picture links to its scene on the [page](web.md), where it can be turned and changed. The number
+of rays, shadow rays included, says which scenes are heavy.
 
 END
     local file name
