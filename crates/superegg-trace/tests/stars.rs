@@ -60,3 +60,28 @@ fn streams_and_single_rays_agree() {
     assert!(from_surfaces > 3_000 && leaving > 2_000, "{from_surfaces} {leaving}");
     assert_eq!(differences, 0);
 }
+
+/// Rays through a sharp rim, and a plate close behind it: their first hit is the other side of the rim, although the search for it
+/// begins behind the plate.
+#[test]
+fn rays_through_a_thin_rim_leave_it_before_the_plate_behind() {
+    let text = "prm star\nexp 1 8\nprm plate\nexp .1 .1\ncoeff .3 .3 .01\nobj all\nap star\nap plate\nxs .7 0 -.0105\n";
+    let (session, diagnostics) = load_text("rim.scn", text);
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    let scene = CompiledScene::compile(session.scene(), Some("all"), 4);
+    let mut random = SplitMix::new(7);
+    let mut rays: Vec<TraceRay> = Vec::new();
+    for _ in 0..4_000 {
+        let target = DVec3::new(0.7 + 0.15 * (2.0 * random.unit() - 1.0), 0.1 * random.unit(), 0.0);
+        let direction = DVec3::new(random.unit() - 0.5, random.unit() - 0.5, -2.0);
+        let hit = scene.intersect_ray(&Ray::new(target - direction, direction));
+        rays.extend(hit.map(|hit| scene.interaction(&hit).spawn_ray(direction)));
+    }
+    assert!(rays.len() > 3_000, "{}", rays.len());
+    for (ray, many) in rays.iter().zip(scene.intersect_many(&rays)) {
+        let single = scene.intersect(ray);
+        let path = |hit: &Option<Hit>| hit.as_ref().map(|hit| (hit.path.clone(), hit.leaving));
+        assert_eq!(path(&many), path(&single), "{ray:?} {many:?} {single:?}");
+        assert!(single.is_some_and(|hit| hit.leaving));
+    }
+}

@@ -305,7 +305,8 @@ fn take_hit<'s>(
     }
 }
 
-/// The facts about the closest hit of a lane, to be verified, unless it is behind another hit. A lane that is unresolved is tested in f64.
+/// The facts about the closest hit of a lane, to be verified. A hit behind another one is left out, but not the stretch beside the
+/// surface on which a ray starts. A lane that is unresolved is tested in f64.
 #[inline(always)]
 fn isolated<'s>(
     query: &Query<'s>,
@@ -321,9 +322,11 @@ fn isolated<'s>(
     let t_at = |s: f32| ray.entry + f64::from(s) * ray.t_per_length;
     let (s, error) = (answers.s[lane], answers.error[lane]);
     let between = s.is_finite().then(|| [t_at(s - error), t_at(s)]);
-    let first = between.map_or(0.0, |[first, _]| first);
-    let is_before = first < table.t_max(query, ray.pair.id as usize);
-    is_before.then_some(KnownCrossing { clear_from: ray.entry, between })
+    let t_max = table.t_max(query, ray.pair.id as usize);
+    let between = between.filter(|&[first, _]| first < t_max);
+    // The first stretch of a ray that starts on the shape may have a crossing before the other hit.
+    let is_needed = between.is_some() || ray.start != RayStart::Free;
+    is_needed.then_some(KnownCrossing { clear_from: ray.entry, between })
 }
 
 /// Takes the occlusion of a lane, by a hit before `t_max`. Returns the facts that remain to be verified.
