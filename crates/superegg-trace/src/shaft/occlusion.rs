@@ -74,7 +74,7 @@ impl ShaftRays {
     /// The direction of the ray of this index.
     pub fn direction(&self, index: usize) -> DVec3 {
         let (group, lane) = (&self.groups[index / ENTRY_LANES], index % ENTRY_LANES);
-        DVec3::from_array(group.direction.map(|column| column[lane]))
+        DVec3::from_array(group.direction.each_ref().map(|column| column[lane]))
     }
 
     /// The ray of this index.
@@ -169,11 +169,12 @@ impl WithSimd for Occlude<'_> {
         let mut entries = ShapeEntries::default();
         for (number, occluder) in occluders.iter().enumerate() {
             for group in 0..rays.groups.len() {
-                let Eight { origin, direction, open } = rays.groups[group];
+                let Eight { origin, direction, open } = &rays.groups[group];
+                let open = *open;
                 if open == 0 {
                     continue;
                 }
-                entries.set_all(&occluder.unit_from_world, &origin, &direction, t_max);
+                entries.set_all(&occluder.unit_from_world, origin, direction, t_max);
                 entries.run();
                 for lane in bits(open) {
                     let kind = entries.kind(lane);

@@ -119,13 +119,15 @@ impl ShapeEntries {
         direction: &[[f64; ENTRY_LANES]; 3],
         t_max: f64,
     ) {
-        let DAffine3 { matrix3, translation } = map;
+        let (columns, at) = (map.matrix3.to_cols_array_2d(), map.translation.to_array());
         for axis in 0..3 {
-            let (x, y, z) = (matrix3.x_axis[axis], matrix3.y_axis[axis], matrix3.z_axis[axis]);
-            for i in 0..ENTRY_LANES {
-                self.origin[axis][i] =
-                    x * origin[0][i] + y * origin[1][i] + z * origin[2][i] + translation[axis];
-                self.direction[axis][i] = x * direction[0][i] + y * direction[1][i] + z * direction[2][i];
+            let [x, y, z] = columns.map(|column| column[axis]);
+            // A loop for each row: with both in one the compiler does not fill registers.
+            for (i, to) in self.origin[axis].iter_mut().enumerate() {
+                *to = x * origin[0][i] + y * origin[1][i] + z * origin[2][i] + at[axis];
+            }
+            for (i, to) in self.direction[axis].iter_mut().enumerate() {
+                *to = x * direction[0][i] + y * direction[1][i] + z * direction[2][i];
             }
         }
         self.t_max = [t_max; ENTRY_LANES];
