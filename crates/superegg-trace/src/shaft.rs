@@ -8,7 +8,7 @@ mod beams;
 mod chords;
 mod first_hits;
 pub(crate) mod hull;
-
+mod index_groups;
 mod occluders;
 mod occlusion;
 
@@ -16,5 +16,6 @@ pub use beams::{BeamHits, RayBeam};
 pub use chords::{Chord, Chords};
 pub use first_hits::{FirstHit, FirstHits};
 pub use hull::Shaft;
+pub use index_groups::IndexGroups;
 pub use occluders::{Occluder, ShaftStart};
 pub use occlusion::{OpenRays, ShaftRays};

@@ -7,7 +7,7 @@ use superegg_trace::TraceRay;
 use crate::shade::context::RenderContext;
 use crate::shade::direct;
 use crate::shade::medium::Media;
-use crate::shade::phong;
+use crate::shade::phong::{self, LobeWeights};
 use crate::shade::point::{PathState, SurfacePoint};
 use crate::shade::state::ShadingState;
 
@@ -46,8 +46,11 @@ impl<'a> Wavefront<'a> {
         points: &[SurfacePoint<'a>],
         shading: &mut ShadingState<'_, 'a>,
     ) -> Self {
-        let scattering = points.iter().filter(|point| !point.weights.is_local()).count();
-        let mut wave = Self::with_capacity(context, bounces, scattering);
+        // Glass reflects and refracts.
+        let most_rays =
+            |weights: &LobeWeights| usize::from(!weights.is_local()) + usize::from(weights.transmitted > 0.0);
+        let rays = points.iter().map(|point| most_rays(&point.weights)).sum();
+        let mut wave = Self::with_capacity(context, bounces, rays);
         points.iter().for_each(|point| wave.scatter(point, shading));
         wave
     }

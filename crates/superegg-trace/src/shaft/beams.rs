@@ -1,13 +1,11 @@
 //! Rays that leave one surface together. One search finds the few shapes that they may hit, often none.
 
-use std::collections::HashMap;
-
-use foldhash::fast::RandomState;
 use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 
 use super::first_hits::{FirstHit, FirstHits};
 use super::hull::Shaft;
+use super::index_groups::IndexGroups;
 use super::occluders::{Occluder, ShaftStart};
 use super::occlusion::ShaftRays;
 use crate::ray::footprint::Footprint;
@@ -74,8 +72,9 @@ impl CompiledScene {
             is_known: vec![false; rays.len()],
             hits: Vec::new(),
         };
-        for group in by_start(rays).iter().flat_map(|indices| indices.chunks(NEIGHBOURS)) {
-            beams.test(rays, group);
+        let groups = IndexGroups::of(rays.iter().map(start_of), NEIGHBOURS);
+        for group in 0..groups.len() {
+            beams.test(rays, groups.get(group));
         }
         let mut hits = self.intersect_others(rays, &beams.is_known, coarsened);
         for (index, hit) in beams.hits {
@@ -85,28 +84,13 @@ impl CompiledScene {
     }
 }
 
-/// The indices of the rays that leave each surface outwards, and of those that start on none.
-fn by_start(rays: &[TraceRay]) -> Vec<Vec<usize>> {
-    let mut surfaces: HashMap<Option<&InstancePath>, usize, RandomState> = HashMap::default();
-    let mut by_surface: Vec<Vec<usize>> = Vec::new();
-    let mut last = None;
-    for (index, ray) in rays.iter().enumerate() {
-        let path = match &ray.start {
-            Some(SurfaceStart { side: Side::Inward, .. }) => continue,
-            Some(SurfaceStart { side: Side::Outward, path }) => Some(path),
-            None => None,
-        };
-        let surface = match last {
-            Some((last_path, surface)) if last_path == path => surface,
-            _ => *surfaces.entry(path).or_insert_with(|| {
-                by_surface.push(Vec::new());
-                by_surface.len() - 1
-            }),
-        };
-        last = Some((path, surface));
-        by_surface[surface].push(index);
+/// The surface that a ray leaves outwards, if any. `None` for a ray that goes into its shape.
+fn start_of(ray: &TraceRay) -> Option<Option<&InstancePath>> {
+    match &ray.start {
+        Some(SurfaceStart { side: Side::Inward, .. }) => None,
+        Some(SurfaceStart { side: Side::Outward, path }) => Some(Some(path)),
+        None => Some(None),
     }
-    by_surface
 }
 
 /// The rays that beams have decided.

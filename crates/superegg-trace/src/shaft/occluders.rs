@@ -18,6 +18,9 @@ const MOST_NODES: u32 = 192;
 /// The most shapes that it finds. Rays through more are traced through the scene.
 const MOST_OCCLUDERS: usize = 16;
 
+/// Shapes and groups that a search meets.
+type Met = SmallVec<[Slot; 48]>;
+
 /// A shape that may occlude the rays of a shaft.
 #[derive(Clone, Debug)]
 pub struct Occluder {
@@ -55,7 +58,7 @@ impl CompiledScene {
     pub fn find_occluders(&self, shaft: &Shaft, start: ShaftStart<'_>, found: &mut Vec<Occluder>) -> bool {
         found.clear();
         let Some(root) = self.root.as_deref() else { return true };
-        let (path, met) = (InstancePath::default(), Vec::new());
+        let (path, met) = (InstancePath::default(), Met::new());
         let mut search =
             Search { arch: Arch::new(), scene: self, start, found, path, met, nodes_left: MOST_NODES };
         search.visit(root, &shaft.sides, &DAffine3::IDENTITY, 1.0).is_some()
@@ -69,7 +72,7 @@ struct Search<'p, 'f> {
     found: &'f mut Vec<Occluder>,
     path: InstancePath,
     /// The shapes and groups that are still to be visited, group by group.
-    met: Vec<Slot>,
+    met: Met,
     nodes_left: u32,
 }
 
@@ -205,7 +208,7 @@ struct FindChildren<'a> {
     group: &'a Group,
     nodes_left: &'a mut u32,
     /// The leaves and instances that are found.
-    met: &'a mut Vec<Slot>,
+    met: &'a mut Met,
 }
 
 impl WithSimd for FindChildren<'_> {
