@@ -20,7 +20,7 @@ pub(crate) mod path_resources;
 pub(crate) mod pattern;
 pub(crate) mod phong;
 pub(crate) mod point;
-pub(crate) mod point_groups;
+pub(crate) mod reach;
 pub(crate) mod shadow_batch;
 pub(crate) mod state;
 pub(crate) mod surfaces;

@@ -102,8 +102,8 @@ impl Light {
         Self { kind, ..*self }
     }
 
-    /// The factor of the cone at a point: 1 except for spots, whose rim fades as 3 s^2 - 2 s^3.
-    fn cone_factor(&self, point: DVec3) -> f64 {
+    /// The factor of the cone at a point, in [0, 1]: 1 except for spots, whose rim fades as 3 s^2 - 2 s^3.
+    pub fn cone_factor(&self, point: DVec3) -> f64 {
         let LightKind::Spot { position, target, cone_deg, soft } = self.kind else { return 1.0 };
         let axis = unit_vector(target - position).unwrap_or(DVec3::NEG_Z);
         let Some(to_point) = unit_vector(point - position) else { return 1.0 };

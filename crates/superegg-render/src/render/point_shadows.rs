@@ -9,7 +9,7 @@ use crate::render::primary_hits::PrimaryPoints;
 use crate::render::shadow_queue::ShadowQueue;
 use crate::shade::context::RenderContext;
 use crate::shade::light_sample::{LightSample, toward, unoccluded_light};
-use crate::shade::lit_points::{LitPoints, Reach, SampledLight};
+use crate::shade::lit_points::{LitPoints, SampledLight};
 use crate::shade::point::SurfacePoint;
 use crate::shade::shadow_batch::ShadowBatch;
 
@@ -49,16 +49,22 @@ impl PointShadows {
                 queued.push((index as u32, past_floor * color));
             }
         };
+        let mut push_single = |index: usize| {
+            let point = &hits.points[index];
+            let sample = LightSample::to_centre(light, point.position);
+            let color = sample.and_then(|sample| unoccluded_light(context, point, &sample));
+            color.into_iter().for_each(|color| push(index, point.state.weight * color));
+        };
         for (index, point) in hits.points.iter().enumerate() {
             // Facets and bumps are not shaded in lanes.
-            let is_single = context.has_facets(point) || point.bump.is_some();
-            if is_single || lit.add(index, point, light, 1) == Reach::BeyondF32 {
-                let sample = LightSample::to_centre(light, point.position);
-                let color = sample.and_then(|sample| unoccluded_light(context, point, &sample));
-                color.into_iter().for_each(|color| push(index, point.state.weight * color));
+            if context.has_facets(point) || point.bump.is_some() {
+                push_single(index);
+            } else {
+                lit.add(index, point);
             }
         }
-        lit.sample(&hits.points, (light_index, light), 1);
+        lit.find(light, 1, push_single);
+        lit.sample((light_index, light));
         lit.list_samples(0.0, samples);
         for &SampledLight { point, color, .. } in &*samples {
             push(point, color);

@@ -24,9 +24,7 @@ pub(crate) fn add_light<'l>(
     shading: &mut ShadingState<'_, '_>,
 ) {
     let mut grouped = GroupedLight::new(context, points, is_first);
-    for (index, light) in lights.clone() {
-        grouped.add_light(points, (index, light), shading);
-    }
+    grouped.add_light(points, lights, shading);
     for (end, rays) in grouped.into_rays() {
         add_unoccluded(context, &rays.single, end, shading);
         add_transmitted(context, rays.dimmed, end, shading);

@@ -4,19 +4,24 @@
 //! for which one search of the scene finds the shapes that may occlude them: usually none, and all samples are unoccluded.
 //! Otherwise the rays are tested against these shapes alone.
 
+use std::rc::Rc;
+
 use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, Ray};
 use superegg_scene::{Light, Picture};
-use superegg_trace::shaft::{Occluder, Shaft, ShaftRays, ShaftStart};
+use superegg_trace::shaft::{IndexGroups, Occluder, Shaft, ShaftRays, ShaftStart};
 
 use crate::shade::clear_shadows::{ClearShadows, Passage};
 use crate::shade::context::{RenderContext, transmits};
 use crate::shade::light_sample::{LIGHTS, LightSample, toward, unoccluded_light};
-use crate::shade::lit_points::{LitPoints, MARGIN, Reach, SampledLight};
+use crate::shade::lit_points::{LitPoints, SampledLight};
 use crate::shade::point::{SurfaceOwner, SurfacePoint};
-use crate::shade::point_groups::PointGroups;
+use crate::shade::reach::MARGIN;
 use crate::shade::shadow_batch::ShadowBatch;
 use crate::shade::state::ShadingState;
+
+/// The most points of a group. Neighbours in the order of points are neighbours in the picture.
+const MOST_POINTS: usize = 32;
 
 /// The search for the shapes in a shaft costs more than fewer rays through the scene.
 const LEAST_SAMPLES: usize = 5;
@@ -62,15 +67,19 @@ pub(crate) struct GroupedLight<'a> {
     context: RenderContext<'a>,
     /// Whether the points are first hits, which get several samples of each area light.
     is_first: bool,
-    groups: PointGroups,
+    groups: IndexGroups,
+    /// The points of the current group.
     lit: LitPoints,
+    /// The points of the current group that the current light reaches, but f32 does not hold.
+    beyond: Vec<usize>,
     occluders: Vec<Occluder>,
     rays: ShaftRays,
     clear_shadows: ClearShadows,
     samples: Vec<SampledLight>,
     /// A shadow ray that can add no more light than this is not traced.
     least_light: f64,
-    history: SearchHistory,
+    /// By light.
+    histories: Vec<SearchHistory>,
     /// The rays to lights at a position, and to suns.
     remaining: [RemainingRays; 2],
 }
@@ -86,14 +95,15 @@ impl<'a> GroupedLight<'a> {
         Self {
             context,
             is_first,
-            groups: PointGroups::of(points, |point| is_groupable(&context, point)),
+            groups: IndexGroups::of(points.iter().map(|point| surface_of(&context, point)), MOST_POINTS),
             lit: LitPoints::new(),
+            beyond: Vec::new(),
             occluders: Vec::new(),
             rays: ShaftRays::default(),
             clear_shadows: ClearShadows::default(),
             samples: Vec::new(),
             least_light: least_light(context.picture),
-            history: SearchHistory::default(),
+            histories: Vec::new(),
             remaining: Default::default(),
         }
     }
@@ -103,18 +113,33 @@ impl<'a> GroupedLight<'a> {
         [1.0, f64::INFINITY].into_iter().zip(self.remaining)
     }
 
-    /// Adds the light of one source to the points given to [`GroupedLight::new`].
-    pub(crate) fn add_light(
+    /// Adds the light of some sources to the points given to [`GroupedLight::new`].
+    pub(crate) fn add_light<'l>(
         &mut self,
         points: &[SurfacePoint<'_>],
-        (index, light): (u32, &Light),
+        lights: &(impl Iterator<Item = (u32, &'l Light)> + Clone),
         shading: &mut ShadingState<'_, '_>,
     ) {
         for i in 0..self.groups.single().len() {
-            self.sample_single(&points[self.groups.single()[i]], (index, light));
+            let point = &points[self.groups.single()[i]];
+            lights.clone().for_each(|light| self.sample_single(point, light));
         }
+        self.histories.resize(lights.clone().count(), SearchHistory::default());
         for group in 0..self.groups.len() {
-            self.light_group(group, points, (index, light), shading);
+            self.lit.clear();
+            for &index in self.groups.get(group) {
+                self.lit.add(index, &points[index]);
+            }
+            let least_height = self.least_height(group, points);
+            for (number, light) in lights.clone().enumerate() {
+                if LitPoints::fit(light.1) && self.is_clear_of_floor(least_height, light.1) {
+                    self.light_group(points, number, light, shading);
+                } else {
+                    for i in 0..self.groups.get(group).len() {
+                        self.sample_single(&points[self.groups.get(group)[i]], light);
+                    }
+                }
+            }
         }
     }
 
@@ -146,29 +171,28 @@ impl<'a> GroupedLight<'a> {
         }
     }
 
+    /// Adds the light of one source, which has this number among all, to the points of the current group.
     fn light_group(
         &mut self,
-        group: usize,
         points: &[SurfacePoint<'_>],
+        number: usize,
         (index, light): (u32, &Light),
         shading: &mut ShadingState<'_, '_>,
     ) {
         let count = self.sample_count(light);
-        if !(self.fits_lanes(light) && self.is_clear_of_floor(group, points, light)) {
-            for i in 0..self.groups.get(group).len() {
-                self.sample_single(&points[self.groups.get(group)[i]], (index, light));
-            }
-            return;
+        self.beyond.clear();
+        self.lit.find(light, count, |point| self.beyond.push(point));
+        for i in 0..self.beyond.len() {
+            self.sample_single(&points[self.beyond[i]], (index, light));
         }
-        self.find_lit(group, points, (index, light), count);
-        self.lit.sample(points, (index, light), count);
+        self.lit.sample((index, light));
         self.lit.list_samples(self.least_light, &mut self.samples);
         let Some(first) = self.samples.first().map(|sample| &points[sample.point]) else { return };
         if first.leaving {
             self.queue_dimmed(points, light);
             return;
         }
-        if self.samples.len() < LEAST_SAMPLES || !self.history.allows_next() {
+        if self.samples.len() < LEAST_SAMPLES || !self.histories[number].allows_next() {
             self.queue_single(points, light);
             return;
         }
@@ -179,7 +203,7 @@ impl<'a> GroupedLight<'a> {
         let (shaft, width) = self.shaft(points, light);
         let start = ShaftStart { own, width };
         let is_found = self.context.scene.find_occluders(&shaft, start, &mut self.occluders);
-        self.history.take(is_found);
+        self.histories[number].take(is_found);
         if !is_found {
             self.queue_single(points, light);
             return;
@@ -195,22 +219,19 @@ impl<'a> GroupedLight<'a> {
         }
     }
 
-    /// Whether f32 holds the light.
-    fn fits_lanes(&self, light: &Light) -> bool {
-        LitPoints::fit(light)
+    /// The least height of a point of a group above the floor. `None` without a floor, or if all lie on it.
+    fn least_height(&self, group: usize, points: &[SurfacePoint<'_>]) -> Option<f64> {
+        let ground = self.context.ground?;
+        let group = self.groups.get(group).iter().map(|&i| &points[i]);
+        let least = group.clone().map(|point| ground.height_of(point.position)).fold(f64::INFINITY, f64::min);
+        (!group.clone().all(SurfacePoint::is_on_floor)).then_some(least)
     }
 
-    /// Whether no shadow ray of the group crosses the floor.
-    fn is_clear_of_floor(&self, group: usize, points: &[SurfacePoint<'_>], light: &Light) -> bool {
-        let Some(ground) = self.context.ground else { return true };
-        if self.groups.get(group).iter().all(|&i| points[i].is_on_floor()) {
-            return true;
-        }
-        let height = |point: DVec3| ground.height_of(point);
-        let least =
-            self.groups.get(group).iter().map(|&i| height(points[i].position)).fold(f64::INFINITY, f64::min);
+    /// Whether no shadow ray from points of this least height above the floor crosses it.
+    fn is_clear_of_floor(&self, least_height: Option<f64>, light: &Light) -> bool {
+        let (Some(ground), Some(least)) = (self.context.ground, least_height) else { return true };
         let of_light = match light.position() {
-            Some(position) => height(position) - MARGIN * light.radius,
+            Some(position) => ground.height_of(position) - MARGIN * light.radius,
             None => light
                 .direction_from(DVec3::ZERO)
                 .map_or(-1.0, |direction| direction.dot(ground.up()) - MARGIN * light.radius),
@@ -218,29 +239,11 @@ impl<'a> GroupedLight<'a> {
         least > 0.0 && of_light > 0.0
     }
 
-    /// Lists the points of a group that samples of the light may reach. Points that f32 does not hold are sampled one by one.
-    fn find_lit(
-        &mut self,
-        group: usize,
-        points: &[SurfacePoint<'_>],
-        (light_index, light): (u32, &Light),
-        count: u32,
-    ) {
-        self.lit.clear();
-        for i in 0..self.groups.get(group).len() {
-            let index = self.groups.get(group)[i];
-            if self.lit.add(index, &points[index], light, count) == Reach::BeyondF32 {
-                self.sample_single(&points[index], (light_index, light));
-            }
-        }
-    }
-
     /// The shaft of all shadow rays of the lit points, and the largest width of one.
     fn shaft(&self, points: &[SurfacePoint<'_>], light: &Light) -> (Shaft, f64) {
         let none = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
         let (mut origins, mut width) = (none, 0.0f64);
-        for lit in self.lit.points() {
-            let point = &points[lit.point];
+        for point in self.lit.lit().map(|index| &points[index]) {
             origins = origins.union(&Aabb::around(point.position, DVec3::splat(point.position_error)));
             width = width.max(point.footprint.width);
         }
@@ -248,7 +251,7 @@ impl<'a> GroupedLight<'a> {
         let around = |centre: DVec3| Aabb::around(centre, DVec3::splat(MARGIN * light.radius));
         let shaft = match light.position() {
             Some(position) => Shaft::between(&origins, &around(position)),
-            None => Shaft::along(&origins, &around(self.lit.points()[0].to_centre)),
+            None => Shaft::along(&origins, &around(light.direction_from(DVec3::ZERO).unwrap_or_default())),
         };
         (shaft, width)
     }
@@ -329,14 +332,20 @@ fn end_of(light: &Light) -> f64 {
     if light.position().is_some() { 1.0 } else { f64::INFINITY }
 }
 
-/// Whether the shadow rays of a point may share a shaft: they leave its surface in clear air, or they go through its shape,
-/// which transmits light, and need none. Facets and bumps are not shaded in lanes.
-fn is_groupable(context: &RenderContext<'_>, point: &SurfacePoint<'_>) -> bool {
+/// The surface and side of a point if its shadow rays may share a shaft with others of them: they leave the surface in clear
+/// air, or they go through its shape, which transmits light, and need none. Facets and bumps are not shaded in lanes.
+fn surface_of(context: &RenderContext<'_>, point: &SurfacePoint<'_>) -> Option<(*const (), bool)> {
     let is_clear = point.leaving && context.has_transmission;
     let is_outside = !point.leaving && !point.state.media.absorbs();
-    !context.has_facets(point)
+    let is_groupable = !context.has_facets(point)
         && point.bump.is_none()
         && (is_clear || is_outside)
         && !point.is_proxy()
-        && point.position.is_finite()
+        && point.position.is_finite();
+    // One path has one pointer in all points, but for surfaces that were forgotten in between.
+    let owner = match &point.owner {
+        SurfaceOwner::Instance(path) => Rc::as_ptr(path).cast(),
+        SurfaceOwner::Floor => std::ptr::null(),
+    };
+    is_groupable.then_some((owner, point.leaving))
 }

@@ -1,30 +1,26 @@
-//! The light of one source at many points, before shadows, in f32 lanes.
+//! The light of one source after the other at many points, before shadows, in lanes.
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::Light;
-use superegg_simd::Arch;
+use superegg_simd::{Arch, Simd, WithSimd};
 
+use crate::camera::sobol::SampleKey;
 use crate::shade::lane_math::MOST_EXPONENT;
 use crate::shade::light_kernel::{BLOCK, LightBlock, SampleLight};
-use crate::shade::light_sample::{LIGHTS, toward_centre};
+use crate::shade::light_sample::LIGHTS;
 use crate::shade::point::SurfacePoint;
+use crate::shade::reach::{F32_RANGE, LANES, PointBlock, Reach, ReachKernel};
 
-/// Coordinates and lengths outside of this range are left to f64.
-const F32_RANGE: std::ops::Range<f64> = 1e-12..1e12;
-
-/// Samples are placed in f32: they lie in a disc that is larger by this factor.
-pub(crate) const MARGIN: f64 = 1.001;
-
-/// A point that a light may reach.
+/// A point as samples of a light need it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LitPoint {
+struct ListedPoint {
     /// The index of the point.
-    pub(crate) point: usize,
-    /// From the point to the centre of the light, which is a unit vector for a sun.
-    pub(crate) to_centre: DVec3,
-    /// The light of each sample is `diffuse` times a cosine, plus `specular` times a highlight.
-    diffuse: DVec3,
-    specular: DVec3,
+    point: usize,
+    key: SampleKey,
+    /// The unit normal on the side of the ray.
+    normal: [f32; 3],
+    /// The unit vector to the eye.
+    to_eye: [f32; 3],
     /// The exponent of the highlight.
     exponent: f32,
 }
@@ -40,29 +36,22 @@ pub(crate) struct SampledLight {
     pub(crate) color: DVec3,
 }
 
-/// Whether a light reaches a point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Reach {
-    /// No sample of the light reaches the point.
-    Dark,
-    /// The point is listed.
-    Listed,
-    /// f32 does not hold the numbers of the point.
-    BeyondF32,
-}
-
-/// Points that one light may reach, with its samples.
+/// Points, those of them that a light may reach, and its samples.
 pub(crate) struct LitPoints {
     arch: Arch,
-    lit: Vec<LitPoint>,
-    blocks: Vec<LightBlock>,
+    points: Vec<ListedPoint>,
+    blocks: Vec<PointBlock>,
+    /// The positions in `points` of those that the last light may reach.
+    lit: Vec<usize>,
+    samples: Vec<LightBlock>,
     /// The samples of each point.
     count: usize,
 }
 
 impl LitPoints {
     pub(crate) fn new() -> Self {
-        Self { arch: Arch::new(), lit: Vec::new(), blocks: Vec::new(), count: 1 }
+        let (points, blocks, lit, samples) = Default::default();
+        Self { arch: Arch::new(), points, blocks, lit, samples, count: 1 }
     }
 
     /// Whether f32 holds the light.
@@ -72,79 +61,88 @@ impl LitPoints {
 
     /// Removes all points.
     pub(crate) fn clear(&mut self) {
-        self.lit.clear();
+        self.points.clear();
     }
 
-    /// The points that are listed.
-    pub(crate) fn points(&self) -> &[LitPoint] {
-        &self.lit
-    }
-
-    /// Lists a point if one of `count` samples of the light may reach it.
-    pub(crate) fn add(&mut self, index: usize, point: &SurfacePoint<'_>, light: &Light, count: u32) -> Reach {
-        let Some((direction, color)) = toward_centre(light, point.position) else {
-            return Reach::Dark;
-        };
-        let reach = point.facing_normal().dot(direction) + MARGIN * light.radius;
-        if reach <= 0.0 {
-            return Reach::Dark;
+    /// Adds a point.
+    pub(crate) fn add(&mut self, index: usize, point: &SurfacePoint<'_>) {
+        let lane = self.points.len() % LANES;
+        let block = self.points.len() / LANES;
+        if self.blocks.len() == block {
+            self.blocks.push(PointBlock::default());
         }
-        let SurfacePoint { material, weights, .. } = point;
-        let share = point.state.weight * color / f64::from(count);
-        let diffuse = share * (weights.local * material.diffuse) * point.albedo;
-        let specular = share * material.specular;
-        if diffuse == DVec3::ZERO && specular == DVec3::ZERO {
-            return Reach::Dark;
-        }
+        let SurfacePoint { material, weights, state, .. } = point;
+        let normal = point.facing_normal();
+        let diffuse = state.weight * (weights.local * material.diffuse) * point.albedo;
+        let specular = state.weight * material.specular;
         let exponent = material.highlight_exponent();
-        let has_power = specular == DVec3::ZERO || (0.0..MOST_EXPONENT).contains(&exponent);
-        if !has_power || !F32_RANGE.contains(&direction.abs().max_element()) {
-            return Reach::BeyondF32;
-        }
-        let exponent = exponent as f32;
-        self.lit.push(LitPoint { point: index, to_centre: direction, diffuse, specular, exponent });
-        Reach::Listed
+        let fits = specular == DVec3::ZERO || (0.0..MOST_EXPONENT).contains(&exponent);
+        self.blocks[block].set(lane, [point.position, normal, diffuse, specular], fits);
+        self.points.push(ListedPoint {
+            point: index,
+            key: state.key,
+            normal: normal.as_vec3().to_array(),
+            to_eye: point.to_eye.as_vec3().to_array(),
+            exponent: exponent as f32,
+        });
     }
 
-    /// Draws `count` samples of the light for each listed point.
-    pub(crate) fn sample(
-        &mut self,
-        points: &[SurfacePoint<'_>],
-        (light_index, light): (u32, &Light),
-        count: u32,
-    ) {
+    /// Finds the points that one of `count` samples of the light may reach. Those whose numbers f32 does not hold are given to
+    /// `beyond` instead, by their indices.
+    pub(crate) fn find(&mut self, light: &Light, count: u32, mut beyond: impl FnMut(usize)) {
+        self.lit.clear();
         self.count = count as usize;
-        let has_highlights = self.lit.iter().any(|lit| lit.specular != DVec3::ZERO);
-        self.fill_blocks(points, (light_index, light), count);
-        let (blocks, radius) = (&mut self.blocks[..], light.radius as f32);
+        let blocks = &mut self.blocks[..self.points.len().div_ceil(LANES)];
+        let Some(kernel) = ReachKernel::new(blocks, light, count) else { return };
+        self.arch.dispatch(kernel);
+        for (at, listed) in self.points.iter().enumerate() {
+            match self.blocks[at / LANES].reach[at % LANES] {
+                Reach::Dark => {}
+                Reach::Lit => self.lit.push(at),
+                Reach::BeyondF32 => beyond(listed.point),
+            }
+        }
+    }
+
+    /// The points that the light may reach, by their indices.
+    pub(crate) fn lit(&self) -> impl Iterator<Item = usize> {
+        self.lit.iter().map(|&at| self.points[at].point)
+    }
+
+    /// Draws the samples of the light for each point that it may reach.
+    pub(crate) fn sample(&mut self, (light_index, light): (u32, &Light)) {
+        self.fill_blocks((light_index, light));
+        let has_highlights = self.lit.iter().any(|&at| self.blocks[at / LANES].has_highlight(at % LANES));
+        let (blocks, radius) = (&mut self.samples[..], light.radius as f32);
         self.arch.dispatch(SampleLight { blocks, radius, has_highlights });
     }
 
-    fn fill_blocks(&mut self, points: &[SurfacePoint<'_>], (light_index, light): (u32, &Light), count: u32) {
-        let samples = self.lit.len() * count as usize;
-        self.blocks.resize(samples.div_ceil(BLOCK), LightBlock::EMPTY);
+    fn fill_blocks(&mut self, (light_index, light): (u32, &Light)) {
+        let samples = self.lit.len() * self.count;
+        self.samples.resize(samples.div_ceil(BLOCK), LightBlock::EMPTY);
         let mut at = 0;
-        for lit in &self.lit {
-            let point = &points[lit.point];
-            let key = point.state.key.branch(LIGHTS + light_index);
-            let (to_centre, normal) = (lit.to_centre.as_vec3(), point.facing_normal().as_vec3());
-            let to_eye = point.to_eye.as_vec3();
-            for sample in 0..count {
-                let (block, lane) = (&mut self.blocks[at / BLOCK], at % BLOCK);
+        for &lit in &self.lit {
+            let ListedPoint { key, normal, to_eye, exponent, .. } = self.points[lit];
+            let key = key.branch(LIGHTS + light_index);
+            let to_centre =
+                self.blocks[lit / LANES].to_centre.each_ref().map(|column| column[lit % LANES] as f32);
+            for sample in 0..self.count {
+                let (block, lane) = (&mut self.samples[at / BLOCK], at % BLOCK);
                 if light.radius > 0.0 {
-                    (block.index[lane], block.seed[lane]) = key.index_and_seed(sample, count);
+                    (block.index[lane], block.seed[lane]) =
+                        key.index_and_seed(sample as u32, self.count as u32);
                 }
                 for axis in 0..3 {
                     block.to_centre[axis].0[lane] = to_centre[axis];
                     block.normal[axis].0[lane] = normal[axis];
                     block.to_eye[axis].0[lane] = to_eye[axis];
                 }
-                block.exponent.0[lane] = lit.exponent;
+                block.exponent.0[lane] = exponent;
                 at += 1;
             }
         }
-        for unused in at..self.blocks.len() * BLOCK {
-            self.blocks[unused / BLOCK].reset(unused % BLOCK);
+        for unused in at..self.samples.len() * BLOCK {
+            self.samples[unused / BLOCK].reset(unused % BLOCK);
         }
     }
 
@@ -152,17 +150,40 @@ impl LitPoints {
     pub(crate) fn list_samples(&self, least: f64, samples: &mut Vec<SampledLight>) {
         samples.clear();
         samples.reserve(self.lit.len() * self.count);
+        self.arch.dispatch(ListSamples { points: self, least, samples });
+    }
+}
+
+/// [`LitPoints::list_samples`].
+struct ListSamples<'a> {
+    points: &'a LitPoints,
+    least: f64,
+    samples: &'a mut Vec<SampledLight>,
+}
+
+impl WithSimd for ListSamples<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { points: LitPoints { points, blocks, lit, samples: of_light, count, .. }, least, samples } =
+            self;
         let mut at = 0;
-        for lit in &self.lit {
-            for _ in 0..self.count {
-                let (block, lane) = (&self.blocks[at / BLOCK], at % BLOCK);
+        for &lit in lit {
+            let (point, listed, lane) = (points[lit].point, &blocks[lit / LANES], lit % LANES);
+            let [diffuse, specular, to_centre] = listed.lit(lane);
+            for _ in 0..*count {
+                let (block, lane) = (&of_light[at / BLOCK], at % BLOCK);
                 at += 1;
                 let (cos, highlight) = (f64::from(block.cos.0[lane]), f64::from(block.highlight.0[lane]));
-                let color = lit.diffuse * cos + lit.specular * highlight;
-                if color.max_element() > least {
-                    let [x, y, z] = block.offset.each_ref().map(|column| f64::from(column.0[lane]));
-                    let to_light = lit.to_centre + DVec3::new(x, y, z);
-                    samples.push(SampledLight { point: lit.point, to_light, color });
+                let (mut color, mut to_light) = ([0.0; 3], [0.0; 3]);
+                for axis in 0..3 {
+                    color[axis] = diffuse[axis] * cos + specular[axis] * highlight;
+                    to_light[axis] = to_centre[axis] + f64::from(block.offset[axis].0[lane]);
+                }
+                if color[0] > least || color[1] > least || color[2] > least {
+                    let (to_light, color) = (DVec3::from_array(to_light), DVec3::from_array(color));
+                    samples.push(SampledLight { point, to_light, color });
                 }
             }
         }
