@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::AmbientOcclusion;
+use superegg_trace::packet::{LANES, MOST_RAYS};
 use superegg_trace::{CompiledScene, InstanceNumbers, TraceRay};
 
 use crate::camera::placement::{SamplePlacement, SamplePosition};
@@ -164,30 +165,34 @@ impl<'j, 'a> Worker<'j, 'a> {
         Some((film, self.tracer.stats))
     }
 
-    /// Takes the same number of samples in every pixel; `None` if the render was cancelled.
+    /// Takes the same number of samples in every pixel, all of them in some neighbours before the next: the fewer pixels a
+    /// batch has, the more its rays are alike. `None` if the render was cancelled.
     fn render_fixed(&mut self, tile: &Tile) -> Option<()> {
-        let job = self.job;
-        for index in 0..job.stopping.first {
-            let shared = job.placement.shared_position(index);
-            let position_in = |pixel| {
-                shared.map_or_else(|| job.placement.position(pixel, index), |shared| shared.in_pixel(pixel))
-            };
-            let columns = tile.x.len() as u32;
-            let Batch { samples, targets } = &mut self.batch;
-            samples.extend(self.block_order.iter().map(|&(x, y)| {
-                let pixel = (tile.x.start + x, tile.y.start + y);
-                FilmSample { pixel, index, film_px: position_in(pixel).film_px }
-            }));
-            targets.extend(self.block_order.iter().map(|&(x, y)| {
-                let position = position_in((tile.x.start + x, tile.y.start + y));
-                (y * columns + x, position.is_negative)
-            }));
-            self.trace_batch();
-            if job.is_cancelled() {
-                return None;
+        let (job, samples) = (self.job, self.job.stopping.first);
+        let shared: Vec<_> = (0..samples).map(|index| job.placement.shared_position(index)).collect();
+        let columns = tile.x.len() as u32;
+        for first in (0..self.block_order.len()).step_by(LANES) {
+            for index in 0..samples {
+                for i in first..self.block_order.len().min(first + LANES) {
+                    let (x, y) = self.block_order[i];
+                    let pixel = (tile.x.start + x, tile.y.start + y);
+                    let SamplePosition { film_px, is_negative } = match &shared[index as usize] {
+                        Some(shared) => shared.in_pixel(pixel),
+                        None => job.placement.position(pixel, index),
+                    };
+                    self.batch.samples.push(FilmSample { pixel, index, film_px });
+                    self.batch.targets.push((y * columns + x, is_negative));
+                }
+                if self.batch.samples.len() + LANES > MOST_RAYS {
+                    self.trace_batch();
+                    if job.is_cancelled() {
+                        return None;
+                    }
+                }
             }
         }
-        Some(())
+        self.trace_batch();
+        (!job.is_cancelled()).then_some(())
     }
 
     /// Samples each pixel until its error is small enough; `None` if the render was cancelled.
@@ -198,27 +203,32 @@ impl<'j, 'a> Worker<'j, 'a> {
         while let Some(&longest) = round.iter().max().filter(|longest| **longest > 0) {
             let begun: Vec<u32> =
                 (0..tile.pixel_count()).map(|pixel| self.accumulator.count(pixel)).collect();
-            // One sample of each unfinished pixel, then the next of each: neighbours stay together.
-            for step in 0..longest {
-                for i in 0..self.block_order.len() {
-                    let (x, y) = self.block_order[i];
-                    let target = y as usize * columns + x as usize;
-                    if step >= round[target] {
-                        continue;
+            for first in (0..self.block_order.len()).step_by(LANES) {
+                // One sample of each unfinished pixel, then the next of each: neighbours stay together.
+                for step in 0..longest {
+                    for i in first..self.block_order.len().min(first + LANES) {
+                        let (x, y) = self.block_order[i];
+                        let target = y as usize * columns + x as usize;
+                        if step >= round[target] {
+                            continue;
+                        }
+                        let (pixel, index) = ((tile.x.start + x, tile.y.start + y), begun[target] + step);
+                        let SamplePosition { film_px, is_negative } = job.placement.position(pixel, index);
+                        self.batch.samples.push(FilmSample { pixel, index, film_px });
+                        self.batch.targets.push((target as u32, is_negative));
                     }
-                    let (pixel, index) = ((tile.x.start + x, tile.y.start + y), begun[target] + step);
-                    let SamplePosition { film_px, is_negative } = job.placement.position(pixel, index);
-                    self.batch.samples.push(FilmSample { pixel, index, film_px });
-                    self.batch.targets.push((target as u32, is_negative));
-                    if self.batch.targets.len() == tile.pixel_count() {
+                    if self.batch.samples.len() + LANES > MOST_RAYS {
                         self.trace_batch();
+                        if job.is_cancelled() {
+                            return None;
+                        }
                     }
-                }
-                if job.is_cancelled() {
-                    return None;
                 }
             }
             self.trace_batch();
+            if job.is_cancelled() {
+                return None;
+            }
             round = job.stopping.next_round(columns, &self.accumulator);
         }
         Some(())
