@@ -23,7 +23,7 @@ pub(crate) struct PointShadows {
 
 impl PointShadows {
     pub(crate) fn new() -> Self {
-        Self { queued: Vec::new(), lit: LitPoints::new(), samples: Vec::new() }
+        Self { queued: Vec::new(), lit: LitPoints::default(), samples: Vec::new() }
     }
 
     /// Queues the shadow rays of all points that face a light. Returns the least width of a ray.

@@ -212,10 +212,10 @@ impl<'a> TileTracer<'a> {
         let occluded = tracer.occluded(shadow, Footprint { width, spread: 0.0 });
         let of_points = (first_of_points, &*occluded);
         let colors = &mut results.colors;
-        let dimmed = point_shadows.add_unoccluded(context, &shaded.points, position, of_points, colors);
+        let mut dimmed = point_shadows.add_unoccluded(context, &shaded.points, position, of_points, colors);
         lanes.add_unoccluded(rays.directions().len(), &occluded);
         let mut shading = ShadingState { colors, stats, surfaces: instances };
-        add_transmitted(*context, dimmed, 1.0, &mut shading);
+        add_transmitted(*context, &mut dimmed, 1.0, &mut shading);
     }
 }
 

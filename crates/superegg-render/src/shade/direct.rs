@@ -5,7 +5,7 @@ use superegg_geom::{Aabb, Ray};
 use superegg_scene::{AmbientOcclusion, Light};
 
 use crate::shade::context::RenderContext;
-use crate::shade::grouped_light::GroupedLight;
+use crate::shade::grouped_light::{GroupedLight, RemainingRays};
 use crate::shade::hemisphere::{Hemispheres, MOST_DIRECTIONS};
 use crate::shade::light_sample::toward;
 use crate::shade::phong;
@@ -25,10 +25,11 @@ pub(crate) fn add_light<'l>(
 ) {
     let mut grouped = GroupedLight::new(context, points, is_first);
     grouped.add_light(points, lights, shading);
-    for (end, rays) in grouped.into_rays() {
-        add_unoccluded(context, &rays.single, end, shading);
-        add_transmitted(context, rays.dimmed, end, shading);
+    for (RemainingRays { single, dimmed }, end) in grouped.remaining() {
+        add_unoccluded(context, single, end, shading);
+        add_transmitted(context, dimmed, end, shading);
     }
+    grouped.finish();
 }
 
 /// Adds the light that the surfaces of the points give off.

@@ -4,6 +4,7 @@
 //! for which one search of the scene finds the shapes that may occlude them: usually none, and all samples are unoccluded.
 //! Otherwise the rays are tested against these shapes alone.
 
+use std::cell::Cell;
 use std::rc::Rc;
 
 use superegg_geom::glam::DVec3;
@@ -62,12 +63,9 @@ pub(crate) struct RemainingRays {
     pub(crate) dimmed: ShadowBatch,
 }
 
-/// Adds direct light to surface points, with memory for one group after the other.
-pub(crate) struct GroupedLight<'a> {
-    context: RenderContext<'a>,
-    /// Whether the points are first hits, which get several samples of each area light.
-    is_first: bool,
-    groups: IndexGroups,
+/// What the light of one group after the other uses.
+#[derive(Default)]
+struct Scratch {
     /// The points of the current group.
     lit: LitPoints,
     /// The points of the current group that the current light reaches, but f32 does not hold.
@@ -76,12 +74,26 @@ pub(crate) struct GroupedLight<'a> {
     rays: ShaftRays,
     clear_shadows: ClearShadows,
     samples: Vec<SampledLight>,
-    /// A shadow ray that can add no more light than this is not traced.
-    least_light: f64,
     /// By light.
     histories: Vec<SearchHistory>,
     /// The rays to lights at a position, and to suns.
     remaining: [RemainingRays; 2],
+}
+
+thread_local! {
+    /// The memory of the last points of this thread.
+    static SCRATCH: Cell<Option<Box<Scratch>>> = const { Cell::new(None) };
+}
+
+/// Adds direct light to surface points.
+pub(crate) struct GroupedLight<'a> {
+    context: RenderContext<'a>,
+    /// Whether the points are first hits, which get several samples of each area light.
+    is_first: bool,
+    groups: IndexGroups,
+    /// A shadow ray that can add no more light than this is not traced.
+    least_light: f64,
+    scratch: Box<Scratch>,
 }
 
 /// The light below which a sample does not matter: a small part of the least weight of a ray, as the exposure shows it.
@@ -92,25 +104,19 @@ fn least_light(picture: &Picture) -> f64 {
 impl<'a> GroupedLight<'a> {
     /// For all points that are given to [`GroupedLight::add_light`].
     pub(crate) fn new(context: RenderContext<'a>, points: &[SurfacePoint<'_>], is_first: bool) -> Self {
-        Self {
-            context,
-            is_first,
-            groups: IndexGroups::of(points.iter().map(|point| surface_of(&context, point)), MOST_POINTS),
-            lit: LitPoints::new(),
-            beyond: Vec::new(),
-            occluders: Vec::new(),
-            rays: ShaftRays::default(),
-            clear_shadows: ClearShadows::default(),
-            samples: Vec::new(),
-            least_light: least_light(context.picture),
-            histories: Vec::new(),
-            remaining: Default::default(),
-        }
+        let groups = IndexGroups::of(points.iter().map(|point| surface_of(&context, point)), MOST_POINTS);
+        let scratch = SCRATCH.take().unwrap_or_default();
+        Self { context, is_first, groups, least_light: least_light(context.picture), scratch }
     }
 
-    /// The rays that are left, with the t of their ends.
-    pub(crate) fn into_rays(self) -> impl Iterator<Item = (f64, RemainingRays)> {
-        [1.0, f64::INFINITY].into_iter().zip(self.remaining)
+    /// Keeps the memory for the next points.
+    pub(crate) fn finish(self) {
+        SCRATCH.set(Some(self.scratch));
+    }
+
+    /// The rays that are left, with the t of their ends. They must be empty in the end.
+    pub(crate) fn remaining(&mut self) -> impl Iterator<Item = (&mut RemainingRays, f64)> {
+        self.scratch.remaining.iter_mut().zip([1.0, f64::INFINITY])
     }
 
     /// Adds the light of some sources to the points given to [`GroupedLight::new`].
@@ -124,11 +130,12 @@ impl<'a> GroupedLight<'a> {
             let point = &points[self.groups.single()[i]];
             lights.clone().for_each(|light| self.sample_single(point, light));
         }
-        self.histories.resize(lights.clone().count(), SearchHistory::default());
+        self.scratch.histories.clear();
+        self.scratch.histories.resize(lights.clone().count(), SearchHistory::default());
         for group in 0..self.groups.len() {
-            self.lit.clear();
+            self.scratch.lit.clear();
             for &index in self.groups.get(group) {
-                self.lit.add(index, &points[index]);
+                self.scratch.lit.add(index, &points[index]);
             }
             let least_height = self.least_height(group, points);
             for (number, light) in lights.clone().enumerate() {
@@ -164,7 +171,7 @@ impl<'a> GroupedLight<'a> {
             if color.max_element() <= self.least_light {
                 continue;
             }
-            let RemainingRays { single, dimmed } = &mut self.remaining[kind_of(light)];
+            let RemainingRays { single, dimmed } = &mut self.scratch.remaining[kind_of(light)];
             // A ray that goes through its own shape meets at least that.
             let goes_through = context.has_transmission && point.leaving;
             if goes_through { dimmed.push(point, ray, color) } else { single.push(point, ray, color) }
@@ -180,19 +187,19 @@ impl<'a> GroupedLight<'a> {
         shading: &mut ShadingState<'_, '_>,
     ) {
         let count = self.sample_count(light);
-        self.beyond.clear();
-        self.lit.find(light, count, |point| self.beyond.push(point));
-        for i in 0..self.beyond.len() {
-            self.sample_single(&points[self.beyond[i]], (index, light));
+        self.scratch.beyond.clear();
+        self.scratch.lit.find(light, count, |point| self.scratch.beyond.push(point));
+        for i in 0..self.scratch.beyond.len() {
+            self.sample_single(&points[self.scratch.beyond[i]], (index, light));
         }
-        self.lit.sample((index, light));
-        self.lit.list_samples(self.least_light, &mut self.samples);
-        let Some(first) = self.samples.first().map(|sample| &points[sample.point]) else { return };
+        self.scratch.lit.sample((index, light));
+        self.scratch.lit.list_samples(self.least_light, &mut self.scratch.samples);
+        let Some(first) = self.scratch.samples.first().map(|sample| &points[sample.point]) else { return };
         if first.leaving {
             self.queue_dimmed(points, light);
             return;
         }
-        if self.samples.len() < LEAST_SAMPLES || !self.histories[number].allows_next() {
+        if self.scratch.samples.len() < LEAST_SAMPLES || !self.scratch.histories[number].allows_next() {
             self.queue_single(points, light);
             return;
         }
@@ -202,16 +209,16 @@ impl<'a> GroupedLight<'a> {
         };
         let (shaft, width) = self.shaft(points, light);
         let start = ShaftStart { own, width };
-        let is_found = self.context.scene.find_occluders(&shaft, start, &mut self.occluders);
-        self.histories[number].take(is_found);
+        let is_found = self.context.scene.find_occluders(&shaft, start, &mut self.scratch.occluders);
+        self.scratch.histories[number].take(is_found);
         if !is_found {
             self.queue_single(points, light);
             return;
         }
         // Rays that are left to others are counted where they are traced.
-        shading.stats.rays.shadow += self.samples.len() as u64;
-        if self.occluders.is_empty() {
-            for sample in &self.samples {
+        shading.stats.rays.shadow += self.scratch.samples.len() as u64;
+        if self.scratch.occluders.is_empty() {
+            for sample in &self.scratch.samples {
                 shading.colors[points[sample.point].state.pixel] += sample.color;
             }
         } else {
@@ -243,7 +250,7 @@ impl<'a> GroupedLight<'a> {
     fn shaft(&self, points: &[SurfacePoint<'_>], light: &Light) -> (Shaft, f64) {
         let none = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
         let (mut origins, mut width) = (none, 0.0f64);
-        for point in self.lit.lit().map(|index| &points[index]) {
+        for point in self.scratch.lit.lit().map(|index| &points[index]) {
             origins = origins.union(&Aabb::around(point.position, DVec3::splat(point.position_error)));
             width = width.max(point.footprint.width);
         }
@@ -263,7 +270,8 @@ impl<'a> GroupedLight<'a> {
         light: &Light,
         shading: &mut ShadingState<'_, '_>,
     ) {
-        let Self { samples, rays, occluders, context, remaining, clear_shadows, .. } = self;
+        let Self { context, scratch, .. } = self;
+        let Scratch { samples, rays, occluders, remaining, clear_shadows, .. } = &mut **scratch;
         let RemainingRays { dimmed, .. } = &mut remaining[kind_of(light)];
         rays.clear();
         for sample in &*samples {
@@ -307,22 +315,30 @@ impl<'a> GroupedLight<'a> {
 
     /// Leaves the shadow rays to be traced through the scene.
     fn queue_single(&mut self, points: &[SurfacePoint<'_>], light: &Light) {
-        for sample in &self.samples {
+        for sample in &self.scratch.samples {
             let point = &points[sample.point];
-            self.remaining[kind_of(light)].single.push(point, toward(point, sample.to_light), sample.color);
+            self.scratch.remaining[kind_of(light)].single.push(
+                point,
+                toward(point, sample.to_light),
+                sample.color,
+            );
         }
     }
 
     /// Leaves shadow rays that go through their own shape.
     fn queue_dimmed(&mut self, points: &[SurfacePoint<'_>], light: &Light) {
-        for sample in &self.samples {
+        for sample in &self.scratch.samples {
             let point = &points[sample.point];
-            self.remaining[kind_of(light)].dimmed.push(point, toward(point, sample.to_light), sample.color);
+            self.scratch.remaining[kind_of(light)].dimmed.push(
+                point,
+                toward(point, sample.to_light),
+                sample.color,
+            );
         }
     }
 }
 
-/// The index of a light's rays in [`GroupedLight::remaining`].
+/// The index of a light's rays in [`Scratch::remaining`].
 fn kind_of(light: &Light) -> usize {
     usize::from(light.position().is_none())
 }

@@ -37,8 +37,8 @@ pub(crate) struct SampledLight {
 }
 
 /// Points, those of them that a light may reach, and its samples.
+#[derive(Default)]
 pub(crate) struct LitPoints {
-    arch: Arch,
     points: Vec<ListedPoint>,
     blocks: Vec<PointBlock>,
     /// The positions in `points` of those that the last light may reach.
@@ -49,11 +49,6 @@ pub(crate) struct LitPoints {
 }
 
 impl LitPoints {
-    pub(crate) fn new() -> Self {
-        let (points, blocks, lit, samples) = Default::default();
-        Self { arch: Arch::new(), points, blocks, lit, samples, count: 1 }
-    }
-
     /// Whether f32 holds the light.
     pub(crate) fn fit(light: &Light) -> bool {
         light.radius == 0.0 || F32_RANGE.contains(&light.radius)
@@ -94,7 +89,7 @@ impl LitPoints {
         self.count = count as usize;
         let blocks = &mut self.blocks[..self.points.len().div_ceil(LANES)];
         let Some(kernel) = ReachKernel::new(blocks, light, count) else { return };
-        self.arch.dispatch(kernel);
+        Arch::new().dispatch(kernel);
         for (at, listed) in self.points.iter().enumerate() {
             match self.blocks[at / LANES].reach[at % LANES] {
                 Reach::Dark => {}
@@ -114,7 +109,7 @@ impl LitPoints {
         self.fill_blocks((light_index, light));
         let has_highlights = self.lit.iter().any(|&at| self.blocks[at / LANES].has_highlight(at % LANES));
         let (blocks, radius) = (&mut self.samples[..], light.radius as f32);
-        self.arch.dispatch(SampleLight { blocks, radius, has_highlights });
+        Arch::new().dispatch(SampleLight { blocks, radius, has_highlights });
     }
 
     fn fill_blocks(&mut self, (light_index, light): (u32, &Light)) {
@@ -150,7 +145,7 @@ impl LitPoints {
     pub(crate) fn list_samples(&self, least: f64, samples: &mut Vec<SampledLight>) {
         samples.clear();
         samples.reserve(self.lit.len() * self.count);
-        self.arch.dispatch(ListSamples { points: self, least, samples });
+        Arch::new().dispatch(ListSamples { points: self, least, samples });
     }
 }
 

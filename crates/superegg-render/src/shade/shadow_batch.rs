@@ -36,6 +36,11 @@ impl ShadowBatch {
         self.contributions.push(Contribution { pixel: *pixel, color, media: media.clone() });
     }
 
+    fn clear(&mut self) {
+        self.rays.clear();
+        self.contributions.clear();
+    }
+
     /// Each contribution with its ray.
     fn pairs(&self) -> impl Iterator<Item = (&Contribution, &TraceRay)> {
         self.contributions.iter().zip(&self.rays)
@@ -49,13 +54,16 @@ impl Contribution {
     }
 }
 
-/// Traces shadow rays up to t = `end` and adds the light that arrives.
+/// Traces shadow rays up to t = `end` and adds the light that arrives. The batch is empty then.
 pub(crate) fn add_unoccluded(
     context: RenderContext<'_>,
-    batch: &ShadowBatch,
+    batch: &mut ShadowBatch,
     end: f64,
     shading: &mut ShadingState<'_, '_>,
 ) {
+    if batch.rays.is_empty() {
+        return;
+    }
     shading.stats.rays.shadow += batch.rays.len() as u64;
     let occluded = context.scene.occluded_many_counted(&batch.rays, end, &mut shading.stats.coarsened);
     let mut dimmed = ShadowBatch::default();
@@ -67,7 +75,8 @@ pub(crate) fn add_unoccluded(
             dimmed.contributions.push(contribution.clone());
         }
     }
-    add_transmitted(context, dimmed, end, shading);
+    batch.clear();
+    add_transmitted(context, &mut dimmed, end, shading);
 }
 
 /// The part of the light that goes straight through a surface, with the cosine of the angle to its normal, and the ratio of
@@ -80,20 +89,21 @@ pub(crate) fn passed_surface(material: &Material, albedo: DVec3, cos: f64, ratio
 
 /// Follows occluded shadow rays through transparent surfaces in a straight line and adds the light
 /// that arrives. Each surface tints the light and reflects its Fresnel part, which makes the rim of
-/// a glass sphere's shadow dark; each medium absorbs. There is no refraction, so no caustics.
+/// a glass sphere's shadow dark; each medium absorbs. There is no refraction, so no caustics. The batch is empty then.
 pub(crate) fn add_transmitted(
     context: RenderContext<'_>,
-    mut batch: ShadowBatch,
+    batch: &mut ShadowBatch,
     end: f64,
     shading: &mut ShadingState<'_, '_>,
 ) {
+    let mut next = ShadowBatch::default();
     for _ in 0..=context.picture.bounces {
         if batch.rays.is_empty() {
             return;
         }
         let hits = context.scene.intersect_alike(&batch.rays, &mut shading.stats.coarsened);
         shading.stats.rays.shadow += hits.len() as u64;
-        let mut next = ShadowBatch::default();
+        next.clear();
         for ((contribution, ray), hit) in batch.pairs().zip(&hits) {
             let Some(hit) = hit.as_ref().filter(|hit| hit.t < end) else {
                 contribution.add_after(ray.ray.direction.length(), shading.colors);
@@ -127,6 +137,7 @@ pub(crate) fn add_transmitted(
                 next.contributions.push(Contribution { pixel: contribution.pixel, color, media: beyond });
             }
         }
-        batch = next;
+        std::mem::swap(batch, &mut next);
     }
+    batch.clear();
 }

@@ -1,5 +1,7 @@
 //! Rays that leave one surface together. One search finds the few shapes that they may hit, often none.
 
+use std::cell::Cell;
+
 use superegg_geom::Aabb;
 use superegg_geom::glam::DVec3;
 
@@ -18,6 +20,8 @@ use crate::scene::path::InstancePath;
 const NEIGHBOURS: usize = 64;
 /// Rays are tested one by one against no more shapes than this.
 const MOST_TESTED: usize = 4;
+/// A stream costs more than so few rays.
+const FEW_RAYS: usize = 3;
 /// Smaller groups cost more than their rays.
 const LEAST_GROUP: usize = 4;
 
@@ -64,22 +68,29 @@ impl CompiledScene {
     /// [`CompiledScene::intersect_many_counted`] for rays of which neighbours are alike, such as reflected rays: groups that
     /// leave one surface are tested against the few shapes in their beam.
     pub fn intersect_alike(&self, rays: &[TraceRay], coarsened: &mut Coarsened) -> Vec<Option<Hit>> {
-        let mut beams = Beams {
-            scene: self,
-            found: Vec::new(),
-            columns: ShaftRays::default(),
-            first_hits: FirstHits::default(),
-            is_known: vec![false; rays.len()],
-            hits: Vec::new(),
-        };
+        let mut beams = Beams { scene: self, memory: MEMORY.take().unwrap_or_default() };
+        beams.memory.is_known.clear();
+        beams.memory.is_known.resize(rays.len(), false);
         let groups = IndexGroups::of(rays.iter().map(start_of), NEIGHBOURS);
         for group in 0..groups.len() {
             beams.test(rays, groups.get(group));
         }
-        let mut hits = self.intersect_others(rays, &beams.is_known, coarsened);
-        for (index, hit) in beams.hits {
+        let Beams { mut memory, .. } = beams;
+        let BeamMemory { is_known, hits: known, .. } = &mut *memory;
+        let unknown = is_known.iter().filter(|&&is_known| !is_known).count();
+        let mut hits = if unknown > FEW_RAYS {
+            self.intersect_others(rays, is_known, coarsened)
+        } else {
+            let rays = rays.iter().zip(&*is_known);
+            let trace = |(ray, &is_known): (&TraceRay, &bool)| {
+                if is_known { None } else { self.intersect_counted(ray, false, coarsened) }
+            };
+            rays.map(trace).collect()
+        };
+        for (index, hit) in known.drain(..) {
             hits[index] = Some(hit);
         }
+        MEMORY.set(Some(memory));
         hits
     }
 }
@@ -93,9 +104,9 @@ fn start_of(ray: &TraceRay) -> Option<Option<&InstancePath>> {
     }
 }
 
-/// The rays that beams have decided.
-struct Beams<'s> {
-    scene: &'s CompiledScene,
+/// The memory of beams, and the rays that they have decided.
+#[derive(Default)]
+struct BeamMemory {
     found: Vec<Occluder>,
     columns: ShaftRays,
     first_hits: FirstHits,
@@ -103,6 +114,16 @@ struct Beams<'s> {
     is_known: Vec<bool>,
     /// The hits, with the indices of their rays.
     hits: Vec<(usize, Hit)>,
+}
+
+thread_local! {
+    /// The memory of the last beams of this thread.
+    static MEMORY: Cell<Option<Box<BeamMemory>>> = const { Cell::new(None) };
+}
+
+struct Beams<'s> {
+    scene: &'s CompiledScene,
+    memory: Box<BeamMemory>,
 }
 
 impl Beams<'_> {
@@ -126,22 +147,24 @@ impl Beams<'_> {
             own: rays[first].start.as_ref().map(|start| &start.path),
             footprint: Footprint { width, spread },
         };
-        match self.scene.beam_hits(&beam, &mut self.found) {
-            BeamHits::None => group.iter().for_each(|&index| self.is_known[index] = true),
-            BeamHits::Found if self.found.len() <= MOST_TESTED => self.test_each(rays, group),
+        let BeamMemory { found, is_known, .. } = &mut *self.memory;
+        match self.scene.beam_hits(&beam, found) {
+            BeamHits::None => group.iter().for_each(|&index| is_known[index] = true),
+            BeamHits::Found if found.len() <= MOST_TESTED => self.test_each(rays, group),
             BeamHits::Found | BeamHits::Unknown => {}
         }
     }
 
     /// Tests each ray against the shapes that were found.
     fn test_each(&mut self, rays: &[TraceRay], group: &[usize]) {
-        self.columns.clear();
-        group.iter().for_each(|&index| self.columns.push(&rays[index].ray));
-        self.scene.first_hits(&self.found, &self.columns, &mut self.first_hits);
-        for (&index, hit) in group.iter().zip(self.first_hits.found.drain(..)) {
-            self.is_known[index] = !matches!(hit, FirstHit::Unknown);
+        let BeamMemory { found, columns, first_hits, is_known, hits } = &mut *self.memory;
+        columns.clear();
+        group.iter().for_each(|&index| columns.push(&rays[index].ray));
+        self.scene.first_hits(found, columns, first_hits);
+        for (&index, hit) in group.iter().zip(first_hits.found.drain(..)) {
+            is_known[index] = !matches!(hit, FirstHit::Unknown);
             if let FirstHit::Hit(hit) = hit {
-                self.hits.push((index, hit));
+                hits.push((index, hit));
             }
         }
     }

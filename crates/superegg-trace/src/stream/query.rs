@@ -1,5 +1,7 @@
 //! Queries of many rays.
 
+use std::cell::Cell;
+
 use super::refine::{REFINED_TOGETHER, Refiner};
 use super::table::Outcome;
 use super::traverse::Stream;
@@ -12,6 +14,11 @@ use crate::scene::group::Group;
 /// the cache, longer lists are worth more, so the number grows with the scene.
 fn rays_together(root: &Group) -> usize {
     (16 * root.nodes.len()).clamp(1 << 14, 1 << 17)
+}
+
+thread_local! {
+    /// The refiner of the last query of this thread, with its memory.
+    static REFINER: Cell<Option<Box<Refiner>>> = const { Cell::new(None) };
 }
 
 impl CompiledScene {
@@ -56,7 +63,7 @@ impl CompiledScene {
             return;
         };
         let mut stream = Stream::new(self, root, None);
-        let mut refiner = Refiner::default();
+        let mut refiner = REFINER.take().unwrap_or_default();
         let together = rays_together(root);
         for (first, rays) in (0..).step_by(together).zip(rays.chunks(together)) {
             stream.run(rays, left_out.get(first..).unwrap_or_default());
@@ -66,7 +73,8 @@ impl CompiledScene {
             }
             coarsened.rays += stream.coarsened_count();
         }
-        coarsened.rays += refiner.coarsened.rays;
+        coarsened.rays += std::mem::take(&mut refiner.coarsened).rays;
+        REFINER.set(Some(refiner));
     }
 
     /// Whether each ray hits any surface with 0 <= t < `t_max`: the answers of [`CompiledScene::occluded`], computed
