@@ -9,6 +9,9 @@ use superegg_geom::kernels::packet::{
 use crate::ray::lottery::Lottery;
 use superegg_simd::bits;
 
+/// Rays that packets leave to others form a stream if they are so many.
+pub(super) const LEAST_STREAM: usize = 64;
+
 /// Up to 32 packets of rays with one origin.
 ///
 /// All directions are scaled by one power of two. A t of the packets times [`TracedPackets::t_scale`] is a t of the rays.

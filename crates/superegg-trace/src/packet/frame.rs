@@ -57,6 +57,15 @@ pub(super) struct Frame<'s> {
     pub(super) first_inverse: usize,
 }
 
+/// Why f32 kernels cannot test a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BeyondKernels {
+    /// The origin is within the shape's box, or close to it.
+    StartsInside,
+    /// The origin is so far away, in sizes of the shape, that f32 does not resolve it.
+    TooFar,
+}
+
 /// The reciprocals of directions in the spaces of open groups, one group after the other.
 #[derive(Debug, Default)]
 pub(super) struct InverseStack {
@@ -153,9 +162,12 @@ impl<'s> Frame<'s> {
         }
     }
 
-    /// A shape as the f32 kernels see it: the shape itself, or a convex one around it if it is not convex. `None` if the
-    /// origin is within the shape's box, or the tolerance would be too large.
-    pub(super) fn packet_shape(&self, batch: &TracedPackets, tested: &TestShape) -> Option<PacketShape> {
+    /// A shape as the f32 kernels see it: the shape itself, or a convex one around it if it is not convex.
+    pub(super) fn packet_shape(
+        &self,
+        batch: &TracedPackets,
+        tested: &TestShape,
+    ) -> Result<PacketShape, BeyondKernels> {
         let linear = &tested.unit_from_world.matrix3;
         let rows = linear.transpose();
         let rows = [rows.x_axis, rows.y_axis, rows.z_axis];
@@ -167,12 +179,13 @@ impl<'s> Frame<'s> {
         let largest = batch.largest();
         let reach = rows.into_iter().map(|row| row.abs().dot(largest)).fold(0.0, f64::max) * passed;
         let tolerance = LEAST_TOLERANCE + ROUNDING * (reach.min(1e30) + origin_size);
-        if !(tolerance < MOST_TOLERANCE && origin_size > 1.01 + 4.0 * tolerance) {
-            return None;
+        if origin_size <= 1.01 + 4.0 * tolerance.min(MOST_TOLERANCE) {
+            return Err(BeyondKernels::StartsInside);
         }
-        let (columns, map_scale) = f32_columns(linear)?;
-        let around = Superquadric::unit(tested.shape.exponents().convexified()).as_convex()?;
+        let columns = f32_columns(linear).filter(|_| tolerance < MOST_TOLERANCE);
+        let around = Superquadric::unit(tested.shape.exponents().convexified()).as_convex();
+        let ((columns, map_scale), around) = columns.zip(around).ok_or(BeyondKernels::TooFar)?;
         let origin = tested.origin.as_vec3().to_array();
-        Some(PacketShape::new(&around, columns, origin, tolerance as f32, map_scale as f32))
+        Ok(PacketShape::new(&around, columns, origin, tolerance as f32, map_scale as f32))
     }
 }

@@ -8,7 +8,7 @@ use superegg_geom::kernels::refine::{RefineBatch, RefineRay};
 use superegg_geom::kernels::verify::{KnownCrossing, VerifyBatch};
 use superegg_geom::{RayStart, ShapeHit, unit_vector};
 
-use super::batch::TracedPackets;
+use super::batch::{LEAST_STREAM, TracedPackets};
 use super::candidates::{Candidate, CandidateHit, Candidates, Columns, RefinedShape, unit_shape};
 use super::rays::PacketRays;
 use crate::ray::footprint::Footprint;
@@ -192,9 +192,8 @@ impl Resolver {
 
     /// Traces all rays in f64.
     pub(super) fn find_in_f64(&mut self, scope: &mut Scope<'_>) {
-        for ray in 0..scope.rays.count() {
-            self.exact.extend(scope.hit_in_f64(ray, self.footprint));
-        }
+        let rays: Vec<usize> = (0..scope.rays.count()).collect();
+        scope.hits_in_f64(&rays, self.footprint, &mut self.exact);
     }
 
     /// Collects the closest candidates. Hits whose error is small against the footprint `pixel` stay in f32.
@@ -203,14 +202,13 @@ impl Resolver {
         let near = NEAR / scope.batch.largest().length();
         self.width =
             ConeWidth { width: (near * pixel.width) as f32, spread: (near * pixel.spread * scale) as f32 };
+        let mut others = Vec::new();
         for packet in 0..scope.batch.hits.len() {
             let lanes = scope.rays.lanes(packet);
             let unresolved = scope.batch.unresolved[packet] & lanes;
             let hits = &scope.batch.hits[packet];
             let closest = scope.kernels.candidates(hits, lanes & !unresolved, self.width);
-            for lane in bits(closest.unresolved | unresolved) {
-                self.exact.extend(scope.hit_in_f64(packet * PACKET + lane, self.footprint));
-            }
+            others.extend(bits(closest.unresolved | unresolved).map(|lane| packet * PACKET + lane));
             let with_lanes = closest.ids.iter().zip(&closest.lanes).take(closest.count);
             self.found.extend(with_lanes.map(|(&candidate, &lanes)| Found {
                 packet,
@@ -219,6 +217,7 @@ impl Resolver {
                 near: lanes & closest.near,
             }));
         }
+        scope.hits_in_f64(&others, self.footprint, &mut self.exact);
         // The rays of one surface are then shaded together.
         self.found.sort_unstable_by_key(|found| (found.candidate, found.packet));
     }
@@ -368,6 +367,20 @@ impl Scope<'_> {
         let in_world = self.rays.ray(ray as usize);
         let hit = self.candidates.intersect(self.scene, &in_world, candidate).map(|hit| (ray, hit));
         hit.or_else(|| self.hit_in_f64(ray as usize, footprint))
+    }
+
+    /// Adds the closest hits of rays without packets.
+    fn hits_in_f64(&mut self, rays: &[usize], footprint: Footprint, hits: &mut Vec<(u32, CandidateHit)>) {
+        if rays.len() < LEAST_STREAM || self.is_widened {
+            hits.extend(rays.iter().filter_map(|&ray| self.hit_in_f64(ray, footprint)));
+            return;
+        }
+        let traced: Vec<TraceRay> =
+            rays.iter().map(|&ray| TraceRay::new(self.rays.ray(ray)).with_footprint(footprint)).collect();
+        let found = self.scene.intersect_many_counted(&traced, self.coarsened);
+        for (&ray, hit) in rays.iter().zip(found) {
+            hits.extend(hit.map(|hit| (ray as u32, self.candidates.adopt(self.scene, &hit))));
+        }
     }
 
     /// The closest hit of a ray by the scalar traversal.

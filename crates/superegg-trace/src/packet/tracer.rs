@@ -8,6 +8,7 @@
 
 use superegg_geom::kernels::packet::{ALL_LANES, MAX_PACKETS, PACKET};
 
+use super::batch::LEAST_STREAM;
 use super::candidates::{Candidate, CandidateHit, Columns};
 use super::query::{AnyHit, Closest, ShadowRay, ShadowRays, ShadowStart, Tests};
 use super::rays::PacketRays;
@@ -177,14 +178,15 @@ impl<'s> PacketTracer<'s> {
         occluded
     }
 
-    /// Traces the `unresolved` rays that are not yet occluded in f64.
+    /// Traces the `unresolved` rays that are not yet occluded without packets.
     fn occluded_in_f64(
         &mut self,
         shadow: ShadowRays<'_>,
         unresolved: &[u32],
         mut occluded: Vec<u32>,
     ) -> Vec<u32> {
-        for (packet, (occluded, unresolved)) in occluded.iter_mut().zip(unresolved).enumerate() {
+        let (mut rays, mut indices) = (Vec::new(), Vec::new());
+        for (packet, (occluded, unresolved)) in occluded.iter().zip(unresolved).enumerate() {
             for lane in bits(unresolved & !*occluded & ALL_LANES) {
                 let index = packet * PACKET + lane;
                 let Some(&ShadowStart { own, start, .. }) = shadow.starts.get(index) else { continue };
@@ -192,13 +194,20 @@ impl<'s> PacketTracer<'s> {
                 let start = own.and_then(|own| SurfaceStart::of(self.path(own), start));
                 let footprint = Footprint { width, spread: 0.0 };
                 let footprint = footprint.doubled(self.doublings, self.scene.size());
-                let traced = TraceRay { ray, start, footprint };
-                let is_widened = self.doublings > 0;
-                let is_occluded = self.scene.occluded_counted(&traced, 1.0, is_widened, &mut self.coarsened);
-                if is_occluded {
-                    *occluded |= 1 << lane;
-                }
+                rays.push(TraceRay { ray, start, footprint });
+                indices.push(index);
             }
+        }
+        let is_widened = self.doublings > 0;
+        let answers = if rays.len() >= LEAST_STREAM && !is_widened {
+            self.scene.occluded_many_counted(&rays, 1.0, &mut self.coarsened)
+        } else {
+            let mut is_occluded =
+                |ray| self.scene.occluded_counted(ray, 1.0, is_widened, &mut self.coarsened);
+            rays.iter().map(&mut is_occluded).collect()
+        };
+        for (index, _) in indices.into_iter().zip(answers).filter(|(_, is_occluded)| *is_occluded) {
+            occluded[index / PACKET] |= 1 << (index % PACKET);
         }
         occluded
     }
@@ -311,6 +320,63 @@ mod tests {
             }
         }
         assert!(hits_found > 20_000 && stopped > 1_000 && exact < 46_080, "{hits_found} {stopped} {exact}");
+    }
+
+    #[test]
+    fn rays_from_very_far_are_neither_widened_nor_lost() {
+        // The blocks have too many shapes to be folded. Plates of neighbours would lie in each other.
+        let mut text = SCENE.replace("ap flat\nxs 0 0 -1.5\n", "") + "obj block\n";
+        for i in 0..36 {
+            text += &format!("ao all a{i}\nxs {} {} 0\n", 8 * (i % 6) - 20, 8 * (i / 6) - 20);
+        }
+        text += "obj grid\nao block a\nxs 24 0 0\nao block b\nxs -24 0 5\n";
+        let (session, diagnostics) = load_text("grid.scn", &text);
+        assert!(diagnostics.is_empty(), "{diagnostics:?}");
+        let scene = CompiledScene::compile(session.scene(), Some("grid"), 10);
+        let mut tracer = PacketTracer::new(&scene);
+        let (mut hits_found, mut stopped) = (0, 0);
+        for (case, far) in (0u32..).zip([1e3, 1e5, 1e6, 1e7].into_iter().cycle().take(48)) {
+            let position = far * DVec3::new(f64::from(case).sin(), f64::from(case).cos(), 0.7);
+            let fov_deg = (70.0 / far).to_degrees();
+            let camera = Camera { position, target: DVec3::ZERO, up: DVec3::Z, fov_deg, ..Camera::default() };
+            let view = TestCamera::new(&camera, 16, 16);
+            let footprint = Footprint { width: 1e-3, spread: 0.0 };
+            let rays = tile(&view, 0);
+            let (mut packets, mut visible) = (PacketRays::default(), VisibleSurfaces::default());
+            packets.start(position);
+            rays.iter().for_each(|ray| packets.push(ray.direction));
+            tracer.start_tile();
+            tracer.closest(&packets, footprint, &mut visible);
+            let (mut shadow_rays, mut starts) = (Vec::new(), Vec::new());
+            let (light, mut from_light) = (position - 0.4 * far * DVec3::X, PacketRays::default());
+            from_light.start(light);
+            let mut hits = vec![None; rays.len()];
+            visible.hits.into_iter().for_each(|(ray, hit)| hits[ray as usize] = Some(hit));
+            for (ray, hit) in rays.iter().zip(hits) {
+                let expected = scene.intersect_ray(ray);
+                let path = hit.as_ref().map(|hit| tracer.path(hit.candidate));
+                assert_eq!(path, expected.as_ref().map(|hit| hit.path.clone()), "{far} {ray:?}");
+                let (Some(hit), Some(expected)) = (hit, expected) else { continue };
+                hits_found += 1;
+                let surface = scene.interaction(&expected);
+                let direction = light - surface.position;
+                let TraceRay { ray, start, .. } = surface.spawn_ray(direction);
+                let start = start.map_or(RayStart::Free, |start| start.ray_start());
+                starts.push(ShadowStart { own: Some(hit.candidate), start });
+                from_light.push(-direction);
+                shadow_rays.push(ShadowRay { ray, width: 1e-3 });
+            }
+            let shadow = ShadowRays { from_light: &from_light, starts: &starts, ray: &|i| shadow_rays[i] };
+            let occluded = tracer.occluded(shadow, footprint);
+            for (i, (ShadowRay { ray, .. }, one)) in shadow_rays.iter().zip(&starts).enumerate() {
+                let start = SurfaceStart::of(tracer.path(one.own.unwrap()), one.start);
+                let expected = scene.occluded(&TraceRay::new(*ray).with_start(start), 1.0);
+                assert_eq!(occluded[i / PACKET] >> (i % PACKET) & 1 == 1, expected, "{far} {ray:?}");
+                stopped += usize::from(expected);
+            }
+            assert_eq!(tracer.take_coarsened().rays, 0, "{far}");
+        }
+        assert!(hits_found > 1_000 && stopped > 60, "{hits_found} {stopped}");
     }
 
     /// A tree of overlapping branches, with leaves at all levels.

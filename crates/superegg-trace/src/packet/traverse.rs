@@ -7,7 +7,7 @@ use superegg_geom::glam::DAffine3;
 use superegg_geom::kernels::packet::{MAX_PACKETS, NodeBoxes, PACKET, PacketColumn};
 
 use super::candidates::TestShape;
-use super::frame::{Entry, Frame, InverseStack};
+use super::frame::{BeyondKernels, Entry, Frame, InverseStack};
 use super::query::{PacketQuery, Tests};
 use crate::ray::footprint::Footprint;
 use crate::scene::compiled::CompiledScene;
@@ -62,6 +62,10 @@ impl Default for PacketLimits {
 /// A packet tested in f64 takes as long as opening so many groups.
 const GROUPS_IN_F64: u32 = 4;
 
+/// Streams take the rays if so many packets were tested in f64 because their origin is too far from a shape, and most of the
+/// tests were of this kind.
+const MOST_TOO_FAR: u32 = 64;
+
 /// The work of one trace.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Work {
@@ -69,8 +73,14 @@ pub(super) struct Work {
     pub(super) opened: u32,
     /// The number of tests of leaves of folded groups so far.
     folded_leaves: u32,
-    /// The number of packets whose rays were tested in f64, one by one, because their origin is within a shape's box.
+    /// The number of packets whose rays were tested in f64, one by one, because f32 kernels cannot test a shape.
     pub(super) packets_in_f64: u32,
+    /// The number of those whose origin is too far from the shape.
+    too_far: u32,
+    /// The number of tests, each of a shape for one packet.
+    tested: u32,
+    /// Whether groups were left out because of the work.
+    is_cut: bool,
     /// How often the width of the rays was doubled to bound the work.
     pub(super) doublings: u32,
     /// The packets of which some group was hit as its proxy to bound the work.
@@ -85,12 +95,22 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
         if self.tests.batch.origin.is_finite() && mask != 0 {
             let root = Entry { group, path: None, group_from_world: DAffine3::IDENTITY, stretch: 1.0 };
             self.visit_group(root, mask);
-            if self.gives_up() {
-                self.stacks.inverses.open = 0;
+            if self.is_too_far() {
+                self.query.restart(self.tests);
+                let mask = self.tests.batch.active(u32::MAX);
+                self.tests.batch.leave_to_f64(mask);
+            } else if self.work.is_cut {
                 let mask = self.tests.batch.active(u32::MAX);
                 self.run_in_order(root, mask);
             }
+            self.stacks.inverses.open = 0;
         }
+    }
+
+    /// Whether streams take the rays.
+    fn is_too_far(&self) -> bool {
+        let Work { too_far, tested, .. } = self.work;
+        too_far > MOST_TOO_FAR && 2 * too_far > tested
     }
 
     /// Whether the traversal begins again in order.
@@ -102,6 +122,7 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
     fn visit_group(&mut self, entry: Entry<'s>, mask: u32) {
         self.work.opened += 1;
         if self.gives_up() {
+            self.work.is_cut = true;
             self.stacks.pending.clear();
             return;
         }
@@ -120,7 +141,12 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
             }
             match slot {
                 Slot::Node(node) => self.visit_node(&frame, node, mask),
-                Slot::Leaf(index) => self.visit_leaf(&frame, index, mask),
+                Slot::Leaf(index) => {
+                    self.visit_leaf(&frame, index, mask);
+                    if self.is_too_far() {
+                        self.stacks.pending.clear();
+                    }
+                }
                 Slot::Instance(index) => {
                     let instance = &frame.group.instances[index as usize];
                     if self.query.hides(&frame, instance, self.footprint) {
@@ -228,10 +254,13 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
     fn test(&mut self, frame: &Frame<'s>, tested: &TestShape, mask: u32) {
         if tested.unit_from_world.is_finite() {
             let packet_shape = frame.packet_shape(&self.tests.batch, tested);
-            if packet_shape.is_none() {
+            self.work.tested += mask.count_ones();
+            if let Err(why) = packet_shape {
                 self.work.packets_in_f64 += mask.count_ones();
+                let is_too_far = why == BeyondKernels::TooFar;
+                self.work.too_far += if is_too_far { mask.count_ones() } else { 0 };
             }
-            self.query.test(self.tests, frame, tested, packet_shape.as_ref(), mask);
+            self.query.test(self.tests, frame, tested, packet_shape.as_ref().ok(), mask);
         }
     }
 }
