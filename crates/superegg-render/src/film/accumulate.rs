@@ -299,7 +299,11 @@ impl TileAccumulator {
         let color = |pixel| self.filtered(pixel, PixelSum::color).as_vec3().to_array();
         let alpha = |pixel| self.filtered(pixel, PixelSum::covered).clamp(0.0, 1.0) as f32;
         let alphas = if is_transparent { pixels.clone().map(alpha).collect() } else { Vec::new() };
-        let samples = pixels.clone().map(|pixel| self.count(pixel)).collect();
+        let samples = if self.negative.sums.is_empty() {
+            self.positive.sums.iter().map(|sum| sum.count).collect()
+        } else {
+            pixels.clone().map(|pixel| self.count(pixel)).collect()
+        };
         let layers = self.layers.iter().map(LayerSums::layers).collect();
         let passes = (0..self.positive.passes.len()).map(|pixel| self.passes(pixel)).collect();
         Film::of_parts(size, pixels.map(color).collect(), alphas, samples, layers)

@@ -247,7 +247,9 @@ impl<'a> PrimaryHits<'a> {
             let ray = TraceRay::new(*ray).with_footprint(*footprint);
             camera.context.surface_point(&ray, Some(hit), state, shading)
         };
-        seen.iter().filter_map(point).collect()
+        let mut points = Vec::with_capacity(seen.len());
+        points.extend(seen.iter().filter_map(point));
+        points
     }
 
     fn point_of_hit(

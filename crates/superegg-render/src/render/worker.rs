@@ -172,17 +172,23 @@ impl<'j, 'a> Worker<'j, 'a> {
         let shared: Vec<_> = (0..samples).map(|index| job.placement.shared_position(index)).collect();
         let columns = tile.x.len() as u32;
         for first in (0..self.block_order.len()).step_by(LANES) {
+            let neighbours = first..self.block_order.len().min(first + LANES);
             for index in 0..samples {
-                for i in first..self.block_order.len().min(first + LANES) {
-                    let (x, y) = self.block_order[i];
+                let shared = &shared[index as usize];
+                let position_in = |pixel| match shared {
+                    Some(shared) => shared.in_pixel(pixel),
+                    None => job.placement.position(pixel, index),
+                };
+                let neighbours = &self.block_order[neighbours.clone()];
+                let Batch { samples, targets } = &mut self.batch;
+                samples.extend(neighbours.iter().map(|&(x, y)| {
                     let pixel = (tile.x.start + x, tile.y.start + y);
-                    let SamplePosition { film_px, is_negative } = match &shared[index as usize] {
-                        Some(shared) => shared.in_pixel(pixel),
-                        None => job.placement.position(pixel, index),
-                    };
-                    self.batch.samples.push(FilmSample { pixel, index, film_px });
-                    self.batch.targets.push((y * columns + x, is_negative));
-                }
+                    FilmSample { pixel, index, film_px: position_in(pixel).film_px }
+                }));
+                targets.extend(neighbours.iter().map(|&(x, y)| {
+                    let position = position_in((tile.x.start + x, tile.y.start + y));
+                    (y * columns + x, position.is_negative)
+                }));
                 if self.batch.samples.len() + LANES > MOST_RAYS {
                     self.trace_batch();
                     if job.is_cancelled() {

@@ -180,6 +180,10 @@ impl<'a> Wavefront<'a> {
     pub(crate) fn follow_all(mut self, mut seen: Vec<SurfacePoint<'a>>, shading: &mut ShadingState<'_, 'a>) {
         while !(self.rays.is_empty() && seen.is_empty()) {
             let mut points = self.trace(shading);
+            // Points are large, so the shorter list moves.
+            if points.len() < seen.len() {
+                std::mem::swap(&mut points, &mut seen);
+            }
             points.append(&mut seen);
             let lights = self.context.lights();
             direct::add_light(self.context, &points, &lights, false, shading);
