@@ -34,8 +34,10 @@ impl StepList {
     }
 
     /// The transform that the steps compose to.
+    #[inline]
     fn composed(&self) -> Result<Transform, TransformError> {
-        let mut composed = self.earlier.as_ref().map_or(Transform::IDENTITY, |earlier| earlier.composed);
+        let Some(earlier) = &self.earlier else { return Transform::from_steps(self.recent()) };
+        let mut composed = earlier.composed;
         self.recent().iter().try_for_each(|step| composed.append(step))?;
         Ok(composed)
     }
@@ -202,6 +204,7 @@ impl Object {
     ///
     /// # Errors
     /// The composition leaves the range of f64. In a valid scene it never does.
+    #[inline]
     pub fn parent_from_child(&self, child: &Child) -> Result<Transform, TransformError> {
         let own = child.own.composed()?;
         match &self.overall {

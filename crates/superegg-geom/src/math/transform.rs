@@ -50,40 +50,6 @@ pub enum TransformError {
     OutOfRange,
 }
 
-impl TransformStep {
-    /// Forward map and inverse, each exact to rounding; the inverse is written down, not computed
-    /// from the forward map.
-    fn maps(&self) -> Result<(DAffine3, DAffine3), TransformError> {
-        match self {
-            &Self::Translate(by) => Ok((DAffine3::from_translation(by), DAffine3::from_translation(-by))),
-            &Self::Rotate { axis, angle_deg } => {
-                let axis = unit_vector(axis).ok_or(TransformError::ZeroAxis)?;
-                let turn = rotation(axis, angle_deg);
-                Ok((DAffine3::from_mat3(turn), DAffine3::from_mat3(turn.transpose())))
-            }
-            &Self::Scale(factors) => {
-                if factors.cmpeq(DVec3::ZERO).any() {
-                    return Err(TransformError::ZeroScale);
-                }
-                Ok((DAffine3::from_scale(factors), DAffine3::from_scale(factors.recip())))
-            }
-            &Self::Orient(quaternion) => {
-                let unit = unit_quaternion(quaternion).ok_or(TransformError::ZeroQuaternion)?;
-                let turn = DMat3::from_quat(unit);
-                Ok((DAffine3::from_mat3(turn), DAffine3::from_mat3(turn.transpose())))
-            }
-            Self::Affine(map) => {
-                let leveled = Leveled::of(&map.matrix3);
-                let determinant = leveled.determinant;
-                if !determinant.is_finite() || determinant.abs() <= SMALLEST_DETERMINANT {
-                    return Err(TransformError::Singular);
-                }
-                Ok((**map, leveled.inverse_of(map)))
-            }
-        }
-    }
-}
-
 /// The determinant of a levelled matrix, whose entries are below 1, from which on its inverse is
 /// known to some digits.
 const SMALLEST_DETERMINANT: f64 = 64.0 * f64::EPSILON;
@@ -105,8 +71,10 @@ fn unit_quaternion(quaternion: DQuat) -> Option<DQuat> {
 }
 
 /// The rotation by `angle_deg` about a unit axis (Rodrigues), exact at multiples of 90 degrees.
+#[inline]
 fn rotation(axis: DVec3, angle_deg: f64) -> DMat3 {
-    let reduced = angle_deg % 360.0;
+    // The remainder is a call.
+    let reduced = if angle_deg.abs() < 360.0 { angle_deg } else { angle_deg % 360.0 };
     let (sin, cos) = match reduced {
         0.0 => (0.0, 1.0),
         90.0 | -270.0 => (1.0, 0.0),
@@ -158,11 +126,14 @@ impl Transform {
     ///
     /// # Errors
     /// A zero scale, a zero axis, or a composition that is not finite and invertible in f64.
+    #[inline]
     pub fn from_steps<'a>(
         steps: impl IntoIterator<Item = &'a TransformStep>,
     ) -> Result<Self, TransformError> {
         let mut composed = Self::IDENTITY;
-        steps.into_iter().try_for_each(|step| composed.append(step))?;
+        for (number, step) in steps.into_iter().enumerate() {
+            composed.add(step, number == 0)?;
+        }
         Ok(composed)
     }
 
@@ -171,18 +142,79 @@ impl Transform {
     /// # Errors
     /// As [`Transform::from_steps`].
     pub fn append(&mut self, step: &TransformStep) -> Result<(), TransformError> {
+        self.add(step, false)
+    }
+
+    /// Appends a step; the first one to the identity. Maps are written in place: copies of results took as
+    /// long as all else.
+    fn add(&mut self, step: &TransformStep, is_first: bool) -> Result<(), TransformError> {
         if let TransformStep::Translate(by) = step {
-            // The products with the columns of the identity are left out.
-            let (there, back) = (self.forward.translation + *by, self.inverse.transform_point3(-*by));
-            if !there.is_finite() || !back.is_finite() {
-                return Err(TransformError::OutOfRange);
-            }
-            (self.forward.translation, self.inverse.translation) = (there, back);
-            return Ok(());
+            return self.translate(*by);
         }
-        let (forward, inverse) = step.maps()?;
-        let map = Self { forward, inverse };
-        *self = if *self == Self::IDENTITY { map.checked()? } else { map.after(self)? };
+        if is_first || *self == Self::IDENTITY {
+            return self.set_step(step);
+        }
+        let mut map = Self::IDENTITY;
+        map.set_step(step)?;
+        *self = map.after(self)?;
+        Ok(())
+    }
+
+    /// Replaces the identity by the map of a step. The inverse is written down, not computed from the
+    /// forward map.
+    #[inline]
+    fn set_step(&mut self, step: &TransformStep) -> Result<(), TransformError> {
+        match step {
+            TransformStep::Translate(by) => self.translate(*by),
+            &TransformStep::Rotate { axis, angle_deg } => {
+                let axis = unit_vector(axis).ok_or(TransformError::ZeroAxis)?;
+                self.set_rotation(rotation(axis, angle_deg))
+            }
+            &TransformStep::Orient(quaternion) => {
+                let unit = unit_quaternion(quaternion).ok_or(TransformError::ZeroQuaternion)?;
+                self.set_rotation(DMat3::from_quat(unit))
+            }
+            &TransformStep::Scale(factors) => {
+                if factors.cmpeq(DVec3::ZERO).any() {
+                    return Err(TransformError::ZeroScale);
+                }
+                let (forward, inverse) =
+                    (DAffine3::from_scale(factors), DAffine3::from_scale(factors.recip()));
+                *self = Self { forward, inverse }.checked()?;
+                Ok(())
+            }
+            TransformStep::Affine(map) => {
+                let leveled = Leveled::of(&map.matrix3);
+                let determinant = leveled.determinant;
+                if !determinant.is_finite() || determinant.abs() <= SMALLEST_DETERMINANT {
+                    return Err(TransformError::Singular);
+                }
+                *self = Self { forward: **map, inverse: leveled.inverse_of(map) }.checked()?;
+                Ok(())
+            }
+        }
+    }
+
+    /// Replaces the identity by a rotation, whose matrix is finite unless its angle is not.
+    #[inline]
+    fn set_rotation(&mut self, matrix3: DMat3) -> Result<(), TransformError> {
+        let sum = matrix3.x_axis + matrix3.y_axis + matrix3.z_axis;
+        if !(sum.x + sum.y + sum.z).is_finite() {
+            return Err(TransformError::OutOfRange);
+        }
+        let inverse = matrix3.transpose();
+        (self.forward, self.inverse) = (DAffine3::from_mat3(matrix3), DAffine3::from_mat3(inverse));
+        Ok(())
+    }
+
+    /// Appends a translation. The products with the columns of the identity are left out.
+    #[inline]
+    fn translate(&mut self, by: DVec3) -> Result<(), TransformError> {
+        let (there, back) = (self.forward.translation + by, self.inverse.transform_point3(-by));
+        if !there.is_finite() || !back.is_finite() {
+            return Err(TransformError::OutOfRange);
+        }
+        (self.forward.translation, self.inverse.translation) = (there, back);
         Ok(())
     }
 
