@@ -149,11 +149,8 @@ impl TreeSpace {
             4.0 * f64::EPSILON * (bounds.min.abs().max(bounds.max.abs()) + self.center.abs()) * self.scale;
         let min = (bounds.min - self.center) * self.scale - slack;
         let max = (bounds.max - self.center) * self.scale + slack;
-        let or = |x: f64, otherwise: f64| if x.is_nan() { otherwise } else { x };
-        TreeBox {
-            min: std::array::from_fn(|axis| below(or(min[axis], f64::NEG_INFINITY))),
-            max: std::array::from_fn(|axis| above(or(max[axis], f64::INFINITY))),
-        }
+        let [a, b, c, d, e, f] = below([min.x, min.y, min.z, -max.x, -max.y, -max.z]);
+        TreeBox { min: [a, b, c], max: [-d, -e, -f] }
     }
 
     /// A box of the group around boxes of this space.
@@ -181,20 +178,21 @@ impl TreeSpace {
 /// The limit of box coordinates. Rays that reach farther are traced in f64.
 const FARTHEST: f32 = 1e18;
 
-/// The largest f32 not above `x`. Half of all numbers are rounded up, so it has no branches.
-fn below(x: f64) -> f32 {
-    let nearest = x as f32;
-    let bits = nearest.to_bits();
-    // Bits count away from 0.
-    let towards_zero = bits.wrapping_sub(((bits as i32) >> 31 | 1) as u32);
-    let next_down = if bits == 0 { (-f32::from_bits(1)).to_bits() } else { towards_zero };
-    let below = if f64::from(nearest) > x { f32::from_bits(next_down) } else { nearest };
-    below.clamp(-FARTHEST, FARTHEST)
-}
-
-/// The smallest f32 not below `x`.
-fn above(x: f64) -> f32 {
-    -below(-x)
+/// The largest f32 not above each number, the least one for NaN. Half of all numbers are rounded up, so it has no branches.
+#[inline]
+fn below<const N: usize>(numbers: [f64; N]) -> [f32; N] {
+    let mut all = [0.0; N];
+    for (below, x) in all.iter_mut().zip(numbers) {
+        let nearest = x as f32;
+        let bits = nearest.to_bits();
+        // Bits count away from 0.
+        let towards_zero = bits.wrapping_sub(((bits as i32) >> 31 | 1) as u32);
+        let next_down = if bits == 0 { (-f32::from_bits(1)).to_bits() } else { towards_zero };
+        let rounded = f32::from_bits(if f64::from(nearest) > x { next_down } else { bits });
+        // NaN is less than nothing.
+        *below = if rounded > -FARTHEST { rounded.min(FARTHEST) } else { -FARTHEST };
+    }
+    all
 }
 
 /// A box in a tree's space.
@@ -275,7 +273,7 @@ mod tests {
         for x in numbers {
             let nearest = x as f32;
             let expected = if f64::from(nearest) > x { nearest.next_down() } else { nearest };
-            assert_eq!(below(x).to_bits(), expected.clamp(-FARTHEST, FARTHEST).to_bits(), "{x}");
+            assert_eq!(below([x])[0].to_bits(), expected.clamp(-FARTHEST, FARTHEST).to_bits(), "{x}");
         }
     }
 }
