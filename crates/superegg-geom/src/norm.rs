@@ -156,20 +156,6 @@ impl NormForm {
         let u = u.abs();
         self.rz.dual().value(self.xy.dual().value(u.x, u.y), u.z)
     }
-
-    /// Upper bounds of the support functions of four shapes for three directions each, at most
-    /// [`BOUND_EXCESS`] of them too large. They take a tenth of the time of [`NormForm::support`].
-    pub(crate) fn support_bounds(
-        norms: [&Self; BOUND_SHAPES],
-        directions: [[DVec3; 3]; BOUND_SHAPES],
-    ) -> [[f64; 3]; BOUND_SHAPES] {
-        let component = |axis: usize| lanes(|shape, direction| directions[shape][direction][axis].abs());
-        let xy = norms.map(|norm| norm.xy.dual().p);
-        let around = norm_bounds(lanes(|shape, _| xy[shape]), component(0), component(1));
-        let rz = norms.map(|norm| norm.rz.dual().p);
-        let bounds = norm_bounds(lanes(|shape, _| rz[shape]), around, component(2));
-        std::array::from_fn(|shape| std::array::from_fn(|index| bounds[index * BOUND_SHAPES + shape]))
-    }
 }
 
 /// The number of shapes whose bounds are computed at once. Those of one shape alone take as long:
@@ -179,71 +165,95 @@ pub const BOUND_SHAPES: usize = 4;
 /// Each shape has three directions.
 const LANES: usize = 3 * BOUND_SHAPES;
 
-/// A number for each shape and direction.
-fn lanes<T>(of: impl Fn(usize, usize) -> T) -> [T; LANES] {
-    std::array::from_fn(|lane| of(lane % BOUND_SHAPES, lane / BOUND_SHAPES))
+/// Upper bounds of the support functions of four unit shapes for three directions each, at most
+/// [`BOUND_EXCESS`] of them too large. The directions are the rows of matrices with these columns.
+/// They take a tenth of the time of [`NormForm::support`].
+pub(crate) fn support_bounds(
+    exponents: &[Exponents; BOUND_SHAPES],
+    columns: [[&DVec3; 3]; BOUND_SHAPES],
+) -> [DVec3; BOUND_SHAPES] {
+    let (mut xy, mut rz) = ([0.0; BOUND_SHAPES], [0.0; BOUND_SHAPES]);
+    let mut components = [[0.0; LANES]; 3];
+    for shape in 0..BOUND_SHAPES {
+        let norm = NormForm::new(exponents[shape]);
+        (xy[shape], rz[shape]) = (norm.xy.dual().p, norm.rz.dual().p);
+        for (component, column) in components.iter_mut().zip(columns[shape]) {
+            for (direction, x) in column.to_array().into_iter().enumerate() {
+                component[direction * BOUND_SHAPES + shape] = x.abs();
+            }
+        }
+    }
+    let around = norm_bounds(&xy, &components[0], &components[1]);
+    let bounds = norm_bounds(&rz, &around, &components[2]);
+    std::array::from_fn(|shape| {
+        let [x, y, z] = [0, 1, 2].map(|direction| bounds[direction * BOUND_SHAPES + shape]);
+        DVec3::new(x, y, z)
+    })
 }
 
-/// Upper bounds of [`PowerNorm::value`] for powers `p` >= 1.
+/// Upper bounds of [`PowerNorm::value`] for powers `p` >= 1, one for each shape.
 ///
 /// The factor on the larger argument, (1 + r^p)^(1/p), is computed in f32 without any call, step by
 /// step for all, so that the compiler keeps the norms side by side in registers.
 #[inline]
-fn norm_bounds(p: [f64; LANES], a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+fn norm_bounds(p: &[f64; BOUND_SHAPES], a: &[f64; LANES], b: &[f64; LANES]) -> [f64; LANES] {
     /// Above this power the factor is 1 in f32, and a smaller power has a larger factor.
     const MOST_POWER: f64 = 1e9;
     /// More than the error of the factor.
     const EXCESS: f64 = 1.0 + 1e-6;
     /// Below this ratio the factor is 1 in f32, and a larger ratio has a larger factor.
     const LEAST_RATIO: f32 = 1e-20;
-    let p = p.map(|p| p.min(MOST_POWER) as f32);
-    let (mut larger, mut ratios) = ([0.0; LANES], [0.0; LANES]);
-    for i in 0..LANES {
-        larger[i] = a[i].max(b[i]);
-        ratios[i] = ((a[i].min(b[i]) / larger[i].max(f64::MIN_POSITIVE)) as f32).max(LEAST_RATIO);
+    let mut powers = [0.0; LANES];
+    for lane in 0..LANES {
+        powers[lane] = p[lane % BOUND_SHAPES].min(MOST_POWER) as f32;
     }
-    let logs = log2(ratios);
-    // 2^-100 vanishes beside 1.
-    let powers = exp2(std::array::from_fn(|i| (p[i] * logs[i]).max(-100.0)));
-    let logs = log2(powers.map(|power| 1.0 + power));
-    let growth = exp2(std::array::from_fn(|i| logs[i] / p[i]));
-    std::array::from_fn(|i| larger[i] * f64::from(growth[i]) * EXCESS)
+    let (mut bounds, mut growth) = ([0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        bounds[lane] = a[lane].max(b[lane]);
+        let ratio = a[lane].min(b[lane]) / bounds[lane].max(f64::MIN_POSITIVE);
+        growth[lane] = (ratio as f32).max(LEAST_RATIO);
+    }
+    for lane in 0..LANES {
+        // 2^-100 vanishes beside 1.
+        let power = exp2((powers[lane] * log2(growth[lane])).max(-100.0));
+        growth[lane] = exp2(log2(1.0 + power) / powers[lane]);
+    }
+    for lane in 0..LANES {
+        bounds[lane] = bounds[lane] * f64::from(growth[lane]) * EXCESS;
+    }
+    bounds
 }
 
-/// The largest relative excess of [`NormForm::support_bounds`].
+/// The largest relative excess of [`support_bounds`].
 #[cfg(test)]
 const BOUND_EXCESS: f64 = 1e-5;
 
-/// Logarithms of positive normal numbers, with an absolute error of a few 1e-7 of 1 and of the
+/// The logarithm of a positive normal number, with an absolute error of a few 1e-7 of 1 and of the
 /// result.
-#[inline]
-fn log2(x: [f32; LANES]) -> [f32; LANES] {
-    x.map(|x| {
-        // The exponent of x * sqrt(2), rounded down, so that the mantissa is in sqrt(1/2)..sqrt(2).
-        const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
-        let exponent = (x.to_bits().wrapping_sub(SQRT_HALF_BITS) as i32) >> 23;
-        let mantissa = f32::from_bits(x.to_bits().wrapping_sub((exponent << 23) as u32));
-        // log2 m = 2/ln 2 artanh s.
-        let s = (mantissa - 1.0) / (mantissa + 1.0);
-        let square = s * s;
-        let series = 1.0 + square * (1.0 / 3.0 + square * (1.0 / 5.0 + square * (1.0 / 7.0)));
-        exponent as f32 + (2.0 * std::f32::consts::LOG2_E) * s * series
-    })
+#[inline(always)]
+fn log2(x: f32) -> f32 {
+    // The exponent of x * sqrt(2), rounded down, so that the mantissa is in sqrt(1/2)..sqrt(2).
+    const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
+    let exponent = (x.to_bits().wrapping_sub(SQRT_HALF_BITS) as i32) >> 23;
+    let mantissa = f32::from_bits(x.to_bits().wrapping_sub((exponent << 23) as u32));
+    // log2 m = 2/ln 2 artanh s.
+    let s = (mantissa - 1.0) / (mantissa + 1.0);
+    let square = s * s;
+    let series = 1.0 + square * (1.0 / 3.0 + square * (1.0 / 5.0 + square * (1.0 / 7.0)));
+    exponent as f32 + (2.0 * std::f32::consts::LOG2_E) * s * series
 }
 
-/// Powers of two of numbers in -126..=1, with a relative error of a few 1e-7.
-#[inline]
-fn exp2(x: [f32; LANES]) -> [f32; LANES] {
-    x.map(|x| {
-        /// Adding this rounds to an integer, which is in the lowest bits then.
-        const ROUNDER: f32 = 1.5 * (1_u32 << 23) as f32;
-        let rounded = x + ROUNDER;
-        let f = (x - (rounded - ROUNDER)) * std::f32::consts::LN_2;
-        // The series of e^f.
-        let series = 1.0 / 24.0 + f * (1.0 / 120.0 + f * (1.0 / 720.0));
-        let fraction = 1.0 + f * (1.0 + f * (0.5 + f * (1.0 / 6.0 + f * series)));
-        fraction * f32::from_bits((rounded.to_bits() << 23).wrapping_add(1.0_f32.to_bits()))
-    })
+/// The power of two of a number in -126..=1, with a relative error of a few 1e-7.
+#[inline(always)]
+fn exp2(x: f32) -> f32 {
+    /// Adding this rounds to an integer, which is in the lowest bits then.
+    const ROUNDER: f32 = 1.5 * (1_u32 << 23) as f32;
+    let rounded = x + ROUNDER;
+    let f = (x - (rounded - ROUNDER)) * std::f32::consts::LN_2;
+    // The series of e^f.
+    let series = 1.0 / 24.0 + f * (1.0 / 120.0 + f * (1.0 / 720.0));
+    let fraction = 1.0 + f * (1.0 + f * (0.5 + f * (1.0 / 6.0 + f * series)));
+    fraction * f32::from_bits((rounded.to_bits() << 23).wrapping_add(1.0_f32.to_bits()))
 }
 
 #[cfg(test)]
@@ -264,7 +274,8 @@ mod tests {
         };
         let exponents: Vec<(f64, f64)> = (0..4000).map(|_| (exponent(), exponent())).collect();
         for four in exponents.as_chunks().0 {
-            let norms = four.map(|(e, n)| NormForm::new(Exponents::new(e, n).unwrap()));
+            let exponents = four.map(|(e, n)| Exponents::new(e, n).unwrap());
+            let norms = exponents.map(NormForm::new);
             let mut component = || match (random.unit() * 8.0) as u32 {
                 0 => 0.0,
                 1 => 1.0,
@@ -272,11 +283,12 @@ mod tests {
                 3 => 10f64.powf(600.0 * random.unit() - 300.0),
                 _ => 2.0 * random.unit() - 1.0,
             };
-            let directions = [(); BOUND_SHAPES]
+            let columns = [(); BOUND_SHAPES]
                 .map(|()| [(); 3].map(|()| DVec3::new(component(), component(), component())));
-            let bounds = NormForm::support_bounds(norms.each_ref(), directions);
+            let bounds = support_bounds(&exponents, columns.each_ref().map(<[DVec3; 3]>::each_ref));
             for (shape, norm) in norms.iter().enumerate() {
-                for (direction, bound) in directions[shape].into_iter().zip(bounds[shape]) {
+                for (index, bound) in bounds[shape].to_array().into_iter().enumerate() {
+                    let direction = DVec3::from_array(columns[shape].map(|column| column[index]));
                     let exact = norm.support(direction);
                     assert!(
                         bound >= exact && bound <= exact * (1.0 + BOUND_EXCESS),
@@ -284,7 +296,10 @@ mod tests {
                     );
                 }
                 // Neighbours do not matter.
-                let alone = NormForm::support_bounds([norm; BOUND_SHAPES], [directions[shape]; BOUND_SHAPES]);
+                let alone = support_bounds(
+                    &[exponents[shape]; BOUND_SHAPES],
+                    [columns[shape].each_ref(); BOUND_SHAPES],
+                );
                 assert_eq!(alone, [bounds[shape]; BOUND_SHAPES]);
             }
         }

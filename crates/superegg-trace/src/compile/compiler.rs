@@ -15,7 +15,7 @@ use super::patch::{Patchable, patched};
 use super::signature::{Materials, bits_of};
 use super::survey::{Survey, SurveyWork, survey_object, survey_table};
 use crate::scene::compiled::{CompiledScene, Count};
-use crate::scene::group::{Group, NameRef, Names};
+use crate::scene::group::{Group, NameList, NameRef, Names};
 use crate::scene::id::SceneId;
 use crate::scene::primitive::CompiledPrimitive;
 
@@ -98,7 +98,7 @@ struct Compiler<'a> {
 
 impl<'a> Compiler<'a> {
     fn new(scene: &'a Scene, before: Option<&'a CompiledScene>) -> Self {
-        let (index, described) = rayon::join(|| Index::of(scene), || Described::of(scene));
+        let (index, described) = Described::of(scene);
         let children_of = |container: &Container<'a>| match container {
             Container::Object(object) => {
                 let mut children = Vec::with_capacity(object.children().len());
@@ -278,22 +278,23 @@ struct Described {
 }
 
 impl Described {
-    fn of(scene: &Scene) -> Self {
+    fn of(scene: &Scene) -> (Index<'_>, Self) {
         let mut materials = Materials::default();
-        let of_tables: usize = scene.tables().map(|(_, table)| table.shapes().len()).sum();
-        // The capacity is an upper bound. Memory that is not written is not resident.
-        let mut primitives = Vec::with_capacity(scene.entities().len() + of_tables);
-        let names = Names::listed(scene.primitives().map(|(name, _)| name));
-        for (_, primitive) in scene.primitives() {
+        // The capacities are upper bounds. Memory that is not written is not resident.
+        let mut primitives = Vec::with_capacity(scene.entities().len());
+        let mut names = NameList::with_capacity(scene.entities().len());
+        let index = Index::of(scene, |name, primitive| {
+            names.push(name);
             primitives.push(CompiledPrimitive {
                 radii: primitive.shape.radii(),
                 exponents: primitive.shape.exponents(),
                 material: materials.index_of(&primitive.material),
             });
-        }
+        });
         let mut tables = Vec::new();
-        for (name, table) in scene.tables() {
-            tables.push((primitives.len() as u32, name.into()));
+        for (container, name) in index.containers.iter().zip(&index.container_names) {
+            let Container::Table(table) = container else { continue };
+            tables.push((primitives.len() as u32, Box::from(*name)));
             let of_table: Vec<u32> =
                 table.materials().iter().map(|material| materials.index_of(material)).collect();
             primitives.extend(table.shapes().map(|shape| CompiledPrimitive {
@@ -303,6 +304,6 @@ impl Described {
             }));
         }
         primitives.shrink_to_fit();
-        Self { primitives, names, tables, materials }
+        (index, Self { primitives, names: names.finish(), tables, materials })
     }
 }

@@ -1,12 +1,14 @@
 //! The parts of groups: entities of the scene by index, and the children of a group before it is assembled.
 
+use std::hint::black_box;
 use std::sync::Arc;
 
+use arrayvec::ArrayVec;
 use num_bigint::BigUint;
 use rayon::prelude::*;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
-use superegg_geom::{Aabb, BOUND_SHAPES, Superquadric, Transform};
-use superegg_scene::{Child, Entity, InstanceTable, Object, Scene, object_heights};
+use superegg_geom::{Aabb, BOUND_SHAPES, Exponents, Superquadric, Transform};
+use superegg_scene::{Child, Entity, InstanceTable, Object, Primitive, Scene, object_heights};
 
 use crate::scene::group::{FoldedName, Group, NameRef};
 use crate::scene::primitive::CompiledPrimitive;
@@ -75,7 +77,10 @@ pub(super) struct Index<'a> {
 }
 
 impl<'a> Index<'a> {
-    pub(super) fn of(scene: &'a Scene) -> Self {
+    /// The entities of a scene. `describe` gets each primitive with its name.
+    pub(super) fn of(scene: &'a Scene, mut describe: impl FnMut(&'a str, &'a Primitive)) -> Self {
+        /// Entities lie far apart. Some are loaded together, as memory has to be waited for only once then.
+        const TOGETHER: usize = 32;
         let mut index = Self {
             scene,
             by_number: Vec::with_capacity(scene.entities().len()),
@@ -83,21 +88,29 @@ impl<'a> Index<'a> {
             container_names: Vec::new(),
         };
         let mut primitives = 0;
-        for (number, name, entity) in scene.numbered_entities() {
-            let container = match entity {
-                Entity::Primitive(_) => {
-                    index.set(number, EntityIndex::Primitive(primitives));
-                    primitives += 1;
-                    continue;
-                }
-                Entity::Object(object) => Container::Object(object),
-                Entity::Table(table) => Container::Table(table),
-            };
-            index.set(number, EntityIndex::Container(index.containers.len() as u32));
-            index.containers.push(container);
-            index.container_names.push(name);
+        let mut entities = scene.numbered_entities();
+        loop {
+            let some: ArrayVec<_, TOGETHER> = entities.by_ref().take(TOGETHER).collect();
+            if some.is_empty() {
+                return index;
+            }
+            black_box(some.iter().fold(0.0, |loaded, (_, _, entity)| loaded + load(entity)));
+            for (number, name, entity) in some {
+                let container = match entity {
+                    Entity::Primitive(primitive) => {
+                        index.set(number, EntityIndex::Primitive(primitives));
+                        primitives += 1;
+                        describe(name, primitive);
+                        continue;
+                    }
+                    Entity::Object(object) => Container::Object(object),
+                    Entity::Table(table) => Container::Table(table),
+                };
+                index.set(number, EntityIndex::Container(index.containers.len() as u32));
+                index.containers.push(container);
+                index.container_names.push(name);
+            }
         }
-        index
     }
 
     fn set(&mut self, number: usize, entity: EntityIndex) {
@@ -121,6 +134,12 @@ impl<'a> Index<'a> {
         };
         children.iter().map(entity).collect()
     }
+}
+
+/// A sum that loads all of a primitive.
+fn load(entity: &Entity) -> f64 {
+    let Entity::Primitive(Primitive { shape, material, .. }) = entity else { return 0.0 };
+    shape.radii().x + material.color.x + material.index + material.absorb.x + material.metallic
 }
 
 /// A child that is a group.
@@ -158,6 +177,7 @@ pub(super) struct Parts<'a> {
 }
 
 impl Parts<'_> {
+    #[inline]
     pub(super) fn transform(&self, child: u32) -> Option<Transform> {
         match self.container? {
             Container::Object(object) => object.parent_from_child(self.children[child as usize]).ok(),
@@ -213,7 +233,7 @@ impl LeafMaps {
 
     /// The image of the unit shape of a primitive.
     pub(super) fn image(&self, primitive: &CompiledPrimitive) -> LeafImage {
-        LeafImage { group_from_unit: self.group_from_unit, shape: primitive.unit_shape() }
+        LeafImage { group_from_unit: self.group_from_unit, exponents: primitive.exponents }
     }
 }
 
@@ -242,14 +262,14 @@ fn group_from_unit(group_from_local: &Transform, radii: DVec3) -> DAffine3 {
 /// A unit shape with its map to a group.
 pub(super) struct LeafImage {
     group_from_unit: DAffine3,
-    shape: Superquadric,
+    exponents: Exponents,
 }
 
 impl LeafImage {
     pub(super) fn new(group_from_local: &Transform, primitive: &CompiledPrimitive) -> Self {
         Self {
             group_from_unit: group_from_unit(group_from_local, primitive.radii),
-            shape: primitive.unit_shape(),
+            exponents: primitive.exponents,
         }
     }
 
@@ -261,26 +281,27 @@ impl LeafImage {
 
     /// The smallest box around the shape, rounded outwards.
     pub(super) fn exact_box(&self) -> Aabb {
-        self.box_of(self.shape.half_extent_under(&self.group_from_unit.matrix3)).rounded_outward()
+        let shape = Superquadric::unit(self.exponents);
+        self.box_of(shape.half_extent_under(&self.group_from_unit.matrix3)).rounded_outward()
     }
 
     /// Nearly the smallest box around each shape, rounded outwards.
     pub(super) fn tight_boxes(images: &[Option<Self>; BOUND_SHAPES]) -> [Option<Aabb>; BOUND_SHAPES] {
-        let sphere = Superquadric::unit_sphere();
-        let shapes = images.each_ref().map(|image| image.as_ref().map_or(&sphere, |image| &image.shape));
+        let exponents =
+            images.each_ref().map(|image| image.as_ref().map_or(Exponents::ROUND, |image| image.exponents));
         let linear = images.each_ref().map(|image| match image {
             Some(image) => &image.group_from_unit.matrix3,
             None => &DMat3::IDENTITY,
         });
-        let half_extents = Superquadric::half_extent_bounds_under(shapes, linear);
+        let half_extents = Superquadric::unit_half_extent_bounds(&exponents, linear);
         std::array::from_fn(|i| Some(images[i].as_ref()?.box_of(half_extents[i]).rounded_outward()))
     }
 
     /// As [`LeafImage::tight_boxes`], of one shape.
     pub(super) fn tight_box(&self) -> Aabb {
         let linear = &self.group_from_unit.matrix3;
-        let [half_extent, ..] =
-            Superquadric::half_extent_bounds_under([&self.shape; BOUND_SHAPES], [linear; BOUND_SHAPES]);
+        let exponents = [self.exponents; BOUND_SHAPES];
+        let [half_extent, ..] = Superquadric::unit_half_extent_bounds(&exponents, [linear; BOUND_SHAPES]);
         self.box_of(half_extent).rounded_outward()
     }
 

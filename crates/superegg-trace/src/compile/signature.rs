@@ -95,11 +95,15 @@ impl Mixer {
         mixer
     }
 
+    #[inline]
     pub(super) fn words<const N: usize>(&mut self, words: [u64; N]) {
-        for word in words {
-            let product = u128::from(self.0 ^ word ^ 0xa076_1d64_78bd_642f)
-                * u128::from(word.rotate_left(32) ^ 0xe703_7ed1_a0b4_28db);
-            self.0 = (product as u64 ^ (product >> 64) as u64).wrapping_add(self.0.rotate_left(23));
+        // Each product waits for the one before, so it takes two words.
+        for pair in words.chunks(2) {
+            let (first, second) = (pair[0], pair.get(1).map_or(0, |word| word.rotate_left(32)));
+            let product = u128::from(self.0 ^ first ^ 0xa076_1d64_78bd_642f)
+                * u128::from(second ^ 0xe703_7ed1_a0b4_28db);
+            let folded = product as u64 ^ (product >> 64) as u64;
+            self.0 = folded.wrapping_add(self.0.rotate_left(23)).wrapping_add(first);
         }
     }
 
@@ -115,10 +119,11 @@ impl Mixer {
 
     pub(super) fn text(&mut self, text: &str) {
         self.words([text.len() as u64]);
-        for chunk in text.as_bytes().chunks(8) {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            self.words([u64::from_le_bytes(word)]);
+        for chunk in text.as_bytes().chunks(16) {
+            let mut words = [0; 16];
+            words[..chunk.len()].copy_from_slice(chunk);
+            let [first, second] = [0, 8].map(|at| u64::from_le_bytes(std::array::from_fn(|i| words[at + i])));
+            self.words([first, second]);
         }
     }
 }

@@ -51,12 +51,10 @@ impl Joined {
     const NOTHING: Self = Self { signature: 0, leaf_box: Aabb::EMPTY, changed: Vec::new() };
 
     fn join(mut self, other: Self) -> Self {
+        self.signature = self.signature.wrapping_add(other.signature);
+        self.leaf_box = self.leaf_box.union(&other.leaf_box);
         self.changed.extend(other.changed);
-        Self {
-            signature: self.signature.wrapping_add(other.signature),
-            leaf_box: self.leaf_box.union(&other.leaf_box),
-            changed: self.changed,
-        }
+        self
     }
 }
 
@@ -69,34 +67,30 @@ pub(super) fn survey_object(
     work: SurveyWork<'_>,
 ) -> Survey {
     // Each leaf is transformed once for all that is found about it.
-    let leaf = |&(child, primitive): &(u32, u32)| {
-        let mut hash = Mixer::new(u64::from(child) << 32 | u64::from(primitive));
+    let add = |all: &mut Joined, &(child, primitive): &(u32, u32)| {
         let described = &primitives[primitive as usize];
-        hash.shape(described);
         let map = parts.transform(child);
+        let mut hash = Mixer::new(u64::from(child) << 32 | u64::from(primitive));
+        hash.shape(described);
         if let Some(map) = &map {
             hash.words(bits_of(map));
         }
-        let is_changed = work.before.is_some_and(|before| {
+        all.signature = all.signature.wrapping_add(hash.finish());
+        if let Some(before) = work.before {
             let unit_from_group = map.as_ref().map(|map| unit_from_group(map, described.radii));
-            before.has_changed((child, primitive), unit_from_group, described)
-        });
-        let image = map.map(|map| LeafImage::new(&map, described));
-        let joined = Joined {
-            signature: hash.finish(),
-            leaf_box: image.as_ref().map_or(Aabb::EMPTY, LeafImage::loose_box),
-            changed: if is_changed { vec![(child, primitive)] } else { Vec::new() },
-        };
-        (joined, image)
+            if before.has_changed((child, primitive), unit_from_group, described) {
+                all.changed.push((child, primitive));
+            }
+        }
+        let image = LeafImage::new(&map?, described);
+        all.leaf_box = all.leaf_box.union(&image.loose_box());
+        Some(image)
     };
     // The boxes of several leaves are computed side by side.
-    let some_leaves = |(leaves, boxes): (&[(u32, u32)], &mut [Aabb])| {
-        let mut all = Joined::NOTHING;
+    let add_some = |mut all: Joined, (leaves, boxes): (&[(u32, u32)], &mut [Aabb])| {
         let mut images = [const { None }; BOUND_SHAPES];
-        for (image, one) in images.iter_mut().zip(leaves) {
-            let joined;
-            (joined, *image) = leaf(one);
-            all = all.join(joined);
+        for (image, leaf) in images.iter_mut().zip(leaves) {
+            *image = add(&mut all, leaf);
         }
         for (held, tight) in boxes.iter_mut().zip(LeafImage::tight_boxes(&images)) {
             *held = tight.unwrap_or(Aabb::EMPTY);
@@ -110,14 +104,16 @@ pub(super) fn survey_object(
             .par_chunks(BOUND_SHAPES)
             .zip(boxes.par_chunks_mut(BOUND_SHAPES))
             .with_min_len(LARGE / BOUND_SHAPES)
-            .map(some_leaves)
+            .fold(|| Joined::NOTHING, add_some)
             .reduce(|| Joined::NOTHING, Joined::join),
-        None => parts
-            .leaves
-            .par_iter()
-            .with_min_len(LARGE)
-            .map(|one| leaf(one).0)
-            .reduce(|| Joined::NOTHING, Joined::join),
+        None => {
+            let add_one = |mut all: Joined, leaf: &(u32, u32)| {
+                add(&mut all, leaf);
+                all
+            };
+            let leaves = parts.leaves.par_iter().with_min_len(LARGE);
+            leaves.fold(|| Joined::NOTHING, add_one).reduce(|| Joined::NOTHING, Joined::join)
+        }
     };
     let mut hash = Mixer::new(joined.signature);
     for item in &parts.groups {

@@ -121,14 +121,9 @@ impl Default for Names {
 
 impl Names {
     pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> Self {
-        let (mut text, mut ends) = (String::new(), Vec::new());
-        for name in names {
-            text.push_str(name);
-            ends.push(text.len() as u32);
-        }
-        text.shrink_to_fit();
-        ends.shrink_to_fit();
-        Self::Listed { text, ends }
+        let mut list = NameList::default();
+        names.into_iter().for_each(|name| list.push(name));
+        list.finish()
     }
 
     pub(crate) fn get(&self, index: u32) -> Cow<'_, str> {
@@ -149,6 +144,31 @@ impl Names {
             }
             Self::Rows(_) => None,
         }
+    }
+}
+
+/// Aliases that become [`Names::Listed`].
+#[derive(Default)]
+pub(crate) struct NameList {
+    text: String,
+    ends: Vec<u32>,
+}
+
+impl NameList {
+    pub(crate) fn with_capacity(count: usize) -> Self {
+        Self { text: String::new(), ends: Vec::with_capacity(count) }
+    }
+
+    pub(crate) fn push(&mut self, name: &str) {
+        self.text.push_str(name);
+        self.ends.push(self.text.len() as u32);
+    }
+
+    pub(crate) fn finish(self) -> Names {
+        let Self { mut text, mut ends } = self;
+        text.shrink_to_fit();
+        ends.shrink_to_fit();
+        Names::Listed { text, ends }
     }
 }
 
