@@ -26,8 +26,12 @@ const CHUNK: usize = 1 << 15;
 impl Tree {
     pub(crate) fn build(boxes: &[TreeBox]) -> Self {
         if boxes.len() <= CHUNK {
-            let items: Vec<u32> = (0..boxes.len() as u32).collect();
-            return Self::build_chunk(boxes, &items, &mut Workspace::default());
+            let mut tree = Self::default();
+            let mut workspace = Workspace { boxes: boxes.to_vec(), ..Workspace::default() };
+            workspace.items.extend(0..boxes.len() as u32);
+            tree.build_chunk(&mut workspace);
+            tree.nodes.shrink_to_fit();
+            return tree;
         }
         let center = |(item, b): (u32, &TreeBox)| Center { at: [0, 1, 2].map(|axis| b.center(axis)), item };
         let mut centers: Vec<Center> = (0..).zip(boxes).map(center).collect();
@@ -38,80 +42,72 @@ impl Tree {
         let chunk_boxes: Vec<TreeBox> = chunks.par_iter().map(box_of).collect();
         // Memory that is freed and taken again for each chunk costs as much as a tenth of the time.
         let workspaces: Mutex<Vec<Workspace>> = Mutex::default();
-        let build = |chunk: &&mut [Center]| {
-            // The boxes of a chunk lie side by side while its tree is built.
-            let items: Vec<u32> = chunk.iter().map(|center| center.item).collect();
-            let boxes: Vec<TreeBox> = items.iter().map(|&item| boxes[item as usize]).collect();
+        let build = |(chunk, tree): (&&mut [Center], &mut Self)| {
             let mut workspace = workspaces.lock().ok().and_then(|mut free| free.pop()).unwrap_or_default();
-            let tree = Self::build_chunk(&boxes, &items, &mut workspace);
+            // The boxes of a chunk lie side by side while its tree is built.
+            workspace.items.clear();
+            workspace.items.extend(chunk.iter().map(|center| center.item));
+            workspace.boxes.clear();
+            workspace.boxes.extend(workspace.items.iter().map(|&item| boxes[item as usize]));
+            tree.build_chunk(&mut workspace);
             if let Ok(mut free) = workspaces.lock() {
                 free.push(workspace);
             }
-            tree
         };
         let mut joined = Joined::new(&chunk_boxes, boxes.len());
-        // Each tree is copied and freed before many others are built.
-        for some in chunks.chunks(2 * rayon::current_num_threads()) {
-            let trees: Vec<Self> = some.par_iter().map(build).collect();
-            trees.into_iter().for_each(|tree| joined.push(tree));
+        // Each tree is copied before many others are built.
+        let mut trees = vec![Self::default(); 2 * rayon::current_num_threads()];
+        for some in chunks.chunks(trees.len()) {
+            some.par_iter().zip(&mut trees).for_each(build);
+            trees[..some.len()].iter().for_each(|tree| joined.push(tree));
         }
         joined.finish()
     }
 
-    /// The tree of items with these boxes.
-    fn build_chunk(boxes: &[TreeBox], items: &[u32], workspace: &mut Workspace) -> Self {
+    /// Becomes the tree of the items of a workspace.
+    fn build_chunk(&mut self, workspace: &mut Workspace) {
+        self.nodes.clear();
+        self.order.clear();
+        let Workspace { items, boxes, .. } = workspace;
         if items.len() <= WIDTH {
             let mut node = Node::EMPTY;
             for (leaf, bounds) in (0..).zip(boxes) {
                 node.push(bounds, Slot::Leaf(leaf));
             }
-            return Self { nodes: if items.is_empty() { vec![] } else { vec![node] }, order: items.to_vec() };
+            self.nodes.extend((!items.is_empty()).then_some(node));
+            self.order.extend_from_slice(items);
+            return;
         }
-        workspace.build_binary(boxes, items);
-        let mut tree =
-            Self { nodes: Vec::with_capacity(items.len() / 4), order: Vec::with_capacity(items.len()) };
-        tree.widen(&workspace.binary, &workspace.subtrees, items);
-        tree.nodes.shrink_to_fit();
-        tree
+        self.nodes.reserve(items.len() / 4);
+        self.order.reserve(items.len());
+        workspace.build_binary();
+        self.widen(workspace);
     }
 
     /// Collapses a binary tree to eight-wide nodes.
     ///
     /// A node replaces its child of the largest surface area by that child's children, as long as the child holds more
     /// than a node's worth of leaves. The slots that remain go to the smallest children.
-    fn widen(&mut self, binary: &Bvh2, subtrees: &[Subtree], items: &[u32]) {
-        let size = |index: u32| subtrees[index as usize].leaves as usize;
+    fn widen(&mut self, workspace: &Workspace) {
+        let Workspace { items, binary, subtrees, .. } = workspace;
         self.nodes.push(Node::EMPTY);
         let mut pending = vec![(0u32, 0usize)];
-        let is_leaf = |index: u32| binary.nodes[index as usize].prim_count > 0;
-        let bounds = |index: u32| subtrees[index as usize].bounds;
-        let area = |index: u32| subtrees[index as usize].half_area;
         while let Some((index, wide_index)) = pending.pop() {
-            let first = binary.nodes[index as usize].first_index;
-            let mut children = arrayvec::ArrayVec::<u32, WIDTH>::from_iter([first, first + 1]);
-            while !children.is_full() {
-                let room = children.remaining_capacity() + 1;
-                let large = (0..children.len())
-                    .filter(|&i| size(children[i]) > WIDTH)
-                    .max_by(|&a, &b| area(children[a]).total_cmp(&area(children[b])));
-                let small = || {
-                    let inner =
-                        (0..children.len()).filter(|&i| !is_leaf(children[i]) && size(children[i]) <= room);
-                    inner.min_by_key(|&i| size(children[i]))
-                };
-                let Some(opened) = large.or_else(small) else { break };
-                let first = binary.nodes[children[opened] as usize].first_index;
-                children[opened] = first;
-                children.push(first + 1);
+            let mut children = Children::default();
+            children.open(None, binary.nodes[index as usize].first_index, subtrees);
+            while let Some(opened) = children.to_open() {
+                let first = binary.nodes[children.indices[opened] as usize].first_index;
+                children.open(Some(opened), first, subtrees);
             }
             let mut node = Node::EMPTY;
-            for child in children {
-                if is_leaf(child) {
+            for (&child, &size) in children.indices.iter().zip(&children.sizes).take(children.count) {
+                let bounds = &subtrees[child as usize].bounds;
+                if size == 1 {
                     let first = binary.nodes[child as usize].first_index as usize;
-                    node.push(&bounds(child), Slot::Leaf(self.order.len() as u32));
+                    node.push(bounds, Slot::Leaf(self.order.len() as u32));
                     self.order.push(items[binary.primitive_indices[first] as usize]);
                 } else {
-                    node.push(&bounds(child), Slot::Node(self.nodes.len() as u32));
+                    node.push(bounds, Slot::Node(self.nodes.len() as u32));
                     pending.push((child, self.nodes.len()));
                     self.nodes.push(Node::EMPTY);
                 }
@@ -121,11 +117,59 @@ impl Tree {
     }
 }
 
+/// The children of a wide node while they are opened.
+#[derive(Default)]
+struct Children {
+    count: usize,
+    /// Their nodes of the binary tree.
+    indices: [u32; WIDTH],
+    /// Their numbers of leaves.
+    sizes: [u32; WIDTH],
+    /// The areas of those that hold more than a node's worth of leaves; otherwise negative.
+    areas: [f32; WIDTH],
+}
+
+impl Children {
+    /// Adds a pair of binary nodes, in place of a child if there is one.
+    fn open(&mut self, child: Option<usize>, first: u32, subtrees: &[Subtree]) {
+        self.set(child.unwrap_or(0), first, subtrees);
+        self.count = self.count.max(1);
+        self.set(self.count, first + 1, subtrees);
+        self.count += 1;
+    }
+
+    fn set(&mut self, at: usize, index: u32, subtrees: &[Subtree]) {
+        let Subtree { leaves, half_area, .. } = subtrees[index as usize];
+        self.indices[at] = index;
+        self.sizes[at] = leaves;
+        self.areas[at] = if leaves as usize > WIDTH { half_area } else { -1.0 };
+    }
+
+    /// The next child to open, if there is room.
+    fn to_open(&self) -> Option<usize> {
+        let room = WIDTH - self.count;
+        if room == 0 {
+            return None;
+        }
+        let (mut largest, mut area) = (None, 0.0);
+        for child in 0..self.count {
+            if self.areas[child] >= area {
+                (largest, area) = (Some(child), self.areas[child]);
+            }
+        }
+        let fits = |&child: &usize| (2..=room + 1).contains(&(self.sizes[child] as usize));
+        largest.or_else(|| (0..self.count).filter(fits).min_by_key(|&child| self.sizes[child]))
+    }
+}
+
 /// Memory to build trees in, one after the other.
 #[derive(Default)]
 struct Workspace {
+    items: Vec<u32>,
+    /// The box of each item.
+    boxes: Vec<TreeBox>,
     /// The boxes in the type of the library.
-    boxes: Vec<obvhs::aabb::Aabb>,
+    library_boxes: Vec<obvhs::aabb::Aabb>,
     builder: PlocBuilder,
     optimizer: ReinsertionOptimizer,
     /// The binary tree.
@@ -135,11 +179,12 @@ struct Workspace {
 }
 
 impl Workspace {
-    /// Builds the binary tree over items with these boxes, one item in each leaf.
-    fn build_binary(&mut self, boxes: &[TreeBox], items: &[u32]) {
-        self.boxes.clear();
-        let untied = boxes.iter().zip(items).map(|(bounds, &item)| untied(bounds, item));
-        self.boxes.extend(untied.map(|bounds| library_box(&bounds)));
+    /// Builds the binary tree over the items, one in each leaf.
+    fn build_binary(&mut self) {
+        let Self { items, boxes, library_boxes, builder, optimizer, binary, subtrees } = self;
+        library_boxes.clear();
+        let untied = boxes.iter().zip(&*items).map(|(bounds, &item)| untied(bounds, item));
+        library_boxes.extend(untied.map(|bounds| library_box(&bounds)));
         let BvhBuildParams {
             ploc_search_distance,
             search_depth_threshold,
@@ -147,20 +192,20 @@ impl Workspace {
             sort_precision,
             ..
         } = BvhBuildParams::fast_build();
-        let mut indices = std::mem::take(&mut self.binary.primitive_indices);
+        let mut indices = std::mem::take(&mut binary.primitive_indices);
         indices.clear();
         indices.extend(0..boxes.len() as u32);
-        self.builder.build_with_bvh(
-            &mut self.binary,
+        builder.build_with_bvh(
+            binary,
             ploc_search_distance,
-            &self.boxes,
+            library_boxes,
             indices,
             sort_precision,
             search_depth_threshold,
         );
         // Leaves are not joined: a shape test costs more than a box test.
-        self.optimizer.run(&mut self.binary, reinsertion_batch_ratio, None);
-        find_subtrees(&self.binary, boxes, &mut self.subtrees);
+        optimizer.run(binary, reinsertion_batch_ratio, None);
+        find_subtrees(binary, boxes, subtrees);
     }
 }
 
@@ -179,8 +224,8 @@ struct Joined {
 impl Joined {
     /// No trees yet; these are the boxes around each.
     fn new(boxes: &[TreeBox], item_count: usize) -> Self {
-        let all: Vec<u32> = (0..boxes.len() as u32).collect();
-        let mut tree = Tree::build_chunk(boxes, &all, &mut Workspace::default());
+        // There are far fewer chunks than items of a chunk.
+        let mut tree = Tree::build(boxes);
         let top_order = std::mem::replace(&mut tree.order, Vec::with_capacity(item_count));
         // Nodes have about six children. Memory that is not written is not resident.
         tree.nodes.reserve_exact(item_count / 4);
@@ -188,12 +233,13 @@ impl Joined {
     }
 
     /// Adds the next tree.
-    fn push(&mut self, tree: Tree) {
+    fn push(&mut self, tree: &Tree) {
         let Tree { nodes, order } = &mut self.tree;
         let (nodes_before, items_before) = (nodes.len() as u32, order.len() as u32);
         self.roots.push(nodes_before);
-        order.extend(tree.order);
-        nodes.extend(tree.nodes.into_iter().map(|mut node| {
+        order.extend_from_slice(&tree.order);
+        nodes.extend(tree.nodes.iter().map(|node| {
+            let mut node = *node;
             node.map_slots(|slot| match slot {
                 Slot::Node(i) => Slot::Node(i + nodes_before),
                 Slot::Leaf(i) => Slot::Leaf(i + items_before),
@@ -288,26 +334,27 @@ impl Subtree {
 fn find_subtrees(binary: &Bvh2, boxes: &[TreeBox], subtrees: &mut Vec<Subtree>) {
     subtrees.clear();
     subtrees.resize(binary.nodes.len(), Subtree::new(0, TreeBox::POINT));
-    let subtree = |subtrees: &[Subtree], index: usize| {
+    let find = |subtrees: &mut [Subtree], index: usize| {
         let node = &binary.nodes[index];
         let first = node.first_index as usize;
         if node.prim_count > 0 {
-            return Some(Subtree::new(1, boxes[binary.primitive_indices[first] as usize]));
+            subtrees[index] = Subtree::new(1, boxes[binary.primitive_indices[first] as usize]);
+            return true;
         }
-        let (left, right) = (subtrees[first], subtrees[first + 1]);
+        let (left, right) = (&subtrees[first], &subtrees[first + 1]);
         let is_known = left.is_known() && right.is_known();
-        is_known.then(|| Subtree::new(left.leaves + right.leaves, left.bounds.union(&right.bounds)))
+        if is_known {
+            subtrees[index] = Subtree::new(left.leaves + right.leaves, left.bounds.union(&right.bounds));
+        }
+        is_known
     };
     // Nearly all nodes come before their children. The library has moved a few.
     for index in (0..binary.nodes.len()).rev() {
-        if let Some(found) = subtree(subtrees, index) {
-            subtrees[index] = found;
-        }
+        find(subtrees, index);
     }
     let mut pending = vec![0];
     while let Some(&index) = pending.last() {
-        if let Some(found) = subtree(subtrees, index) {
-            subtrees[index] = found;
+        if find(subtrees, index) {
             pending.pop();
         } else {
             let first = binary.nodes[index].first_index as usize;
