@@ -84,8 +84,8 @@ struct Compiler<'a> {
     /// The number of levels of each container.
     heights: Vec<u32>,
     described: Described,
-    /// The names of each object's children, made when they are needed.
-    aliases: Vec<Option<Arc<Names>>>,
+    /// The names of each container's children.
+    names: Vec<Arc<Names>>,
     /// The group of each (object, remaining depth); `None` if it is empty.
     opened: HashMap<(u32, u32), Option<Arc<Group>>>,
     inflation: InflationSum,
@@ -99,21 +99,17 @@ struct Compiler<'a> {
 impl<'a> Compiler<'a> {
     fn new(scene: &'a Scene, before: Option<&'a CompiledScene>) -> Self {
         let (index, described) = Described::of(scene);
-        let children_of = |container: &Container<'a>| match container {
-            Container::Object(object) => {
-                let mut children = Vec::with_capacity(object.children().len());
-                children.extend(object.visible_children().map(|(_, child)| child));
-                Arc::new(children)
-            }
-            Container::Table(_) => Arc::default(),
-        };
-        let children: Vec<Arc<Vec<&Child>>> = index.containers.iter().map(children_of).collect();
-        let child_entities: Vec<Arc<Vec<PackedEntity>>> =
-            children.iter().map(|children| Arc::new(index.entities(children))).collect();
+        let (mut children, mut child_entities, mut names) = (Vec::new(), Vec::new(), Vec::new());
+        for container in &index.containers {
+            let list = index.children(container);
+            children.push(Arc::new(list.children));
+            child_entities.push(Arc::new(list.entities));
+            names.push(Arc::new(list.names));
+        }
         Self {
             before,
             heights: heights(&child_entities),
-            aliases: vec![None; index.containers.len()],
+            names,
             index,
             children,
             child_entities,
@@ -125,18 +121,6 @@ impl<'a> Compiler<'a> {
             patched: 0,
             reaches_depth: false,
         }
-    }
-
-    /// The aliases of a container's children.
-    fn names(&mut self, container: u32) -> Arc<Names> {
-        let description = self.index.containers[container as usize];
-        let make = || {
-            Arc::new(match description {
-                Container::Object(object) => Names::listed(object.visible_children().map(|(alias, _)| alias)),
-                Container::Table(table) => Names::Rows(table.ids().cloned()),
-            })
-        };
-        self.aliases[container as usize].get_or_insert_with(make).clone()
     }
 
     /// The group of a root that is a primitive.
@@ -163,7 +147,7 @@ impl<'a> Compiler<'a> {
         if let Some(group) = self.opened.get(&(container, remaining)) {
             return group.clone();
         }
-        let names = self.names(container);
+        let names = self.names[container as usize].clone();
         let parts = self.parts(container, remaining);
         // The lookup needs an owned key. Groups are few.
         let key = (Box::from(self.index.container_names[container as usize]), remaining);

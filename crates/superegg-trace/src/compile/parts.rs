@@ -10,7 +10,7 @@ use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 use superegg_geom::{Aabb, BOUND_SHAPES, Exponents, Superquadric, Transform};
 use superegg_scene::{Child, Entity, InstanceTable, Object, Primitive, Scene, object_heights};
 
-use crate::scene::group::{FoldedName, Group, NameRef};
+use crate::scene::group::{FoldedName, Group, NameList, NameRef, Names};
 use crate::scene::primitive::CompiledPrimitive;
 
 /// From this many items on, work is done in parallel.
@@ -123,17 +123,38 @@ impl<'a> Index<'a> {
         self.by_number.get(self.scene.entity_number(name, 0)?)?.unpack()
     }
 
-    /// The entity of each child.
-    pub(super) fn entities(&self, children: &[&Child]) -> Vec<PackedEntity> {
+    /// The children of a container.
+    pub(super) fn children(&self, container: &Container<'a>) -> ChildList<'a> {
+        let object = match container {
+            Container::Object(object) => object,
+            Container::Table(table) => {
+                let names = Names::Rows(table.ids().cloned());
+                return ChildList { children: Vec::new(), entities: Vec::new(), names };
+            }
+        };
+        let count = object.children().len();
+        let (mut children, mut entities) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut names = NameList::with_capacity(count);
         // Children often refer to entities in the order of their creation.
         let mut guess = 0;
-        let entity = |child: &&Child| {
+        for (alias, child) in object.visible_children() {
+            names.push(alias);
+            children.push(child);
             let number = self.scene.entity_number(child.target(), guess);
             guess = number.unwrap_or(guess) + 1;
-            number.and_then(|number| self.by_number.get(number).copied()).unwrap_or(PackedEntity::NONE)
-        };
-        children.iter().map(entity).collect()
+            let entity = number.and_then(|number| self.by_number.get(number).copied());
+            entities.push(entity.unwrap_or(PackedEntity::NONE));
+        }
+        ChildList { children, entities, names: names.finish() }
     }
+}
+
+/// The children of a container; only names for a table.
+pub(super) struct ChildList<'a> {
+    pub(super) children: Vec<&'a Child>,
+    /// The entity of each.
+    pub(super) entities: Vec<PackedEntity>,
+    pub(super) names: Names,
 }
 
 /// A sum that loads all of a primitive.
