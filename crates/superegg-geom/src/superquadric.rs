@@ -292,7 +292,7 @@ impl Superquadric {
         Some(ShapeHit { t: hit.t * local.t_scale, point: hit.point * self.radii, ..hit })
     }
 
-    /// The ray in the space of the unit shape; `None` where it is not finite or has no direction.
+    /// The ray in the space of the unit shape; `None` where it is not finite, has no direction, or leaves the shape and its box.
     fn unit_ray(&self, ray: &Ray, start: RayStart) -> Option<UnitRay> {
         let origin = ray.origin / self.radii;
         // Twice, since a quotient may leave the range of f64 where the direction is long and the
@@ -307,6 +307,12 @@ impl Superquadric {
         } else {
             start
         };
+        // Close to n = 0 a point that is rounded below a face looks like one inside, however close it is.
+        let error = ray.origin_error / self.radii + DVec3::splat(4.0 * f64::EPSILON);
+        let is_on_face = origin.abs().cmpge(DVec3::ONE - error);
+        if start == RayStart::SurfaceOutward && (is_on_face & (origin * direction).cmpge(DVec3::ZERO)).any() {
+            return None;
+        }
         Some(UnitRay { origin, direction, start, t_scale: second_scale * first_scale })
     }
 

@@ -6,7 +6,7 @@ use superegg_geom::glam::{DMat3, DVec3};
 #[cfg(feature = "simd")]
 use superegg_geom::kernels::verify::{KnownCrossing, VerifyBatch};
 use superegg_geom::{
-    Aabb, Exponents, NormForm, Ray, RayStart, Superquadric, Transform, TransformStep, textbook,
+    Aabb, Exponents, NormForm, Ray, RayStart, SplitMix, Superquadric, Transform, TransformStep, textbook,
 };
 
 fn config(cases: u32) -> ProptestConfig {
@@ -468,5 +468,29 @@ fn a_start_on_the_surface_is_crossed_only_inwards() {
         };
         assert_eq!(from(DVec3::X), None, "{e} {n}");
         assert_eq!(from(DVec3::NEG_X), Some((0.0, false)), "{e} {n}");
+    }
+}
+
+/// A cap of a shape that is not convex lies in a face of its box. A ray that leaves it there does not come back, however its start is
+/// rounded.
+#[test]
+fn no_ray_comes_back_to_the_cap_that_it_leaves() {
+    let mut random = SplitMix::new(3);
+    for case in 0..4_000 {
+        let (e, n) = ([2.5, 3.0, 8.0][case % 3], [0.0, 1e-20, 1e-16, 1e-13, 1e-10][case / 3 % 5]);
+        let shape = Superquadric::unit(Exponents::new(e, n).unwrap());
+        let mut number = || 2.0 * random.unit() - 1.0;
+        let (point, direction) = (
+            0.4 * DVec3::new(number(), number(), 0.0),
+            DVec3::new(number(), number(), 1e-3 + number().abs()),
+        );
+        let origin_error = [0.0, 1e-14, 1e-11][case / 15 % 3];
+        let z = 1.0 + number() * (origin_error + 4.0 * f64::EPSILON);
+        let leaving = Ray { origin: point + z * DVec3::Z, direction, origin_error };
+        assert_eq!(shape.intersect(&leaving, RayStart::SurfaceOutward), None, "{e} {n} {leaving:?}");
+        assert!(!shape.occluded(&leaving, RayStart::SurfaceOutward, 10.0), "{e} {n} {leaving:?}");
+        let entering = Ray { direction: -direction, ..leaving };
+        let exit = shape.intersect(&entering, RayStart::SurfaceInward).unwrap();
+        assert!(exit.leaving && (exit.t > 1e-9 || shape.norm().value(point) > 0.9), "{e} {n} {entering:?}");
     }
 }
