@@ -20,11 +20,11 @@ use crate::commands::input::still_at;
 use crate::console;
 use crate::denoise::{self, denoised};
 use crate::files;
-use crate::files::fingerprint::{hash, text_of_picture};
+use crate::files::fingerprint::{PictureHashes, hash};
 use crate::files::notes::notes;
 use crate::files::scene::load_with;
 use crate::files::series::Series;
-use crate::files::surroundings::settings_with_surroundings;
+use crate::files::surroundings::ReadPictures;
 use crate::inspect::framing::framed_root;
 use crate::inspect::picture_warnings::picture_warnings;
 use crate::long::shard::ShardArg;
@@ -288,13 +288,16 @@ impl FrameRenderer<'_> {
         let threads = self.args.threads.map_or_else(available_threads, usize::from);
         let mut counts = FrameCounts::default();
         let mut previous: Option<CompiledScene> = None;
+        let folder_of_scene = self.args.scene.parent();
+        let (mut hashes, mut pictures) =
+            (PictureHashes::new(folder_of_scene), ReadPictures::new(folder_of_scene));
         for (index, frame) in self.plan.own_frames().enumerate() {
             let start = pixels * index as u64;
             bar.set_position(start);
             bar.set_message(frame.to_string());
             let still = self.plan.still(&self.stills, frame)?;
             let depth = self.args.depth.unwrap_or(still.depth);
-            let signature = signature(&still, self.root, depth, self.args.scene.parent(), &self.annotations);
+            let signature = signature(&still, self.root, depth, &mut hashes, &self.annotations);
             if folder.has(frame, signature) {
                 counts.kept += 1;
                 continue;
@@ -303,8 +306,7 @@ impl FrameRenderer<'_> {
                 Some(previous) => previous.recompile(&still, self.root, depth),
                 None => CompiledScene::compile(&still, self.root, depth),
             };
-            let folder_of_scene = self.args.scene.parent();
-            let settings = settings_with_surroundings(&still, folder_of_scene)?.with_layers(false);
+            let settings = pictures.settings(&still)?.with_layers(false);
             let settings = denoise::prepared(settings)?;
             self.annotations.check(&settings)?;
             if previous.is_none() {
@@ -341,10 +343,10 @@ fn signature(
     still: &Scene,
     root: Option<&str>,
     depth: u32,
-    folder: Option<&Path>,
+    hashes: &mut PictureHashes<'_>,
     annotations: &Annotations,
 ) -> u64 {
-    let of_scene = text_of_picture(still, root, folder);
+    let of_scene = hashes.text_of_picture(still, root);
     let text = format!("{} {root:?} {depth} {annotations:?}\n{of_scene}", env!("CARGO_PKG_VERSION"));
     hash(text.as_bytes())
 }

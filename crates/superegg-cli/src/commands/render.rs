@@ -18,7 +18,7 @@ use crate::commands::input::still_at;
 use crate::console;
 use crate::denoise;
 use crate::files;
-use crate::files::fingerprint::text_of_picture;
+use crate::files::fingerprint::PictureHashes;
 use crate::files::maker::check_maker;
 use crate::files::notes::notes;
 use crate::files::picture::PictureFormat;
@@ -186,7 +186,7 @@ impl<'a> Job<'a> {
         let Prepared { scene, root, depth, compiled, settings } = prepared;
         let header = || {
             let folder = self.args.scene.parent();
-            let text = text_of_picture(scene, loaded.session.selected(), folder);
+            let text = PictureHashes::new(folder).text_of_picture(scene, loaded.session.selected());
             let shard = self.shard.unwrap_or(Shard::WHOLE);
             PartHeader::new(env!("CARGO_PKG_VERSION"), &text, root.as_deref(), *depth, settings, shard)
         };

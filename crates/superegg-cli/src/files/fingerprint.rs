@@ -1,22 +1,38 @@
 //! The text of a picture for checksums: kept frames, shards and resumed renders belong together only where it is equal.
 
+use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use superegg_lang::{fingerprint_text, picture_files};
 use superegg_scene::Scene;
 
 use crate::files::{self, names};
 
-/// The text of a scene in `folder`, with a line for the content of each picture file that it names. Files that cannot be read
-/// are left out: the render reports them.
-pub(crate) fn text_of_picture(scene: &Scene, selected: Option<&str>, folder: Option<&Path>) -> String {
-    let mut text = fingerprint_text(scene, selected);
-    for name in picture_files(scene).keys() {
-        if let Ok(content) = files::read(&names::found(name, folder)) {
-            text += &format!("# picture {name} {:016x}\n", hash(&content));
-        }
+/// Hashes of the picture files that the scenes of one folder name. Each file is read once.
+pub(crate) struct PictureHashes<'a> {
+    folder: Option<&'a Path>,
+    /// `None` for files that cannot be read.
+    known: HashMap<Arc<str>, Option<u64>>,
+}
+
+impl<'a> PictureHashes<'a> {
+    pub(crate) fn new(folder: Option<&'a Path>) -> Self {
+        Self { folder, known: HashMap::new() }
     }
-    text
+
+    /// The text of a scene, with a line for the content of each picture file that it names. Files that cannot be read are
+    /// left out: the render reports them.
+    pub(crate) fn text_of_picture(&mut self, scene: &Scene, selected: Option<&str>) -> String {
+        let mut text = fingerprint_text(scene, selected);
+        for name in picture_files(scene).into_keys() {
+            let read = || files::read(&names::found(&name, self.folder)).ok().map(|content| hash(&content));
+            if let Some(hash) = *self.known.entry(Arc::clone(&name)).or_insert_with(read) {
+                text += &format!("# picture {name} {hash:016x}\n");
+            }
+        }
+        text
+    }
 }
 
 /// The 64-bit FNV-1a hash (Fowler, Noll, Vo). It is stable between versions, and detects accidents,

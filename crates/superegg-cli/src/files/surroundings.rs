@@ -1,6 +1,10 @@
 //! Pictures that scenes name: of the surroundings, and on surfaces.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::hash::Hash;
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow};
 use superegg_lang::{Effect, Fault, NamedPicture, PictureUse, picture_of_line};
@@ -16,10 +20,46 @@ use crate::files::read;
 /// # Errors
 /// A picture cannot be read.
 pub(crate) fn settings_with_surroundings(scene: &Scene, folder: Option<&Path>) -> Result<RenderSettings> {
-    let textures = TextureSet::of(scene, |texture, channel| texture_of(&texture.file, channel, folder))?;
-    let settings =
-        RenderSettings::of(scene).with_surroundings(scene, |picture| pixels_of(&picture.file, folder))?;
-    Ok(settings.with_textures(textures))
+    ReadPictures::new(folder).settings(scene)
+}
+
+/// Pictures that the scenes of one folder name. Each is read once.
+pub(crate) struct ReadPictures<'a> {
+    folder: Option<&'a Path>,
+    /// By their names, and whether they are colours.
+    textures: HashMap<(Arc<str>, bool), Arc<TexturePixels>>,
+    surroundings: HashMap<Arc<str>, Arc<EnvironmentPixels>>,
+}
+
+impl<'a> ReadPictures<'a> {
+    pub(crate) fn new(folder: Option<&'a Path>) -> Self {
+        Self { folder, textures: HashMap::new(), surroundings: HashMap::new() }
+    }
+
+    /// As [`settings_with_surroundings`].
+    pub(crate) fn settings(&mut self, scene: &Scene) -> Result<RenderSettings> {
+        let Self { folder, textures, surroundings } = self;
+        let textures = TextureSet::of(scene, |texture, channel| {
+            let key = (Arc::clone(&texture.file), channel == TextureChannel::Color);
+            once(textures, key, || texture_of(&texture.file, channel, *folder))
+        })?;
+        let settings = RenderSettings::of(scene).with_surroundings(scene, |picture| {
+            once(surroundings, Arc::clone(&picture.file), || pixels_of(&picture.file, *folder))
+        })?;
+        Ok(settings.with_textures(textures))
+    }
+}
+
+/// The value of a key, which is read if it is not yet known.
+fn once<K: Eq + Hash, V>(
+    known: &mut HashMap<K, Arc<V>>,
+    key: K,
+    read: impl FnOnce() -> Result<V>,
+) -> Result<Arc<V>> {
+    Ok(Arc::clone(match known.entry(key) {
+        Entry::Occupied(entry) => entry.into_mut(),
+        Entry::Vacant(entry) => entry.insert(Arc::new(read()?)),
+    }))
 }
 
 /// Reads the texture of a file.
@@ -59,4 +99,29 @@ pub(super) fn unreadable_picture(line: &str, effect: &Effect, folder: &Path) -> 
         PictureUse::Texture(channel) => texture_of(&file, channel, Some(folder)).err(),
     };
     error.map(|error| unreadable(&error).at(columns))
+}
+
+#[cfg(test)]
+mod tests {
+    use superegg_lang::load_text;
+
+    use super::*;
+    use crate::files::fingerprint::PictureHashes;
+
+    #[test]
+    fn the_frames_of_an_animation_read_a_picture_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("tile.png");
+        image::RgbImage::from_pixel(2, 2, image::Rgb([9, 8, 7])).save(&file).unwrap();
+        let (session, _) =
+            load_text("s.scn", "prm a\ntexture color tile.png\nprm b\ntexture bump tile.png\n");
+        let mut pictures = ReadPictures::new(Some(folder.path()));
+        let mut hashes = PictureHashes::new(Some(folder.path()));
+        let before = (pictures.settings(session.scene()), hashes.text_of_picture(session.scene(), None));
+        assert!(before.0.is_ok() && before.1.contains("# picture tile.png"));
+        std::fs::remove_file(&file).unwrap();
+        assert!(pictures.settings(session.scene()).is_ok());
+        assert_eq!(hashes.text_of_picture(session.scene(), None), before.1);
+        assert!(settings_with_surroundings(session.scene(), Some(folder.path())).is_err());
+    }
 }

@@ -37,9 +37,9 @@ impl TextureSet {
     ///
     /// # Errors
     /// Those of `read`.
-    pub fn of<E>(
+    pub fn of<P: Into<Arc<TexturePixels>>, E>(
         scene: &Scene,
-        mut read: impl FnMut(&Texture, TextureChannel) -> Result<TexturePixels, E>,
+        mut read: impl FnMut(&Texture, TextureChannel) -> Result<P, E>,
     ) -> Result<Self, E> {
         let mut known: HashMap<(Arc<str>, bool), Arc<TexturePixels>> = HashMap::new();
         Self::collect(scene, |texture, channel| {
@@ -47,7 +47,7 @@ impl TextureSet {
             if let Some(pixels) = known.get(&key) {
                 return Ok(Some(Arc::clone(pixels)));
             }
-            let pixels = Arc::new(read(texture, channel)?);
+            let pixels = read(texture, channel)?.into();
             known.insert(key, Arc::clone(&pixels));
             Ok(Some(pixels))
         })
