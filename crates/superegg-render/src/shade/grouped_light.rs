@@ -63,7 +63,7 @@ pub(crate) struct RemainingRays {
     pub(crate) dimmed: ShadowBatch,
 }
 
-/// What the light of one group after the other uses.
+/// Memory for the light of one group after the other.
 #[derive(Default)]
 struct Scratch {
     /// The points of the current group.

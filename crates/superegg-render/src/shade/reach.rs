@@ -191,7 +191,7 @@ mod tests {
         Light { kind, color: vector(random).abs(), falloff, radius }
     }
 
-    /// What the light is to a point, one number at a time. `None` if it does not reach the point.
+    /// The light at a point, computed one number at a time. `None` if it does not reach the point.
     fn expected(light: &Light, [position, normal, diffuse, specular]: [DVec3; 4]) -> Option<[DVec3; 3]> {
         let (to_centre, color) = toward_centre(light, position)?;
         let is_lit = normal.dot(to_centre) + MARGIN * light.radius > 0.0;
