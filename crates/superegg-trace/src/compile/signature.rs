@@ -14,15 +14,30 @@ use crate::scene::primitive::CompiledPrimitive;
 pub(super) struct Materials {
     pub(super) all: Vec<Material>,
     index_of: HashMap<[u64; 25], u32, RandomState>,
+    /// Some materials that were found before, by a hash of their colours.
+    recent: [Option<([u64; 25], u32)>; RECENT],
 }
+
+/// A power of two.
+const RECENT: usize = 32;
 
 impl Materials {
     /// The index of a material, which is added if it is new.
     pub(super) fn index_of(&mut self, material: &Material) -> u32 {
-        *self.index_of.entry(material_bits(material)).or_insert_with(|| {
+        let bits = material_bits(material);
+        let color = bits[0] ^ bits[1].rotate_left(21) ^ bits[2].rotate_left(42);
+        let recent = &mut self.recent[(color.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 59) as usize % RECENT];
+        if let Some((held, index)) = recent
+            && *held == bits
+        {
+            return *index;
+        }
+        let index = *self.index_of.entry(bits).or_insert_with(|| {
             self.all.push(*material);
             self.all.len() as u32 - 1
-        })
+        });
+        *recent = Some((bits, index));
+        index
     }
 }
 
@@ -82,7 +97,9 @@ fn material_bits(material: &Material) -> [u64; 25] {
         optional(roughness),
         *metallic,
     ];
-    numbers.map(f64::to_bits)
+    let mut bits = [0; 25];
+    bits.iter_mut().zip(numbers).for_each(|(bits, number)| *bits = number.to_bits());
+    bits
 }
 
 /// A hash of words by folded multiplication.

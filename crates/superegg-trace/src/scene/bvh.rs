@@ -24,37 +24,37 @@ pub(crate) struct Tree {
 const CHUNK: usize = 1 << 15;
 
 impl Tree {
-    pub(crate) fn build(boxes: &[TreeBox]) -> Self {
+    pub(crate) fn build(boxes: Vec<TreeBox>) -> Self {
         if boxes.len() <= CHUNK {
             let mut tree = Self::default();
-            let mut workspace = Workspace { boxes: boxes.to_vec(), ..Workspace::default() };
-            workspace.items.extend(0..boxes.len() as u32);
+            let items = (0..boxes.len() as u32).collect();
+            let mut workspace = Workspace { items, boxes, ..Workspace::default() };
             tree.build_chunk(&mut workspace);
             tree.nodes.shrink_to_fit();
             return tree;
         }
-        let center = |(item, b): (u32, &TreeBox)| Center { at: [0, 1, 2].map(|axis| b.center(axis)), item };
-        let mut centers: Vec<Center> = (0..).zip(boxes).map(center).collect();
+        let mut items: Vec<Item> =
+            (0..).zip(boxes.iter()).map(|(item, &bounds)| Item { bounds, item }).collect();
+        drop(boxes);
         let mut chunks = Vec::new();
-        cut(&mut centers, &mut chunks);
-        let box_of =
-            |chunk: &&mut [Center]| whole_box(chunk.iter().map(|center| &boxes[center.item as usize]));
+        let item_count = items.len();
+        cut(&mut items, &mut chunks);
+        let box_of = |chunk: &&mut [Item]| whole_box(chunk.iter().map(|item| &item.bounds));
         let chunk_boxes: Vec<TreeBox> = chunks.par_iter().map(box_of).collect();
         // Memory that is freed and taken again for each chunk costs as much as a tenth of the time.
         let workspaces: Mutex<Vec<Workspace>> = Mutex::default();
-        let build = |(chunk, tree): (&&mut [Center], &mut Self)| {
+        let build = |(chunk, tree): (&&mut [Item], &mut Self)| {
             let mut workspace = workspaces.lock().ok().and_then(|mut free| free.pop()).unwrap_or_default();
-            // The boxes of a chunk lie side by side while its tree is built.
             workspace.items.clear();
-            workspace.items.extend(chunk.iter().map(|center| center.item));
+            workspace.items.extend(chunk.iter().map(|item| item.item));
             workspace.boxes.clear();
-            workspace.boxes.extend(workspace.items.iter().map(|&item| boxes[item as usize]));
+            workspace.boxes.extend(chunk.iter().map(|item| item.bounds));
             tree.build_chunk(&mut workspace);
             if let Ok(mut free) = workspaces.lock() {
                 free.push(workspace);
             }
         };
-        let mut joined = Joined::new(&chunk_boxes, boxes.len());
+        let mut joined = Joined::new(chunk_boxes, item_count);
         // Each tree is copied before many others are built.
         let mut trees = vec![Self::default(); 2 * rayon::current_num_threads()];
         for some in chunks.chunks(trees.len()) {
@@ -223,13 +223,13 @@ struct Joined {
 
 impl Joined {
     /// No trees yet; these are the boxes around each.
-    fn new(boxes: &[TreeBox], item_count: usize) -> Self {
-        // There are far fewer chunks than items of a chunk.
+    fn new(boxes: Vec<TreeBox>, item_count: usize) -> Self {
+        let chunk_count = boxes.len();
         let mut tree = Tree::build(boxes);
         let top_order = std::mem::replace(&mut tree.order, Vec::with_capacity(item_count));
         // Nodes have about six children. Memory that is not written is not resident.
         tree.nodes.reserve_exact(item_count / 4);
-        Self { top: tree.nodes.len(), tree, top_order, roots: Vec::with_capacity(boxes.len()) }
+        Self { top: tree.nodes.len(), tree, top_order, roots: Vec::with_capacity(chunk_count) }
     }
 
     /// Adds the next tree.
@@ -388,32 +388,33 @@ fn untied(bounds: &TreeBox, item: u32) -> TreeBox {
     }
 }
 
-/// The center of an item's box.
+/// An item with its box, so that the boxes of a chunk lie side by side.
 #[derive(Clone, Copy)]
-struct Center {
-    at: [f32; 3],
+struct Item {
+    bounds: TreeBox,
     item: u32,
 }
 
-/// Splits items at the median of the widest axis of their centers until each part is small enough.
-fn cut<'a>(centers: &'a mut [Center], parts: &mut Vec<&'a mut [Center]>) {
-    if centers.len() <= CHUNK {
-        parts.push(centers);
+/// Splits items at the median of the widest axis of the centers of their boxes until each part is small enough.
+fn cut<'a>(items: &'a mut [Item], parts: &mut Vec<&'a mut [Item]>) {
+    if items.len() <= CHUNK {
+        parts.push(items);
         return;
     }
     let (mut least, mut most) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    for center in &*centers {
+    for Item { bounds, .. } in &*items {
         for axis in 0..3 {
-            least[axis] = least[axis].min(center.at[axis]);
-            most[axis] = most[axis].max(center.at[axis]);
+            least[axis] = least[axis].min(bounds.center(axis));
+            most[axis] = most[axis].max(bounds.center(axis));
         }
     }
     let extent = |axis: usize| most[axis] - least[axis];
     let axis = (0..3).max_by(|&a, &b| extent(a).total_cmp(&extent(b))).unwrap_or(0);
-    let middle = centers.len() / 2;
-    centers
-        .select_nth_unstable_by(middle, |a, b| a.at[axis].total_cmp(&b.at[axis]).then(a.item.cmp(&b.item)));
-    let (before, after) = centers.split_at_mut(middle);
+    let middle = items.len() / 2;
+    items.select_nth_unstable_by(middle, |a, b| {
+        a.bounds.center(axis).total_cmp(&b.bounds.center(axis)).then(a.item.cmp(&b.item))
+    });
+    let (before, after) = items.split_at_mut(middle);
     let (mut first, mut second) = (Vec::new(), Vec::new());
     rayon::join(|| cut(before, &mut first), || cut(after, &mut second));
     parts.extend(first);
@@ -437,7 +438,7 @@ mod tests {
     fn check(boxes: &[Aabb]) {
         let space = TreeSpace::of(&boxes.iter().fold(Aabb::EMPTY, |whole, b| whole.union(b)));
         let boxes: Vec<TreeBox> = boxes.iter().map(|b| space.tree_box(b)).collect();
-        let tree = Tree::build(&boxes);
+        let tree = Tree::build(boxes.clone());
         let mut seen = vec![0; boxes.len()];
         let mut pending: Vec<(u32, Vec<Aabb>)> = if boxes.is_empty() { vec![] } else { vec![(0, vec![])] };
         while let Some((index, above)) = pending.pop() {
@@ -488,7 +489,7 @@ mod tests {
         };
         for count in [1, 8, 9, 100, CHUNK as i32 + 7] {
             let boxes: Vec<TreeBox> = (0..count).map(|i| at(i, 0.01)).collect();
-            let tree = Tree::build(&boxes);
+            let tree = Tree::build(boxes.clone());
             let mut items: Vec<TreeBox> = tree.order.iter().map(|&item| boxes[item as usize]).collect();
             let changed: Vec<(u32, TreeBox)> =
                 (0..count).step_by(5).map(|leaf| (leaf as u32, at(3 * leaf + 1, 0.02))).collect();
