@@ -151,7 +151,10 @@ fn leaf_boxes(
             None => plain_boxes(parts, space, primitives),
         };
     let image = |leaf: &FoldedLeaf| leaf.maps.image(&primitives[leaf.primitive as usize]);
-    boxes.extend(parts.folded.iter().map(|leaf| space.tree_box(&image(leaf).tight_box())));
+    for leaves in parts.folded.chunks(BOUND_SHAPES) {
+        let images = std::array::from_fn(|i| leaves.get(i).map(image));
+        boxes.extend(LeafImage::tight_boxes(&images).iter().flatten().map(|tight| space.tree_box(tight)));
+    }
     // The box of a group is exact, so the boxes that may touch its faces are.
     let whole = whole_box(boxes.iter());
     let is_outer = whole.outer_test();
