@@ -200,7 +200,7 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
         while let Some((node, mask)) = queue.nodes.pop() {
             let node = &frame.group.nodes[node as usize];
             let boxes = NodeBoxes {
-                intervals_only: if Q::IS_ORDERED { node.leaves() } else { 0 },
+                intervals_only: if Q::IS_ORDERED { node.leaves } else { 0 },
                 bounds: &node.bounds,
                 count: node.count as usize,
                 origin: frame.tree_origin.as_vec3().to_array(),

@@ -180,7 +180,7 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
         let Tests { kernels, batch, .. } = &*self.tests;
         // The kernel of a shape tests the shape's own box anyway, so for leaves the packet's interval is enough. A shadow
         // ray ends before it reaches most leaves.
-        let roughly = if Q::IS_ORDERED { node.leaves() } else { 0 };
+        let roughly = if Q::IS_ORDERED { node.leaves } else { 0 };
         let boxes = NodeBoxes {
             intervals_only: roughly,
             bounds: &node.bounds,

@@ -55,18 +55,21 @@ pub(crate) struct Node {
     pub(crate) bounds: [[f32; WIDTH]; 6],
     pub(crate) slots: [PackedSlot; WIDTH],
     /// The number of slots in use.
-    pub(crate) count: u32,
+    pub(crate) count: u8,
+    /// A bit for each slot that is a leaf.
+    pub(crate) leaves: u8,
 }
 
 impl Node {
     /// A node without children. Unused slots have a box far away from everything.
     pub(super) const EMPTY: Self =
-        Self { bounds: [[f32::MAX; WIDTH]; 6], slots: [PackedSlot(0); WIDTH], count: 0 };
+        Self { bounds: [[f32::MAX; WIDTH]; 6], slots: [PackedSlot(0); WIDTH], count: 0, leaves: 0 };
 
     pub(super) fn push(&mut self, bounds: &TreeBox, slot: Slot) {
         let child = self.count as usize;
         self.set_tree_box(child, bounds);
         self.slots[child] = PackedSlot::new(slot);
+        self.leaves |= u8::from(matches!(slot, Slot::Leaf(_))) << child;
         self.count += 1;
     }
 
@@ -89,8 +92,11 @@ impl Node {
 
     /// Replaces each slot in use.
     pub(crate) fn map_slots(&mut self, to: impl Fn(Slot) -> Slot) {
-        for slot in &mut self.slots[..self.count as usize] {
-            *slot = PackedSlot::new(to(slot.unpack()));
+        self.leaves = 0;
+        for (child, packed) in self.slots[..self.count as usize].iter_mut().enumerate() {
+            let slot = to(packed.unpack());
+            *packed = PackedSlot::new(slot);
+            self.leaves |= u8::from(matches!(slot, Slot::Leaf(_))) << child;
         }
     }
 
@@ -101,16 +107,6 @@ impl Node {
     /// The children: the box of each in the tree's space, and its slot.
     pub(crate) fn children(&self) -> impl Iterator<Item = (Aabb, Slot)> {
         self.slots().enumerate().map(|(child, slot)| (self.child_box(child), slot))
-    }
-
-    /// A bit for each slot that is a leaf.
-    #[inline(always)]
-    pub(crate) fn leaves(&self) -> u8 {
-        let mut leaves = 0;
-        for (child, slot) in self.slots.iter().enumerate() {
-            leaves |= u8::from(slot.0 >> 30 == PackedSlot::LEAF) << child;
-        }
-        leaves
     }
 
     /// The box of a child, in the tree's space.

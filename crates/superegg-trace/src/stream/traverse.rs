@@ -392,7 +392,7 @@ impl<'s> Stream<'s> {
         let entries = NodeEntries { near, hit: boxes_hit };
         let hit = intersect_boxes(simd, &node.bounds, octant, &table.boxes, listed, &table.ends, entries);
         let mut hit = hit & ((1u32 << node.count) - 1) as u8;
-        if hit & !node.leaves() == 0 {
+        if hit & !node.leaves == 0 {
             if hit != 0 {
                 self.queue_at_leaves(index, list, 0, self.pairs(index, 0));
             }
@@ -468,7 +468,7 @@ impl<'s> Stream<'s> {
     #[inline(always)]
     fn pairs(&self, node: u32, eight: u32) -> u64 {
         let hit = u64::from_le_bytes(self.scratch.lists.boxes_hit.as_chunks::<WIDTH>().0[eight as usize]);
-        hit & u64::from_le_bytes([self.frame().0.nodes[node as usize].leaves(); WIDTH])
+        hit & u64::from_le_bytes([self.frame().0.nodes[node as usize].leaves; WIDTH])
     }
 
     /// Queues a ray at a leaf. Returns whether the queue is full.
