@@ -68,7 +68,8 @@ pub(super) fn assemble(
     let mut boxes = leaf_boxes(&parts, survey.boxes, &space, primitives);
     boxes.extend(group_boxes.iter().map(|b| space.tree_box(b)));
     let bounds = space.bounds_of(&boxes);
-    let Tree { mut nodes, order } = Tree::build(boxes);
+    let Tree { mut nodes, order } = Tree::build(&boxes);
+    drop(boxes);
 
     let leaf_count = parts.leaves.len() + parts.folded.len();
     let mut folded: Vec<Option<Leaf>> = Vec::with_capacity(parts.folded.len());

@@ -24,20 +24,17 @@ pub(crate) struct Tree {
 const CHUNK: usize = 1 << 15;
 
 impl Tree {
-    pub(crate) fn build(boxes: Vec<TreeBox>) -> Self {
+    pub(crate) fn build(boxes: &[TreeBox]) -> Self {
         if boxes.len() <= CHUNK {
             let mut tree = Self::default();
             let items = (0..boxes.len() as u32).collect();
-            let mut workspace = Workspace { items, boxes, ..Workspace::default() };
+            let mut workspace = Workspace { items, boxes: boxes.to_vec(), ..Workspace::default() };
             tree.build_chunk(&mut workspace);
             tree.nodes.shrink_to_fit();
             return tree;
         }
-        let mut items: Vec<Item> =
-            (0..).zip(boxes.iter()).map(|(item, &bounds)| Item { bounds, item }).collect();
-        drop(boxes);
+        let mut items: Vec<Item> = (0..).zip(boxes).map(|(item, &bounds)| Item { bounds, item }).collect();
         let mut chunks = Vec::new();
-        let item_count = items.len();
         cut(&mut items, &mut chunks);
         let box_of = |chunk: &&mut [Item]| whole_box(chunk.iter().map(|item| &item.bounds));
         let chunk_boxes: Vec<TreeBox> = chunks.par_iter().map(box_of).collect();
@@ -54,7 +51,7 @@ impl Tree {
                 free.push(workspace);
             }
         };
-        let mut joined = Joined::new(chunk_boxes, item_count);
+        let mut joined = Joined::new(&chunk_boxes, boxes.len());
         // Each tree is copied before many others are built.
         let mut trees = vec![Self::default(); 2 * rayon::current_num_threads()];
         for some in chunks.chunks(trees.len()) {
@@ -223,13 +220,12 @@ struct Joined {
 
 impl Joined {
     /// No trees yet; these are the boxes around each.
-    fn new(boxes: Vec<TreeBox>, item_count: usize) -> Self {
-        let chunk_count = boxes.len();
+    fn new(boxes: &[TreeBox], item_count: usize) -> Self {
         let mut tree = Tree::build(boxes);
         let top_order = std::mem::replace(&mut tree.order, Vec::with_capacity(item_count));
         // Nodes have about six children. Memory that is not written is not resident.
         tree.nodes.reserve_exact(item_count / 4);
-        Self { top: tree.nodes.len(), tree, top_order, roots: Vec::with_capacity(chunk_count) }
+        Self { top: tree.nodes.len(), tree, top_order, roots: Vec::with_capacity(boxes.len()) }
     }
 
     /// Adds the next tree.
@@ -438,7 +434,7 @@ mod tests {
     fn check(boxes: &[Aabb]) {
         let space = TreeSpace::of(&boxes.iter().fold(Aabb::EMPTY, |whole, b| whole.union(b)));
         let boxes: Vec<TreeBox> = boxes.iter().map(|b| space.tree_box(b)).collect();
-        let tree = Tree::build(boxes.clone());
+        let tree = Tree::build(&boxes);
         let mut seen = vec![0; boxes.len()];
         let mut pending: Vec<(u32, Vec<Aabb>)> = if boxes.is_empty() { vec![] } else { vec![(0, vec![])] };
         while let Some((index, above)) = pending.pop() {
@@ -489,7 +485,7 @@ mod tests {
         };
         for count in [1, 8, 9, 100, CHUNK as i32 + 7] {
             let boxes: Vec<TreeBox> = (0..count).map(|i| at(i, 0.01)).collect();
-            let tree = Tree::build(boxes.clone());
+            let tree = Tree::build(&boxes);
             let mut items: Vec<TreeBox> = tree.order.iter().map(|&item| boxes[item as usize]).collect();
             let changed: Vec<(u32, TreeBox)> =
                 (0..count).step_by(5).map(|leaf| (leaf as u32, at(3 * leaf + 1, 0.02))).collect();
