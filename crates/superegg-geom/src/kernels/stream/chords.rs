@@ -51,10 +51,9 @@ impl WithSimd for ChordKernel<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { lanes, count, unit_from_world, chords } = self;
         (chords.found, chords.missed) = (0, 0);
-        let columns = unit_from_world.map(|column| {
-            let [x, y, z] = column.map(|x| Lanes::<S, SIDE_BY_SIDE>::splat(simd, x));
-            Triple { x, y, z }
-        });
+        // Closures of `map` are not inlined here, and then each instruction is a call.
+        let [x, y, z] = *unit_from_world;
+        let [x, y, z] = [Triple::splat(simd, x), Triple::splat(simd, y), Triple::splat(simd, z)];
         let tolerance = Lanes::<S, SIDE_BY_SIDE>::splat(simd, TOLERANCE);
         let near = tolerance.all(NEAR);
         for i in (0..count.div_ceil(S::F32_LANES)).step_by(SIDE_BY_SIDE) {
@@ -72,10 +71,10 @@ impl WithSimd for ChordKernel<'_> {
             let is_long = (first + first.all(LEAST_CHORD)).lt(last);
             let mut found =
                 (entry.found & exit.found & active & is_long).and_not(entry.unresolved | exit.unresolved);
-            for (end, s) in [first, last].into_iter().enumerate() {
+            for (end, &s) in [first, last].iter().enumerate() {
                 let ValueAndGradient { gradient, .. } = norm.value_and_gradient(start.along(s, direction));
-                let [x, y, z] = columns.map(|column| column.dot(gradient));
-                let square = x.mul_add(x, y.mul_add(y, z * z));
+                let [along_x, along_y, along_z] = [x.dot(gradient), y.dot(gradient), z.dot(gradient)];
+                let square = along_x.mul_add(along_x, along_y.mul_add(along_y, along_z * along_z));
                 found = found & square.all(SQUARES[0]).lt(square) & square.lt(square.all(SQUARES[1]));
                 chords.s[end].store(i, s);
                 chords.slopes[end].store(i, gradient.dot(direction).abs() * square.rsqrt());
