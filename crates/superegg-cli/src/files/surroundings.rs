@@ -1,7 +1,6 @@
 //! Pictures that scenes name: of the surroundings, and on surfaces.
 
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::hash::Hash;
 use std::path::Path;
 use std::sync::Arc;
@@ -23,7 +22,7 @@ pub(crate) fn settings_with_surroundings(scene: &Scene, folder: Option<&Path>) -
     ReadPictures::new(folder).settings(scene)
 }
 
-/// Pictures that the scenes of one folder name. Each is read once.
+/// Pictures that the scenes of one folder name. Those of one scene are kept for the next.
 pub(crate) struct ReadPictures<'a> {
     folder: Option<&'a Path>,
     /// By their names, and whether they are colours.
@@ -39,27 +38,33 @@ impl<'a> ReadPictures<'a> {
     /// As [`settings_with_surroundings`].
     pub(crate) fn settings(&mut self, scene: &Scene) -> Result<RenderSettings> {
         let Self { folder, textures, surroundings } = self;
+        let mut before = std::mem::take(textures);
         let textures = TextureSet::of(scene, |texture, channel| {
             let key = (Arc::clone(&texture.file), channel == TextureChannel::Color);
-            once(textures, key, || texture_of(&texture.file, channel, *folder))
+            kept_or_read(&mut before, textures, key, || texture_of(&texture.file, channel, *folder))
         })?;
+        let mut before = std::mem::take(surroundings);
         let settings = RenderSettings::of(scene).with_surroundings(scene, |picture| {
-            once(surroundings, Arc::clone(&picture.file), || pixels_of(&picture.file, *folder))
+            let key = Arc::clone(&picture.file);
+            kept_or_read(&mut before, surroundings, key, || pixels_of(&picture.file, *folder))
         })?;
         Ok(settings.with_textures(textures))
     }
 }
 
-/// The value of a key, which is read if it is not yet known.
-fn once<K: Eq + Hash, V>(
-    known: &mut HashMap<K, Arc<V>>,
+/// The value of a key, which moves from the values before to those of now, or is read.
+fn kept_or_read<K: Eq + Hash, V>(
+    before: &mut HashMap<K, Arc<V>>,
+    now: &mut HashMap<K, Arc<V>>,
     key: K,
     read: impl FnOnce() -> Result<V>,
 ) -> Result<Arc<V>> {
-    Ok(Arc::clone(match known.entry(key) {
-        Entry::Occupied(entry) => entry.into_mut(),
-        Entry::Vacant(entry) => entry.insert(Arc::new(read()?)),
-    }))
+    let value = match before.remove(&key) {
+        Some(value) => value,
+        None => Arc::new(read()?),
+    };
+    now.insert(key, Arc::clone(&value));
+    Ok(value)
 }
 
 /// Reads the texture of a file.
@@ -123,5 +128,8 @@ mod tests {
         assert!(pictures.settings(session.scene()).is_ok());
         assert_eq!(hashes.text_of_picture(session.scene(), None), before.1);
         assert!(settings_with_surroundings(session.scene(), Some(folder.path())).is_err());
+        // A frame without the picture forgets it: films of many pictures do not fill the memory.
+        assert!(pictures.settings(&Scene::default()).is_ok());
+        assert!(pictures.settings(session.scene()).is_err());
     }
 }
