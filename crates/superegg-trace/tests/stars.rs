@@ -9,15 +9,19 @@ const STARS: &str = "prm sharp\nexp 3 2.5\ncoeff .9 .7 .8\nprm flat\nexp .4 4\nc
     prm needle\nexp 6 6\nprm ball\ncoeff .5 .5 .5\nobj all\n\
     ap sharp\nxs -1.2 0 0\nap flat\nxs 1.1 .2 0\nrs 1 2 3 40\nap needle\nxs 0 1.3 .1\nap ball\nxs 0 -1.1 0\n";
 
+fn compiled(text: &str) -> CompiledScene {
+    let (session, diagnostics) = load_text("stars.scn", text);
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    CompiledScene::compile(session.scene(), Some("all"), 4)
+}
+
 fn vector(random: &mut SplitMix) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0))
 }
 
 #[test]
 fn streams_and_single_rays_agree() {
-    let (session, diagnostics) = load_text("stars.scn", STARS);
-    assert!(diagnostics.is_empty(), "{diagnostics:?}");
-    let scene = CompiledScene::compile(session.scene(), Some("all"), 4);
+    let scene = compiled(STARS);
     let mut random = SplitMix::new(5);
     let mut rays: Vec<TraceRay> = Vec::new();
     for _ in 0..20_000 {
@@ -66,9 +70,7 @@ fn streams_and_single_rays_agree() {
 #[test]
 fn rays_through_a_thin_rim_leave_it_before_the_plate_behind() {
     let text = "prm star\nexp 1 8\nprm plate\nexp .1 .1\ncoeff .3 .3 .01\nobj all\nap star\nap plate\nxs .7 0 -.0105\n";
-    let (session, diagnostics) = load_text("rim.scn", text);
-    assert!(diagnostics.is_empty(), "{diagnostics:?}");
-    let scene = CompiledScene::compile(session.scene(), Some("all"), 4);
+    let scene = compiled(text);
     let mut random = SplitMix::new(7);
     let mut rays: Vec<TraceRay> = Vec::new();
     for _ in 0..4_000 {

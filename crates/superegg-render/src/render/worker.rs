@@ -189,16 +189,10 @@ impl<'j, 'a> Worker<'j, 'a> {
                     let position = position_in((tile.x.start + x, tile.y.start + y));
                     (y * columns + x, position.is_negative)
                 }));
-                if self.batch.samples.len() + LANES > MOST_RAYS {
-                    self.trace_batch();
-                    if job.is_cancelled() {
-                        return None;
-                    }
-                }
+                self.trace_full_batch()?;
             }
         }
-        self.trace_batch();
-        (!job.is_cancelled()).then_some(())
+        self.trace_batch()
     }
 
     /// Samples each pixel until its error is small enough; `None` if the render was cancelled.
@@ -223,25 +217,25 @@ impl<'j, 'a> Worker<'j, 'a> {
                         self.batch.samples.push(FilmSample { pixel, index, film_px });
                         self.batch.targets.push((target as u32, is_negative));
                     }
-                    if self.batch.samples.len() + LANES > MOST_RAYS {
-                        self.trace_batch();
-                        if job.is_cancelled() {
-                            return None;
-                        }
-                    }
+                    self.trace_full_batch()?;
                 }
             }
-            self.trace_batch();
-            if job.is_cancelled() {
-                return None;
-            }
+            self.trace_batch()?;
             round = job.stopping.next_round(columns, &self.accumulator);
         }
         Some(())
     }
 
-    /// Traces the samples of the batch, adds them to their pixels and empties the batch.
-    fn trace_batch(&mut self) {
+    /// Traces the batch if another packet might not fit; `None` if the render was cancelled.
+    fn trace_full_batch(&mut self) -> Option<()> {
+        if self.batch.samples.len() + LANES > MOST_RAYS { self.trace_batch() } else { Some(()) }
+    }
+
+    /// Traces the samples of the batch, adds them to their pixels and empties the batch; `None` if the render was cancelled.
+    fn trace_batch(&mut self) -> Option<()> {
+        if self.batch.samples.is_empty() {
+            return Some(());
+        }
         let Self { job, tracer, batch: Batch { samples, targets }, accumulator, .. } = self;
         let results = if job.settings.output == Output::Occlusion {
             tracer.trace_occlusion(samples, job.occlusion)
@@ -265,6 +259,7 @@ impl<'j, 'a> Worker<'j, 'a> {
             }
         }
         self.batch.clear();
+        (!self.job.is_cancelled()).then_some(())
     }
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn add_light<'l>(
     is_first: bool,
     shading: &mut ShadingState<'_, '_>,
 ) {
-    let mut grouped = GroupedLight::new(context, points, is_first);
+    let mut grouped = GroupedLight::new(context, is_first);
     grouped.add_light(points, lights, shading);
     for (RemainingRays { single, dimmed }, end) in grouped.remaining() {
         add_unoccluded(context, single, end, shading);

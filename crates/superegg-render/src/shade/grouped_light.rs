@@ -90,7 +90,6 @@ pub(crate) struct GroupedLight<'a> {
     context: RenderContext<'a>,
     /// Whether the points are first hits, which get several samples of each area light.
     is_first: bool,
-    groups: IndexGroups,
     /// A shadow ray that can add no more light than this is not traced.
     least_light: f64,
     scratch: Box<Scratch>,
@@ -102,11 +101,10 @@ fn least_light(picture: &Picture) -> f64 {
 }
 
 impl<'a> GroupedLight<'a> {
-    /// For all points that are given to [`GroupedLight::add_light`].
-    pub(crate) fn new(context: RenderContext<'a>, points: &[SurfacePoint<'_>], is_first: bool) -> Self {
-        let groups = IndexGroups::of(points.iter().map(|point| surface_of(&context, point)), MOST_POINTS);
+    /// With no light so far.
+    pub(crate) fn new(context: RenderContext<'a>, is_first: bool) -> Self {
         let scratch = SCRATCH.take().unwrap_or_default();
-        Self { context, is_first, groups, least_light: least_light(context.picture), scratch }
+        Self { context, is_first, least_light: least_light(context.picture), scratch }
     }
 
     /// Keeps the memory for the next points.
@@ -119,32 +117,29 @@ impl<'a> GroupedLight<'a> {
         self.scratch.remaining.iter_mut().zip([1.0, f64::INFINITY])
     }
 
-    /// Adds the light of some sources to the points given to [`GroupedLight::new`].
+    /// Adds the light of some sources to points.
     pub(crate) fn add_light<'l>(
         &mut self,
         points: &[SurfacePoint<'_>],
         lights: &(impl Iterator<Item = (u32, &'l Light)> + Clone),
         shading: &mut ShadingState<'_, '_>,
     ) {
-        for i in 0..self.groups.single().len() {
-            let point = &points[self.groups.single()[i]];
-            lights.clone().for_each(|light| self.sample_single(point, light));
+        let surfaces = points.iter().map(|point| surface_of(&self.context, point));
+        let groups = IndexGroups::of(surfaces, MOST_POINTS);
+        for &index in groups.single() {
+            lights.clone().for_each(|light| self.sample_single(&points[index], light));
         }
         self.scratch.histories.clear();
         self.scratch.histories.resize(lights.clone().count(), SearchHistory::default());
-        for group in 0..self.groups.len() {
+        for group in groups.groups() {
             self.scratch.lit.clear();
-            for &index in self.groups.get(group) {
-                self.scratch.lit.add(index, &points[index]);
-            }
+            group.iter().for_each(|&index| self.scratch.lit.add(index, &points[index]));
             let least_height = self.least_height(group, points);
             for (number, light) in lights.clone().enumerate() {
                 if LitPoints::fit(light.1) && self.is_clear_of_floor(least_height, light.1) {
                     self.light_group(points, number, light, shading);
                 } else {
-                    for i in 0..self.groups.get(group).len() {
-                        self.sample_single(&points[self.groups.get(group)[i]], light);
-                    }
+                    group.iter().for_each(|&index| self.sample_single(&points[index], light));
                 }
             }
         }
@@ -196,11 +191,12 @@ impl<'a> GroupedLight<'a> {
         self.scratch.lit.list_samples(self.least_light, &mut self.scratch.samples);
         let Some(first) = self.scratch.samples.first().map(|sample| &points[sample.point]) else { return };
         if first.leaving {
-            self.queue_dimmed(points, light);
+            // The rays go through their own shape.
+            self.queue(points, light, |rays| &mut rays.dimmed);
             return;
         }
         if self.scratch.samples.len() < LEAST_SAMPLES || !self.scratch.histories[number].allows_next() {
-            self.queue_single(points, light);
+            self.queue(points, light, |rays| &mut rays.single);
             return;
         }
         let own = match &first.owner {
@@ -212,7 +208,7 @@ impl<'a> GroupedLight<'a> {
         let is_found = self.context.scene.find_occluders(&shaft, start, &mut self.scratch.occluders);
         self.scratch.histories[number].take(is_found);
         if !is_found {
-            self.queue_single(points, light);
+            self.queue(points, light, |rays| &mut rays.single);
             return;
         }
         // Rays that are left to others are counted where they are traced.
@@ -227,11 +223,12 @@ impl<'a> GroupedLight<'a> {
     }
 
     /// The least height of a point of a group above the floor. `None` without a floor, or if all lie on it.
-    fn least_height(&self, group: usize, points: &[SurfacePoint<'_>]) -> Option<f64> {
+    fn least_height(&self, group: &[usize], points: &[SurfacePoint<'_>]) -> Option<f64> {
         let ground = self.context.ground?;
-        let group = self.groups.get(group).iter().map(|&i| &points[i]);
-        let least = group.clone().map(|point| ground.height_of(point.position)).fold(f64::INFINITY, f64::min);
-        (!group.clone().all(SurfacePoint::is_on_floor)).then_some(least)
+        let mut group = group.iter().map(|&index| &points[index]);
+        let heights = group.clone().map(|point| ground.height_of(point.position));
+        let least = heights.fold(f64::INFINITY, f64::min);
+        (!group.all(SurfacePoint::is_on_floor)).then_some(least)
     }
 
     /// Whether no shadow ray from points of this least height above the floor crosses it.
@@ -313,27 +310,18 @@ impl<'a> GroupedLight<'a> {
         }
     }
 
-    /// Leaves the shadow rays to be traced through the scene.
-    fn queue_single(&mut self, points: &[SurfacePoint<'_>], light: &Light) {
-        for sample in &self.scratch.samples {
+    /// Leaves the shadow rays to be traced through the scene, with those of a kind.
+    fn queue(
+        &mut self,
+        points: &[SurfacePoint<'_>],
+        light: &Light,
+        kind: impl Fn(&mut RemainingRays) -> &mut ShadowBatch,
+    ) {
+        let Scratch { samples, remaining, .. } = &mut *self.scratch;
+        let batch = kind(&mut remaining[kind_of(light)]);
+        for sample in &*samples {
             let point = &points[sample.point];
-            self.scratch.remaining[kind_of(light)].single.push(
-                point,
-                toward(point, sample.to_light),
-                sample.color,
-            );
-        }
-    }
-
-    /// Leaves shadow rays that go through their own shape.
-    fn queue_dimmed(&mut self, points: &[SurfacePoint<'_>], light: &Light) {
-        for sample in &self.scratch.samples {
-            let point = &points[sample.point];
-            self.scratch.remaining[kind_of(light)].dimmed.push(
-                point,
-                toward(point, sample.to_light),
-                sample.color,
-            );
+            batch.push(point, toward(point, sample.to_light), sample.color);
         }
     }
 }

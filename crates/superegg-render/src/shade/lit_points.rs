@@ -2,7 +2,7 @@
 
 use superegg_geom::glam::DVec3;
 use superegg_scene::Light;
-use superegg_simd::{Arch, Simd, WithSimd};
+use superegg_simd::Arch;
 
 use crate::camera::sobol::SampleKey;
 use crate::shade::lane_math::MOST_EXPONENT;
@@ -145,40 +145,18 @@ impl LitPoints {
     pub(crate) fn list_samples(&self, least: f64, samples: &mut Vec<SampledLight>) {
         samples.clear();
         samples.reserve(self.lit.len() * self.count);
-        Arch::new().dispatch(ListSamples { points: self, least, samples });
-    }
-}
-
-/// [`LitPoints::list_samples`].
-struct ListSamples<'a> {
-    points: &'a LitPoints,
-    least: f64,
-    samples: &'a mut Vec<SampledLight>,
-}
-
-impl WithSimd for ListSamples<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { points: LitPoints { points, blocks, lit, samples: of_light, count, .. }, least, samples } =
-            self;
         let mut at = 0;
-        for &lit in lit {
-            let (point, listed, lane) = (points[lit].point, &blocks[lit / LANES], lit % LANES);
-            let [diffuse, specular, to_centre] = listed.lit(lane);
-            for _ in 0..*count {
-                let (block, lane) = (&of_light[at / BLOCK], at % BLOCK);
+        for &lit in &self.lit {
+            let (point, block) = (self.points[lit].point, &self.blocks[lit / LANES]);
+            let [diffuse, specular, to_centre] = block.lit(lit % LANES).map(DVec3::from_array);
+            for _ in 0..self.count {
+                let (block, lane) = (&self.samples[at / BLOCK], at % BLOCK);
                 at += 1;
                 let (cos, highlight) = (f64::from(block.cos.0[lane]), f64::from(block.highlight.0[lane]));
-                let (mut color, mut to_light) = ([0.0; 3], [0.0; 3]);
-                for axis in 0..3 {
-                    color[axis] = diffuse[axis] * cos + specular[axis] * highlight;
-                    to_light[axis] = to_centre[axis] + f64::from(block.offset[axis].0[lane]);
-                }
-                if color[0] > least || color[1] > least || color[2] > least {
-                    let (to_light, color) = (DVec3::from_array(to_light), DVec3::from_array(color));
-                    samples.push(SampledLight { point, to_light, color });
+                let color = diffuse * cos + specular * highlight;
+                if color.max_element() > least {
+                    let [x, y, z] = block.offset.each_ref().map(|column| f64::from(column.0[lane]));
+                    samples.push(SampledLight { point, to_light: to_centre + DVec3::new(x, y, z), color });
                 }
             }
         }

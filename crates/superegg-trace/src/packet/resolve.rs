@@ -190,10 +190,10 @@ impl Resolver {
         self.footprint = footprint;
     }
 
-    /// Traces all rays in f64.
-    pub(super) fn find_in_f64(&mut self, scope: &mut Scope<'_>) {
+    /// Traces all rays without packets.
+    pub(super) fn find_without_packets(&mut self, scope: &mut Scope<'_>) {
         let rays: Vec<usize> = (0..scope.rays.count()).collect();
-        scope.hits_in_f64(&rays, self.footprint, &mut self.exact);
+        scope.hits_without_packets(&rays, self.footprint, &mut self.exact);
     }
 
     /// Collects the closest candidates. Hits whose error is small against the footprint `pixel` stay in f32.
@@ -217,7 +217,7 @@ impl Resolver {
                 near: lanes & closest.near,
             }));
         }
-        scope.hits_in_f64(&others, self.footprint, &mut self.exact);
+        scope.hits_without_packets(&others, self.footprint, &mut self.exact);
         // The rays of one surface are then shaded together.
         self.found.sort_unstable_by_key(|found| (found.candidate, found.packet));
     }
@@ -370,7 +370,12 @@ impl Scope<'_> {
     }
 
     /// Adds the closest hits of rays without packets.
-    fn hits_in_f64(&mut self, rays: &[usize], footprint: Footprint, hits: &mut Vec<(u32, CandidateHit)>) {
+    fn hits_without_packets(
+        &mut self,
+        rays: &[usize],
+        footprint: Footprint,
+        hits: &mut Vec<(u32, CandidateHit)>,
+    ) {
         if rays.len() < LEAST_STREAM || self.is_widened {
             hits.extend(rays.iter().filter_map(|&ray| self.hit_in_f64(ray, footprint)));
             return;

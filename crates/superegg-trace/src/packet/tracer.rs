@@ -93,7 +93,7 @@ impl<'s> PacketTracer<'s> {
         if is_loaded {
             resolver.find(&mut scope, pixel);
         } else {
-            resolver.find_in_f64(&mut scope);
+            resolver.find_without_packets(&mut scope);
         }
     }
 
@@ -165,7 +165,7 @@ impl<'s> PacketTracer<'s> {
         let from_light = shadow.from_light;
         if tests.batch.load(tests.kernels, from_light.origin, from_light.directions(), 1.0).is_none() {
             let all = vec![u32::MAX; query.occluded.len()];
-            return self.occluded_in_f64(shadow, &all, query.occluded);
+            return self.occluded_without_packets(shadow, &all, query.occluded);
         }
         let mut traversal = Traversal { scene, tests, stacks, query: &mut query, footprint, limits, work };
         traversal.run();
@@ -173,13 +173,13 @@ impl<'s> PacketTracer<'s> {
         let rays_of = |packet: usize| shadow.starts.len().saturating_sub(packet * PACKET).min(PACKET) as u64;
         self.coarsened.rays += bits(traversal.work.coarsened).map(rays_of).sum::<u64>();
         let unresolved = std::mem::take(&mut self.tests.batch.unresolved);
-        let occluded = self.occluded_in_f64(shadow, &unresolved, query.occluded);
+        let occluded = self.occluded_without_packets(shadow, &unresolved, query.occluded);
         self.tests.batch.unresolved = unresolved;
         occluded
     }
 
     /// Traces the `unresolved` rays that are not yet occluded without packets.
-    fn occluded_in_f64(
+    fn occluded_without_packets(
         &mut self,
         shadow: ShadowRays<'_>,
         unresolved: &[u32],

@@ -90,11 +90,12 @@ impl Tree {
         self.nodes.push(Node::EMPTY);
         let mut pending = vec![(0u32, 0usize)];
         while let Some((index, wide_index)) = pending.pop() {
-            let mut children = Children::default();
-            children.open(None, binary.nodes[index as usize].first_index, subtrees);
+            // The node itself is the first to be opened.
+            let mut children = Children { count: 1, ..Children::default() };
+            children.open(0, binary.nodes[index as usize].first_index, subtrees);
             while let Some(opened) = children.to_open() {
                 let first = binary.nodes[children.indices[opened] as usize].first_index;
-                children.open(Some(opened), first, subtrees);
+                children.open(opened, first, subtrees);
             }
             let mut node = Node::EMPTY;
             for (&child, &size) in children.indices.iter().zip(&children.sizes).take(children.count) {
@@ -127,10 +128,9 @@ struct Children {
 }
 
 impl Children {
-    /// Adds a pair of binary nodes, in place of a child if there is one.
-    fn open(&mut self, child: Option<usize>, first: u32, subtrees: &[Subtree]) {
-        self.set(child.unwrap_or(0), first, subtrees);
-        self.count = self.count.max(1);
+    /// Replaces a child by its pair of binary nodes.
+    fn open(&mut self, child: usize, first: u32, subtrees: &[Subtree]) {
+        self.set(child, first, subtrees);
         self.set(self.count, first + 1, subtrees);
         self.count += 1;
     }

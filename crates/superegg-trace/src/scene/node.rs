@@ -68,9 +68,13 @@ impl Node {
     pub(super) fn push(&mut self, bounds: &TreeBox, slot: Slot) {
         let child = self.count as usize;
         self.set_tree_box(child, bounds);
-        self.slots[child] = PackedSlot::new(slot);
-        self.leaves |= u8::from(matches!(slot, Slot::Leaf(_))) << child;
+        self.set_slot(child, slot);
         self.count += 1;
+    }
+
+    fn set_slot(&mut self, child: usize, slot: Slot) {
+        self.slots[child] = PackedSlot::new(slot);
+        self.leaves = self.leaves & !(1 << child) | u8::from(matches!(slot, Slot::Leaf(_))) << child;
     }
 
     pub(super) fn tree_box(&self, child: usize) -> TreeBox {
@@ -92,11 +96,8 @@ impl Node {
 
     /// Replaces each slot in use.
     pub(crate) fn map_slots(&mut self, to: impl Fn(Slot) -> Slot) {
-        self.leaves = 0;
-        for (child, packed) in self.slots[..self.count as usize].iter_mut().enumerate() {
-            let slot = to(packed.unpack());
-            *packed = PackedSlot::new(slot);
-            self.leaves |= u8::from(matches!(slot, Slot::Leaf(_))) << child;
+        for child in 0..self.count as usize {
+            self.set_slot(child, to(self.slots[child].unpack()));
         }
     }
 

@@ -68,15 +68,13 @@ impl CompiledScene {
     /// [`CompiledScene::intersect_many_counted`] for rays of which neighbours are alike, such as reflected rays: groups that
     /// leave one surface are tested against the few shapes in their beam.
     pub fn intersect_alike(&self, rays: &[TraceRay], coarsened: &mut Coarsened) -> Vec<Option<Hit>> {
-        let mut beams = Beams { scene: self, memory: MEMORY.take().unwrap_or_default() };
-        beams.memory.is_known.clear();
-        beams.memory.is_known.resize(rays.len(), false);
-        let groups = IndexGroups::of(rays.iter().map(start_of), NEIGHBOURS);
-        for group in 0..groups.len() {
-            beams.test(rays, groups.get(group));
+        let mut beams = BEAMS.take().unwrap_or_default();
+        beams.is_known.clear();
+        beams.is_known.resize(rays.len(), false);
+        for group in IndexGroups::of(rays.iter().map(start_of), NEIGHBOURS).groups() {
+            beams.test(self, rays, group);
         }
-        let Beams { mut memory, .. } = beams;
-        let BeamMemory { is_known, hits: known, .. } = &mut *memory;
+        let Beams { is_known, hits: known, .. } = &mut *beams;
         let unknown = is_known.iter().filter(|&&is_known| !is_known).count();
         let mut hits = if unknown > FEW_RAYS {
             self.intersect_others(rays, is_known, coarsened)
@@ -90,7 +88,7 @@ impl CompiledScene {
         for (index, hit) in known.drain(..) {
             hits[index] = Some(hit);
         }
-        MEMORY.set(Some(memory));
+        BEAMS.set(Some(beams));
         hits
     }
 }
@@ -104,9 +102,9 @@ fn start_of(ray: &TraceRay) -> Option<Option<&InstancePath>> {
     }
 }
 
-/// The memory of beams, and the rays that they have decided.
+/// The rays that beams have decided, with memory for one beam after the other.
 #[derive(Default)]
-struct BeamMemory {
+struct Beams {
     found: Vec<Occluder>,
     columns: ShaftRays,
     first_hits: FirstHits,
@@ -118,17 +116,12 @@ struct BeamMemory {
 
 thread_local! {
     /// The memory of the last beams of this thread.
-    static MEMORY: Cell<Option<Box<BeamMemory>>> = const { Cell::new(None) };
+    static BEAMS: Cell<Option<Box<Beams>>> = const { Cell::new(None) };
 }
 
-struct Beams<'s> {
-    scene: &'s CompiledScene,
-    memory: Box<BeamMemory>,
-}
-
-impl Beams<'_> {
+impl Beams {
     /// Tests rays with one start against the shapes in their beam, if these are few.
-    fn test(&mut self, rays: &[TraceRay], group: &[usize]) {
+    fn test(&mut self, scene: &CompiledScene, rays: &[TraceRay], group: &[usize]) {
         let Some(&first) = group.first().filter(|_| group.len() >= LEAST_GROUP) else { return };
         let (mut origins, mut directions) = (EMPTY, EMPTY);
         let (mut width, mut spread) = (0.0f64, 0.0f64);
@@ -147,20 +140,19 @@ impl Beams<'_> {
             own: rays[first].start.as_ref().map(|start| &start.path),
             footprint: Footprint { width, spread },
         };
-        let BeamMemory { found, is_known, .. } = &mut *self.memory;
-        match self.scene.beam_hits(&beam, found) {
-            BeamHits::None => group.iter().for_each(|&index| is_known[index] = true),
-            BeamHits::Found if found.len() <= MOST_TESTED => self.test_each(rays, group),
+        match scene.beam_hits(&beam, &mut self.found) {
+            BeamHits::None => group.iter().for_each(|&index| self.is_known[index] = true),
+            BeamHits::Found if self.found.len() <= MOST_TESTED => self.test_each(scene, rays, group),
             BeamHits::Found | BeamHits::Unknown => {}
         }
     }
 
     /// Tests each ray against the shapes that were found.
-    fn test_each(&mut self, rays: &[TraceRay], group: &[usize]) {
-        let BeamMemory { found, columns, first_hits, is_known, hits } = &mut *self.memory;
+    fn test_each(&mut self, scene: &CompiledScene, rays: &[TraceRay], group: &[usize]) {
+        let Self { found, columns, first_hits, is_known, hits } = self;
         columns.clear();
         group.iter().for_each(|&index| columns.push(&rays[index].ray));
-        self.scene.first_hits(found, columns, first_hits);
+        scene.first_hits(found, columns, first_hits);
         for (&index, hit) in group.iter().zip(first_hits.found.drain(..)) {
             is_known[index] = !matches!(hit, FirstHit::Unknown);
             if let FirstHit::Hit(hit) = hit {

@@ -41,7 +41,7 @@ impl IndexGroups {
             numbered.push((number, index));
         }
         let (mut groups, mut first) = (Vec::with_capacity(numbered.len() / most + counts.len()), 0);
-        // From the counts become the places of the next items.
+        // The counts become the places of the next items.
         for count in &mut counts {
             let end = first + std::mem::replace(count, first);
             groups.extend((first..end).step_by(most).map(|first| first..end.min(first + most)));
@@ -55,19 +55,9 @@ impl IndexGroups {
         Self { order, groups, single }
     }
 
-    /// The number of groups.
-    pub fn len(&self) -> usize {
-        self.groups.len()
-    }
-
-    /// Whether there are no groups.
-    pub fn is_empty(&self) -> bool {
-        self.groups.is_empty()
-    }
-
-    /// The indices of the items of a group: at least one.
-    pub fn get(&self, group: usize) -> &[usize] {
-        &self.order[self.groups[group].clone()]
+    /// The indices of the items of each group: at least one.
+    pub fn groups(&self) -> impl ExactSizeIterator<Item = &[usize]> {
+        self.groups.iter().map(|range| &self.order[range.clone()])
     }
 
     /// The indices of the items that belong to no group.
@@ -84,9 +74,8 @@ mod tests {
     fn groups_have_one_key_and_keep_the_order() {
         let keys = [Some('b'), None, Some('a'), Some('b'), Some('b'), None, Some('a'), Some('b')];
         let groups = IndexGroups::of(keys.into_iter(), 3);
-        let listed: Vec<&[usize]> = (0..groups.len()).map(|group| groups.get(group)).collect();
-        assert_eq!(listed, [&[0, 3, 4][..], &[7], &[2, 6]]);
+        assert_eq!(groups.groups().collect::<Vec<_>>(), [&[0, 3, 4][..], &[7], &[2, 6]]);
         assert_eq!(groups.single(), [1, 5]);
-        assert!(IndexGroups::of([None::<u8>; 2].into_iter(), 3).is_empty());
+        assert_eq!(IndexGroups::of([None::<u8>; 2].into_iter(), 3).groups().len(), 0);
     }
 }
