@@ -54,7 +54,7 @@ impl<const N: usize> Column<f32, N> {
     #[inline(always)]
     pub fn store_where<S: Simd>(&mut self, mask: Mask<S>, i: usize, lanes: Lanes<S>) {
         let register = &mut S::as_mut_simd_f32s(&mut self.0).0[i];
-        *register = mask.select(lanes, lanes.with(*register)).register();
+        *register = mask.select(lanes, lanes.with(kept(register))).register();
     }
 }
 
@@ -69,14 +69,14 @@ impl<const N: usize> Column<u32, N> {
     #[inline(always)]
     pub fn store_where<S: Simd>(&mut self, mask: Mask<S>, i: usize, x: u32) {
         let register = &mut S::as_mut_simd_u32s(&mut self.0).0[i];
-        *register = mask.select_u32(mask.simd().splat_u32s(x), *register);
+        *register = mask.select_u32(mask.simd().splat_u32s(x), kept(register));
     }
 
     /// Copies the lanes of a register for which the mask is true from another column.
     #[inline(always)]
     pub fn copy_where<S: Simd>(&mut self, mask: Mask<S>, i: usize, from: &Self) {
         let register = &mut S::as_mut_simd_u32s(&mut self.0).0[i];
-        *register = mask.select_u32(S::as_simd_u32s(&from.0).0[i], *register);
+        *register = mask.select_u32(S::as_simd_u32s(&from.0).0[i], kept(register));
     }
 
     /// True in the lanes of a register that hold `x`.
@@ -92,6 +92,17 @@ impl<const N: usize> Column<f64, N> {
     pub fn registers<S: Simd>(&self, _: S) -> &[S::f64s] {
         S::as_simd_f64s(&self.0).0
     }
+}
+
+/// A register of which some lanes will be replaced.
+///
+/// The compiler turns the load, the choice of lanes and the store into one masked store, which takes 20 cycles on AMD's
+/// processors without AVX-512. It does not do so after a volatile load.
+#[inline(always)]
+#[expect(unsafe_code, reason = "only a volatile load is kept apart from the store")]
+fn kept<T: Copy>(register: &T) -> T {
+    // SAFETY: a reference is valid for reads.
+    unsafe { std::ptr::from_ref(register).read_volatile() }
 }
 
 #[cfg(test)]
