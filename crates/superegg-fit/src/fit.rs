@@ -141,6 +141,47 @@ impl Fit {
         Residuals { inliers: inliers.collect(), distances: distances.iter().map(|d| unit * d).collect() }
     }
 
+    /// The density of outliers over the largest density on the surface: with it [`Fit::restored`] makes a fit that
+    /// has the same residuals.
+    pub fn background(&self) -> f64 {
+        self.background
+    }
+
+    /// A fit from numbers that were kept. Outliers, covariance, error, number of points and warnings are to be
+    /// set: they are 0 and none.
+    ///
+    /// ```
+    /// use superegg_fit::{Fit, FitOptions, fit};
+    /// use superegg_geom::Superquadric;
+    /// use superegg_geom::glam::DVec3;
+    ///
+    /// let points: Vec<DVec3> = Superquadric::unit_sphere().sample_surface(500, 1).iter().map(|at| at.point).collect();
+    /// let found = fit(&points, &FitOptions::default())?;
+    /// let kept = Fit::restored(found.shape, found.rotation, found.center, found.noise, found.background());
+    /// assert_eq!(kept.residuals(&points), found.residuals(&points));
+    /// # Ok::<(), superegg_fit::FitError>(())
+    /// ```
+    pub fn restored(
+        shape: Superquadric,
+        rotation: DQuat,
+        center: DVec3,
+        noise: f64,
+        background: f64,
+    ) -> Self {
+        Self {
+            shape,
+            rotation,
+            center,
+            noise,
+            outliers: 0.0,
+            covariance: [[0.0; COUNT]; COUNT],
+            surface_error: 0.0,
+            used: 0,
+            warnings: Vec::new(),
+            background,
+        }
+    }
+
     /// The standard errors of the parameters [`COVARIANCE_ROWS`].
     pub fn standard_errors(&self) -> [f64; COUNT] {
         std::array::from_fn(|i| self.covariance[i][i].sqrt())
