@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io;
 
 use pyo3::create_exception;
-use pyo3::exceptions::{PyKeyError, PyOSError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyError, PyMemoryError, PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use superegg::exchange::read::ReadError;
 use superegg::lang::{Diagnostic, Severity};
@@ -75,6 +75,11 @@ pub(crate) fn value(error: impl Display) -> PyErr {
 /// A `KeyError`.
 pub(crate) fn key(error: impl Display) -> PyErr {
     PyKeyError::new_err(error.to_string())
+}
+
+/// A `MemoryError`.
+pub(crate) fn memory(error: impl Display) -> PyErr {
+    PyMemoryError::new_err(format!("the answers do not fit into memory; ask for fewer at a time: {error}"))
 }
 
 /// The exception of a defect.

@@ -3,59 +3,107 @@
 use std::sync::atomic::Ordering;
 
 use pyo3::prelude::*;
-use superegg::geom::glam::DVec3;
+use superegg::geom::glam::{DQuat, DVec3};
+use superegg::geom::{Exponents, Superquadric};
 use superegg_fit::{COVARIANCE_ROWS, FitOptions, PartCount, fit_parts_while};
 
 use crate::columns::{Array, Column, array, points};
 use crate::errors;
-use crate::work::{detached, interruptible};
+use crate::work::{abandonable, interruptible};
 
 /// A fitted superquadric.
 #[pyclass(frozen, module = "superegg._superegg")]
-pub(crate) struct Fit(superegg_fit::Fit);
+pub(crate) struct Fit {
+    fit: superegg_fit::Fit,
+    warnings: Vec<String>,
+}
+
+impl Fit {
+    fn new(fit: superegg_fit::Fit) -> Self {
+        Self { warnings: fit.warnings.iter().map(ToString::to_string).collect(), fit }
+    }
+}
+
+/// All numbers of a fit, as they are kept: semi-axes, exponents, rotation w x y z, centre; noise, background,
+/// outliers, error of the surface; covariance, number of points, warnings.
+type Kept = ([f64; 3], [f64; 2], [f64; 4], [f64; 3], [f64; 4], Vec<f64>, usize, Vec<String>);
 
 #[pymethods]
 impl Fit {
     fn radii(&self) -> [f64; 3] {
-        self.0.shape.radii().to_array()
+        self.fit.shape.radii().to_array()
     }
 
     fn exponents(&self) -> [f64; 2] {
-        [self.0.shape.exponents().e(), self.0.shape.exponents().n()]
+        [self.fit.shape.exponents().e(), self.fit.shape.exponents().n()]
     }
 
     /// w, x, y, z.
     fn rotation(&self) -> [f64; 4] {
-        let [x, y, z, w] = self.0.rotation.to_array();
+        let [x, y, z, w] = self.fit.rotation.to_array();
         [w, x, y, z]
     }
 
     fn center(&self) -> [f64; 3] {
-        self.0.center.to_array()
+        self.fit.center.to_array()
     }
 
     fn noise(&self) -> f64 {
-        self.0.noise
+        self.fit.noise
     }
 
     fn outliers(&self) -> f64 {
-        self.0.outliers
+        self.fit.outliers
     }
 
     fn surface_error(&self) -> f64 {
-        self.0.surface_error
+        self.fit.surface_error
     }
 
     fn used(&self) -> usize {
-        self.0.used
+        self.fit.used
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.0.warnings.iter().map(ToString::to_string).collect()
+        self.warnings.clone()
+    }
+
+    /// All numbers, for [`Fit::restored`].
+    fn kept(&self) -> Kept {
+        let fit = &self.fit;
+        let numbers = [fit.noise, fit.background(), fit.outliers, fit.surface_error];
+        let covariance = fit.covariance.as_flattened().to_vec();
+        (
+            self.radii(),
+            self.exponents(),
+            self.rotation(),
+            self.center(),
+            numbers,
+            covariance,
+            fit.used,
+            self.warnings(),
+        )
+    }
+
+    /// The fit of numbers that were kept.
+    #[staticmethod]
+    fn restored(kept: Kept) -> PyResult<Self> {
+        let (radii, [e, n], [w, x, y, z], center, numbers, covariance, used, warnings) = kept;
+        let [noise, background, outliers, surface_error] = numbers;
+        let exponents = Exponents::new(e, n).map_err(errors::value)?;
+        let shape = Superquadric::new(radii.into(), exponents).map_err(errors::value)?;
+        let rotation = DQuat::from_xyzw(x, y, z, w);
+        let mut fit = superegg_fit::Fit::restored(shape, rotation, center.into(), noise, background);
+        let rows: Vec<_> = covariance.chunks(COVARIANCE_ROWS.len()).map(<[f64]>::to_vec).collect();
+        for (row, kept) in fit.covariance.iter_mut().zip(rows) {
+            row.iter_mut().zip(kept).for_each(|(value, kept)| *value = kept);
+        }
+        (fit.outliers, fit.surface_error, fit.used) = (outliers, surface_error, used);
+        Ok(Self { fit, warnings })
     }
 
     fn covariance<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        array(py, self.0.covariance.as_flattened().to_vec())
+        array(py, self.fit.covariance.as_flattened().to_vec())
     }
 
     /// The signed distances of points, and how probably they are of the surface.
@@ -65,7 +113,8 @@ impl Fit {
         at: Column<'py>,
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
         let at = points(&at)?;
-        let found = detached(py, || self.0.residuals(&vectors(at)))?;
+        let (fit, at) = (self.fit.clone(), vectors(at));
+        let found = abandonable(py, move || fit.residuals(&at))?;
         Ok((array(py, found.distances), array(py, found.inliers)))
     }
 }
@@ -84,9 +133,9 @@ pub(crate) fn fit(
     exponents: [f64; 2],
     most_points: usize,
 ) -> PyResult<Fit> {
-    let at = points(&at)?;
+    let at = vectors(points(&at)?);
     let options = FitOptions { seed, outliers, exponents, most_points };
-    detached(py, || superegg_fit::fit(&vectors(at), &options))?.map(Fit).map_err(errors::value)
+    abandonable(py, move || superegg_fit::fit(&at, &options))?.map(Fit::new).map_err(errors::value)
 }
 
 /// Fits superquadrics to the parts of points; `count` of none for as many as they show.
@@ -108,7 +157,7 @@ pub(crate) fn fit_parts(
         |_| Ok(()),
         |cancel| fit_parts_while(&at, &options, count, &mut |_| !cancel.load(Ordering::Relaxed)),
     )?;
-    Ok(found.map_err(errors::value)?.into_iter().map(Fit).collect())
+    Ok(found.map_err(errors::value)?.into_iter().map(Fit::new).collect())
 }
 
 /// The names of the rows of a covariance.

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -32,8 +32,10 @@ use crate::errors;
 use crate::film::Film;
 use crate::load::options;
 use crate::shape::{Shape, append, hit_arrays, with_room};
-use crate::work::{detached, in_parallel, in_slices, interruptible, thread_count};
+use crate::work::{abandonable, detached, in_parallel, in_slices, interruptible, thread_count};
 
+/// So many lines of the modelling language end before a signal would be looked for.
+const FEW_LINES: usize = 1000;
 /// Above this many colours those of a table are rounded.
 const MOST_COLORS: usize = 1 << 16;
 /// The steps of a channel that is rounded, even to the eye.
@@ -106,7 +108,7 @@ pub(crate) fn load_files(
 ) -> PyResult<(Scene, Vec<String>, Vec<String>)> {
     let options = options(keywords)?;
     let name = paths.first().map(|path| path.display().to_string()).unwrap_or_default();
-    let loaded = interruptible(py, |_| Ok(()), |_| program::load_files(&paths, &options))?;
+    let loaded = abandonable(py, move || program::load_files(&paths, &options))?;
     loaded_scene(loaded.map_err(|error| errors::of_file(&error, &name))?, Path::new(&name))
 }
 
@@ -119,7 +121,8 @@ pub(crate) fn load_bytes(
     keywords: &Bound<'_, PyDict>,
 ) -> PyResult<(Scene, Vec<String>, Vec<String>)> {
     let options = options(keywords)?;
-    let loaded = detached(py, || program::load_bytes(Path::new(name), bytes, &options))?;
+    let (owned, bytes) = (name.to_owned(), bytes.to_vec());
+    let loaded = abandonable(py, move || program::load_bytes(Path::new(&owned), &bytes, &options))?;
     loaded_scene(loaded.map_err(|error| errors::of_file(&error, name))?, Path::new(name))
 }
 
@@ -155,15 +158,15 @@ impl Scene {
     }
 
     /// The picture files that the scene names: names, and the paths where they are searched.
-    fn picture_files(&self) -> Vec<(String, PathBuf)> {
-        let state = self.lock();
+    fn picture_files(&self, py: Python<'_>) -> Vec<(String, PathBuf)> {
+        let state = self.state(py);
         let files = picture_files(state.model.scene()).into_keys();
         files.map(|name| (name.to_string(), program::path_of_file(&name, state.folder.as_deref()))).collect()
     }
 
     /// A copy, which shares everything.
-    fn copy(&self) -> Self {
-        Self(Mutex::new(self.lock().clone()))
+    fn copy(&self, py: Python<'_>) -> Self {
+        Self(Mutex::new(self.state(py).clone()))
     }
 
     /// The scene file; for one in a folder with the names that files have there.
@@ -190,21 +193,21 @@ impl Scene {
     }
 
     /// The box of data whose camera nobody has set, as its corners.
-    fn data_bounds(&self) -> Option<([f64; 3], [f64; 3])> {
-        self.lock().data.map(|bounds| (bounds.min.to_array(), bounds.max.to_array()))
+    fn data_bounds(&self, py: Python<'_>) -> Option<([f64; 3], [f64; 3])> {
+        self.state(py).data.map(|bounds| (bounds.min.to_array(), bounds.max.to_array()))
     }
 
-    fn set_data_bounds(&self, bounds: Option<([f64; 3], [f64; 3])>) {
-        self.lock().data = bounds.map(|(min, max)| Aabb { min: min.into(), max: max.into() });
+    fn set_data_bounds(&self, py: Python<'_>, bounds: Option<([f64; 3], [f64; 3])>) {
+        self.state(py).data = bounds.map(|(min, max)| Aabb { min: min.into(), max: max.into() });
     }
 
     #[getter]
-    fn root(&self) -> Option<String> {
-        self.lock().model.root().map(str::to_owned)
+    fn root(&self, py: Python<'_>) -> Option<String> {
+        self.state(py).model.root().map(str::to_owned)
     }
 
-    fn show(&self, name: &str) -> PyResult<()> {
-        let mut state = self.lock();
+    fn show(&self, py: Python<'_>, name: &str) -> PyResult<()> {
+        let mut state = self.state(py);
         let mut model = state.model.clone();
         model.show(name).map_err(errors::key)?;
         state.replace(model);
@@ -212,26 +215,26 @@ impl Scene {
     }
 
     /// The names of what the scene has, and their kinds.
-    fn names(&self) -> Vec<(String, &'static str)> {
+    fn names(&self, py: Python<'_>) -> Vec<(String, &'static str)> {
         let kind = |entity: &Entity| match entity {
             Entity::Primitive(_) => "primitive",
             Entity::Object(_) => "object",
             Entity::Table(_) => "table",
         };
-        self.lock().model.names().map(|(name, entity)| (name.to_owned(), kind(entity))).collect()
+        self.state(py).model.names().map(|(name, entity)| (name.to_owned(), kind(entity))).collect()
     }
 
-    fn lights(&self) -> Vec<String> {
-        self.lock().model.scene().named_lights().map(|(name, _)| name.to_owned()).collect()
+    fn lights(&self, py: Python<'_>) -> Vec<String> {
+        self.state(py).model.scene().named_lights().map(|(name, _)| name.to_owned()).collect()
     }
 
-    fn has_camera(&self) -> bool {
-        Framing::is_set(self.lock().model.scene())
+    fn has_camera(&self, py: Python<'_>) -> bool {
+        Framing::is_set(self.state(py).model.scene())
     }
 
     /// Position, target, up, field of view, orthographic height, lens radius and focus distance.
-    fn camera(&self) -> CameraNumbers {
-        let camera = self.lock().model.scene().camera;
+    fn camera(&self, py: Python<'_>) -> CameraNumbers {
+        let camera = self.state(py).model.scene().camera;
         (
             camera.position.to_array(),
             camera.target.to_array(),
@@ -259,13 +262,13 @@ impl Scene {
     }
 
     /// The frames that have keys, sorted.
-    fn key_frames(&self) -> Vec<f64> {
-        key_frames(self.lock().model.scene())
+    fn key_frames(&self, py: Python<'_>) -> Vec<f64> {
+        key_frames(self.state(py).model.scene())
     }
 
     /// The scene at a frame of its keys.
-    fn at(&self, frame: f64) -> PyResult<Self> {
-        let State { model, data, folder, .. } = self.lock().clone();
+    fn at(&self, py: Python<'_>, frame: f64) -> PyResult<Self> {
+        let State { model, data, folder, .. } = self.state(py).clone();
         let session = Session::with_scene(model.scene().clone(), model.root());
         let still = scene_at(&session, frame).map_err(errors::value)?;
         let model = Model::from_scene(still, model.root()).map_err(errors::value)?;
@@ -273,23 +276,30 @@ impl Scene {
     }
 
     /// Carries out lines of the modelling language, all or none, and returns what they print.
-    fn run(&self, lines: Vec<String>) -> PyResult<Vec<String>> {
-        let mut state = self.lock();
-        let (model, printed) = after(&state.model, state.model.root(), &lines)?;
-        state.replace(model);
-        Ok(printed)
+    fn run(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<Vec<String>> {
+        let run = |cancel: &AtomicBool| {
+            let mut state = self.lock();
+            let (model, printed) = after_unless(&state.model, state.model.root(), &lines, cancel)?;
+            state.replace(model);
+            Ok(printed)
+        };
+        if lines.len() < FEW_LINES {
+            return detached(py, || run(&AtomicBool::new(false)))?;
+        }
+        interruptible(py, |_| Ok(()), run)?
     }
 
     /// Adds a shape under a name to the shown object, with the material of some lines.
     #[pyo3(signature = (shape, name, matrix, lines))]
     fn add(
         &self,
+        py: Python<'_>,
         shape: &Shape,
         name: Option<String>,
         matrix: Option<[f64; 12]>,
         lines: Vec<String>,
     ) -> PyResult<String> {
-        let mut state = self.lock();
+        let mut state = self.state(py);
         let mut part = Part::new(shape.0);
         if let Some(name) = name {
             part = part.named(checked_name(name)?);
@@ -322,7 +332,7 @@ impl Scene {
         let material = material_of(&lines)?;
         let columns = columns.rows()?;
         let table = detached(py, || columns.table(ids.as_deref(), &material))?.map_err(errors::value)?;
-        let mut state = self.lock();
+        let mut state = self.state(py);
         let mut model = state.model.clone();
         let root = model.root().unwrap_or("model").to_owned();
         let scene = model.scene_mut();
@@ -335,7 +345,7 @@ impl Scene {
 
     /// The tables of the scene, as columns.
     fn table<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
-        let scene = self.lock().model.scene().clone();
+        let scene = self.state(py).model.scene().clone();
         let Some(Entity::Table(table)) = scene.get(name) else {
             return Err(errors::key(format!("the scene has no table '{name}'")));
         };
@@ -411,7 +421,7 @@ impl Scene {
         };
         let (hits, primitives, ids, paths) = if batch.len() < 1000 {
             let options = options.with_threads(1);
-            let one = compiled.intersect_batch(&batch, options).into_columns();
+            let one = detached(py, || compiled.intersect_batch(&batch, options).into_columns())?;
             let primitives = one.1.into_iter().map(u32::cast_signed).collect();
             (one.0, primitives, one.2, one.3)
         } else {
@@ -487,20 +497,17 @@ impl Scene {
 
     /// The scene in the format of a file's name: the file, the materials beside an .obj, and what is lost.
     fn export<'py>(&self, py: Python<'py>, file: PathBuf, request: ExportRequest) -> PyResult<Exported<'py>> {
-        let written = interruptible(
-            py,
-            |_| Ok(()),
-            |_| {
-                let format = ExportFormat::of(&file).map_err(errors::value)?;
-                let (compiled, model, data) = self.snapshot();
-                let (mut scene, root) = (model.scene().clone(), shown(&model)?);
-                frame(&mut scene, &compiled, data);
-                let materials = file.with_extension("mtl");
-                let materials = materials.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-                let options = request.options(materials)?;
-                export(&scene, root, format, &options).map_err(errors::value)
-            },
-        )??;
+        let (compiled, model, data) = detached(py, || self.snapshot())?;
+        let write = move || {
+            let format = ExportFormat::of(&file).map_err(errors::value)?;
+            let (mut scene, root) = (model.scene().clone(), shown(&model)?);
+            frame(&mut scene, &compiled, data);
+            let materials = file.with_extension("mtl");
+            let materials = materials.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            let options = request.options(materials)?;
+            export(&scene, root, format, &options).map_err(errors::value)
+        };
+        let written = abandonable(py, write)??;
         let Written { bytes, companion, losses } = written;
         let companion = companion.map(|bytes| PyBytes::new(py, &bytes));
         Ok((PyBytes::new(py, &bytes), companion, losses))
@@ -509,16 +516,13 @@ impl Scene {
     /// The triangles of all instances: vertices, normals, triangles, the instance of each triangle, and the
     /// paths and colours of instances.
     fn mesh<'py>(&self, py: Python<'py>, request: ExportRequest) -> PyResult<MeshArrays<'py>> {
-        let mesh = interruptible(
-            py,
-            |_| Ok(()),
-            |_| {
-                let model = self.lock().model.clone();
-                let (scene, root) = (model.scene(), shown(&model)?);
-                let ExportOptions { depth, tolerance, .. } = request.options("")?;
-                SceneMesh::of(scene, root, depth.unwrap_or(scene.depth), tolerance).map_err(errors::value)
-            },
-        )??;
+        let model = self.state(py).model.clone();
+        let make = move || {
+            let (scene, root) = (model.scene(), shown(&model)?);
+            let ExportOptions { depth, tolerance, .. } = request.options("")?;
+            SceneMesh::of(scene, root, depth.unwrap_or(scene.depth), tolerance).map_err(errors::value)
+        };
+        let mesh = abandonable(py, make)??;
         Ok((
             array(py, flat(mesh.positions.into_iter())),
             array(py, flat(mesh.normals.into_iter())),
@@ -590,7 +594,19 @@ type MeshArrays<'py> =
     (Array<'py, f64>, Array<'py, f64>, Array<'py, u32>, Array<'py, u32>, Vec<String>, Array<'py, f64>);
 
 impl Scene {
-    /// The state. Whoever holds it never waits for the interpreter.
+    /// The state, for a thread that holds the interpreter's lock. It waits without that lock: another thread may
+    /// compile the scene meanwhile, which takes seconds.
+    fn state(&self, py: Python<'_>) -> MutexGuard<'_, State> {
+        loop {
+            match self.0.try_lock() {
+                Ok(state) => return state,
+                Err(TryLockError::Poisoned(state)) => return state.into_inner(),
+                Err(TryLockError::WouldBlock) => py.detach(|| drop(self.lock())),
+            }
+        }
+    }
+
+    /// The state, for a thread without the interpreter's lock.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -682,12 +698,30 @@ impl ExportRequest {
 
 /// A model after lines of the modelling language, and what they print. Files are not touched.
 fn after(model: &Model, selected: Option<&str>, lines: &[String]) -> PyResult<(Model, Vec<String>)> {
+    after_unless(model, selected, lines, &AtomicBool::new(false))
+}
+
+/// As [`after`], until `cancel` is true: then there is an error, which nobody sees.
+fn after_unless(
+    model: &Model,
+    selected: Option<&str>,
+    lines: &[String],
+    cancel: &AtomicBool,
+) -> PyResult<(Model, Vec<String>)> {
     if lines.is_empty() {
         return Ok((model.clone(), Vec::new()));
     }
     let mut session = Session::with_scene(model.scene().clone(), selected);
     let mut printed = Vec::new();
     for (number, line) in lines.iter().enumerate() {
+        if cancel.load(Ordering::Relaxed) {
+            return Err(errors::defect("the lines were stopped"));
+        }
+        if line.contains('\0') {
+            // The scene could be written, and not be read again.
+            let text = format!("line {}: a zero byte, which no text has", number + 1);
+            return Err(errors::format_error(&text, None, Some(number as u64 + 1), None));
+        }
         let at = |fault: &Fault| {
             let help = fault.help.as_deref().map_or_else(String::new, |help| format!("; {help}"));
             let text = format!("line {}: '{line}': {}{help}", number + 1, fault.message);
@@ -723,7 +757,7 @@ fn checked_name(name: String) -> PyResult<String> {
     let mut session = Session::default();
     let made = session.run_line(&format!("primitive {name}"));
     match made {
-        Ok(_) if session.selected() == Some(&name) => Ok(name),
+        Ok(_) if session.selected() == Some(&name) && !name.contains('\0') => Ok(name),
         _ => {
             Err(errors::value(format!("'{name}' cannot be a name: a name is one word without blanks and #")))
         }

@@ -1,22 +1,26 @@
 //! A superquadric and its measures, on columns.
 
+use std::collections::TryReserveError;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
 use superegg::geom::glam::DVec3;
 use superegg::geom::{
     Exponents, HitBatch, HitColumns, InteriorSampler, Ray, RayStart, SearchLimits, Superquadric,
+    SurfaceSampler,
 };
 
 use crate::columns::{Array, Column, Rays, array, flat, numbers, points, rows};
 use crate::errors;
-use crate::work::{detached, in_parallel, interruptible, thread_count};
+use crate::work::{abandonable, detached, in_parallel, interruptible, thread_count};
 
 /// The columns of hits: t, position, normal, u and v, leaving.
 type HitArrays<'py> = (Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, bool>);
 
 /// Calls of fewer rows run on the thread that calls: they end before a signal would be looked for.
 const FEW: usize = 1000;
+/// A distance takes as long as this many other answers.
+const ROWS_OF_A_DISTANCE: usize = 50;
 /// The number of rays between two looks at the flag that cancels.
 const SLICE: usize = 1 << 15;
 
@@ -34,30 +38,27 @@ impl Shape {
     }
 
     fn value<'py>(&self, py: Python<'py>, at: Column<'py>) -> PyResult<Array<'py, f64>> {
-        let at = points(&at)?;
-        let values = detached(py, || at.iter().map(|&p| self.0.inside_outside(p.into())).collect())?;
+        let values = of_rows(py, points(&at)?, |&p| self.0.inside_outside(p.into()))?;
         Ok(array(py, values))
     }
 
     fn normal<'py>(&self, py: Python<'py>, at: Column<'py>) -> PyResult<Array<'py, f64>> {
-        let at = points(&at)?;
-        Ok(array(py, detached(py, || flat(at.iter().map(|&p| self.0.normal(p.into()))))?))
+        let normals = of_rows(py, points(&at)?, |&p| self.0.normal(p.into()).to_array())?;
+        Ok(array(py, normals.into_flattened()))
     }
 
     fn uv<'py>(&self, py: Python<'py>, at: Column<'py>) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
-        let at = points(&at)?;
-        let (u, v) = detached(py, || at.iter().map(|&p| self.0.uv_at(p.into())).unzip())?;
+        let found = of_rows(py, points(&at)?, |&p| self.0.uv_at(p.into()))?;
+        let (u, v) = detached(py, || found.into_iter().unzip())?;
         Ok((array(py, u), array(py, v)))
     }
 
     /// Points and their normals at longitudes and latitudes, rows of two.
     fn point<'py>(&self, py: Python<'py>, uv: Column<'py>) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
         let uv = rows::<2>(&uv)?;
-        let (points, normals) = detached(py, || {
-            let points = flat(uv.iter().map(|&[u, v]| self.0.point_at(u, v)));
-            (points, flat(uv.iter().map(|&[u, v]| self.0.normal_at(u, v))))
-        })?;
-        Ok((array(py, points), array(py, normals)))
+        let points = of_rows(py, uv, |&[u, v]| self.0.point_at(u, v).to_array())?;
+        let normals = of_rows(py, uv, |&[u, v]| self.0.normal_at(u, v).to_array())?;
+        Ok((array(py, points.into_flattened()), array(py, normals.into_flattened())))
     }
 
     /// The closest points, the signed distances and their proven errors.
@@ -75,7 +76,7 @@ impl Shape {
             let closest = self.0.closest_point_within(point.into(), &limits);
             closest.map_or(nothing, |closest| (closest.point, closest.distance, closest.error))
         };
-        let found = run(py, at.len() / 50, |cancel| {
+        let found = run(py, at.len().saturating_mul(ROWS_OF_A_DISTANCE), |cancel| {
             in_parallel(at.len(), threads, |range| {
                 let unless = |_: &&[f64; 3]| !cancel.load(Ordering::Relaxed);
                 at[range].iter().take_while(unless).map(of_point).collect()
@@ -96,20 +97,32 @@ impl Shape {
         count: usize,
         seed: u64,
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
-        let (points, normals) = run(py, count, |_| {
-            let sampled = self.0.sample_surface(count, seed);
-            let points = flat(sampled.iter().map(|sample| sample.point));
-            (points, flat(sampled.iter().map(|sample| sample.normal)))
-        })?;
+        let (points, normals) = run(py, count, |cancel| {
+            let (mut points, mut normals) = (room(count)?, room(count)?);
+            let mut sampler = SurfaceSampler::new(&self.0, seed);
+            in_turns(count, cancel, |turn| {
+                for sample in sampler.by_ref().take(turn) {
+                    points.extend(sample.point.to_array());
+                    normals.extend(sample.normal.to_array());
+                }
+            });
+            Ok::<_, TryReserveError>((points, normals))
+        })?
+        .map_err(errors::memory)?;
         Ok((array(py, points), array(py, normals)))
     }
 
     /// Points spread evenly over the inside.
     fn sample_inside<'py>(&self, py: Python<'py>, count: usize, seed: u64) -> PyResult<Array<'py, f64>> {
-        let points = run(py, count, |_| {
+        let points = run(py, count, |cancel| {
+            let mut points = room(count)?;
             let mut sampler = InteriorSampler::new(&self.0, seed);
-            flat((0..count).map(|_| sampler.sample()))
-        })?;
+            in_turns(count, cancel, |turn| {
+                (0..turn).for_each(|_| points.extend(sampler.sample().to_array()))
+            });
+            Ok::<_, TryReserveError>(points)
+        })?
+        .map_err(errors::memory)?;
         Ok(array(py, points))
     }
 
@@ -132,7 +145,8 @@ impl Shape {
         py: Python<'py>,
         tolerance: f64,
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>, Array<'py, u32>)> {
-        let mesh = run(py, FEW, |_| self.0.mesh(tolerance))?.map_err(errors::value)?;
+        let shape = self.0;
+        let mesh = abandonable(py, move || shape.mesh(tolerance))?.map_err(errors::value)?;
         let vertices = flat(mesh.positions.into_iter());
         let normals = flat(mesh.normals.into_iter());
         Ok((array(py, vertices), array(py, normals), array(py, mesh.triangles.into_flattened())))
@@ -192,6 +206,29 @@ impl Shape {
         })?;
         Ok(array(py, occluded))
     }
+}
+
+/// Answers for rows, in slices between which a signal is looked for.
+fn of_rows<R: Sync, T: Send>(py: Python<'_>, rows: &[R], of: impl Fn(&R) -> T + Sync) -> PyResult<Vec<T>> {
+    run(py, rows.len(), |cancel| {
+        let mut answers = Vec::with_capacity(rows.len());
+        let slices = rows.chunks(SLICE).take_while(|_| !cancel.load(Ordering::Relaxed));
+        slices.for_each(|slice| answers.extend(slice.iter().map(&of)));
+        answers
+    })
+}
+
+/// Room for the coordinates of so many points, if memory has it.
+fn room(points: usize) -> Result<Vec<f64>, TryReserveError> {
+    let mut room = Vec::new();
+    room.try_reserve_exact(points.saturating_mul(3))?;
+    Ok(room)
+}
+
+/// Splits a number into turns, and stops once `cancel` is true.
+fn in_turns(count: usize, cancel: &AtomicBool, mut turn: impl FnMut(usize)) {
+    let firsts = (0..count).step_by(SLICE).take_while(|_| !cancel.load(Ordering::Relaxed));
+    firsts.for_each(|first| turn(SLICE.min(count - first)));
 }
 
 /// Runs work on this many rows where its length fits.

@@ -6,7 +6,8 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
@@ -67,13 +68,9 @@ pub(crate) fn interruptible<T: Send>(
             })
             .map_err(|error| errors::defect(&format!("no thread can be started: {error}")))?;
         let mut stopped = None;
-        let receiver = AssertUnwindSafe(std::sync::Mutex::new(receiver));
+        let receiver = Mutex::new(receiver);
         loop {
-            let received = py.detach(|| {
-                let receiver = receiver.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                receiver.recv_timeout(POLL)
-            });
-            match received {
+            match received(py, &receiver) {
                 Ok(done) => {
                     let done = done.map_err(|message| errors::defect(&message));
                     return stopped.map_or(done, Err);
@@ -89,6 +86,38 @@ pub(crate) fn interruptible<T: Send>(
             }
         }
     })
+}
+
+/// Runs long work that cannot be stopped on a thread of its own, which has all that it needs. After a signal such
+/// as ctrl-c the exception of its handler is returned at once; the thread ends by itself, and its answer is
+/// dropped.
+pub(crate) fn abandonable<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    let (sender, receiver) = sync_channel(1);
+    let work = AssertUnwindSafe(work);
+    std::thread::Builder::new()
+        .spawn(move || {
+            let AssertUnwindSafe(work) = work;
+            let done = catch_unwind(AssertUnwindSafe(work));
+            // Nobody may be waiting any more.
+            let _ = sender.send(done.map_err(|panic| message_of(&*panic)));
+        })
+        .map_err(|error| errors::defect(&format!("no thread can be started: {error}")))?;
+    let receiver = Mutex::new(receiver);
+    loop {
+        match received(py, &receiver) {
+            Ok(done) => return done.map_err(|message| errors::defect(&message)),
+            Err(RecvTimeoutError::Disconnected) => return Err(errors::defect("the work has no answer")),
+            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+        }
+    }
+}
+
+/// The answer of a thread, if it comes before a signal is to be looked for. Waits without the interpreter's lock.
+fn received<T: Send>(py: Python<'_>, receiver: &Mutex<Receiver<T>>) -> Result<T, RecvTimeoutError> {
+    py.detach(AssertUnwindSafe(|| receiver.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(POLL)))
 }
 
 /// The number of threads; 0 stands for one for each core.

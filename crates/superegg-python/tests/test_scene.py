@@ -525,3 +525,135 @@ def test_denoising_needs_its_library_and_makes_a_film_smoother(monkeypatch):
     monkeypatch.setenv("SUPEREGG_OIDN", "/none/such.so")
     with pytest.raises(ValueError, match="Open Image Denoise 2"):
         scene.render(8, 8, denoise=True)
+
+
+def test_quaternions_of_any_length_are_rotations():
+    """The square of a length may be too large or too small for float64."""
+    turn = np.array([0.1, -0.7, 0.5, 0.3])
+    expected = matrices(turn)
+    for length in (1e-200, 1e-5, 1e200):
+        assert np.allclose(matrices(length * turn), expected)
+        scene = se.Scene()
+        scene.add_many(np.zeros((2, 3)), 1, rotations=np.stack([turn, length * turn]))
+        one, two = scene.table()["rotations"]
+        assert np.allclose(one, two)
+
+
+def test_the_camera_that_is_set_is_the_camera():
+    """Nothing of the camera before it stays."""
+    scene = se.Scene()
+    for camera in (
+        se.Camera((1.0, 2.0, 3.0), ortho_height=4.0, lens=(0.1, 3.0)),
+        se.Camera((1.0, 2.0, 3.0), fov=50.0),
+        se.Camera((1.0, 2.0, 3.0), lens=(0.2, 3.0)),
+        se.Camera((1.0, 2.0, 3.0), ortho_height=2.0),
+    ):
+        scene.camera = camera
+        assert scene.camera == camera
+
+
+def test_hits_survive_pickling(cloud):
+    origins = np.random.default_rng(3).uniform(-6, 6, (200, 2, 3))
+    hits = cloud.intersect(origins, [0, 0, 1])
+    assert 0 < hits.hit.sum() < hits.t.size
+    for other in (pickle.loads(pickle.dumps(hits)), copy.deepcopy(hits), copy.copy(hits)):
+        assert np.array_equal(other.names(), hits.names()) and np.array_equal(other.t, hits.t)
+        assert np.array_equal(other.instance, hits.instance)
+
+
+def test_a_film_is_copied():
+    scene = se.Scene()
+    scene.add(se.Superquadric(1))
+    film = scene.render(8, 6)
+    for other in (copy.copy(film), copy.deepcopy(film)):
+        assert other.to_png() == film.to_png()
+
+
+@pytest.mark.parametrize("threads", [1, 10**9])
+def test_threads_do_not_change_a_picture_or_hits(cloud, threads):
+    assert cloud.render(24, 16, threads=threads).to_png() == cloud.render(24, 16).to_png()
+    p = np.random.default_rng(4).uniform(-6, 6, (3000, 3))
+    assert np.array_equal(cloud.intersect(p, -p, threads=threads).t, cloud.intersect(p, -p).t)
+    assert np.array_equal(cloud.inside(p, threads=threads), cloud.inside(p))
+
+
+def test_lines_end_where_the_program_s_do():
+    scene = se.Scene()
+    scene.run("# a comment\x0cprimitive no\rprimitive yes\r\nprimitive too")
+    assert {name for name, kind in scene.names().items() if kind == "primitive"} == {"yes", "too"}
+
+
+LONG = {
+    "value": "shape.value(np.random.rand(40_000_000, 3))",
+    "signed_distance": "star.signed_distance(np.random.rand(45_000, 3) * [1, 0.01, 0.01], tolerance=1e-14)",
+    "sample_surface": "shape.sample_surface(200_000_000)",
+    "sample_inside": "shape.sample_inside(200_000_000)",
+    "fit": "se.fit(cloud, most_points=10**7)",
+    "residuals": "found.residuals(np.random.rand(1_000_000, 3))",
+    "export": "many.export('a.obj', tolerance=1.08e-3)",
+    "run": "many.run(lines)",
+    "intersect": "many.intersect(np.random.rand(8_000_000, 3), [[1, 2, 3]])",
+}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("name", LONG)
+def test_ctrl_c_stops_long_calls(tmp_path, name):
+    """Each takes ten seconds or more on two cores, or needs as long to be prepared."""
+    script = tmp_path / "long.py"
+    script.write_text(f"""
+import numpy as np, superegg as se, threading, time
+shape, star = se.Superquadric((1, 2, 3), (0.5, 1.5)), se.Superquadric((1, 2, 3), (2.9, 2.8))
+cloud = np.repeat(shape.sample_surface(1000)[0], 1000, axis=0)
+cloud = cloud + np.random.default_rng(1).normal(scale=0.01, size=cloud.shape)
+found = se.fit(cloud[::500])
+lines = "\\n".join(f"primitive p{{i}}" for i in range(2_000_000))
+many = se.Scene()
+many.add_many(np.random.default_rng(1).uniform(-9, 9, (3000, 3)), 0.3, (0.5, 1.5))
+stopped = threading.Event()
+turns = 0
+def count():
+    global turns
+    while not stopped.is_set():
+        time.sleep(0.01)
+        turns += 1
+threading.Thread(target=count, daemon=True).start()
+print("begins", flush=True)
+begin = time.time()
+try:
+    {LONG[name]}
+    print("ends", time.time() - begin, turns)
+except KeyboardInterrupt:
+    print("stops", time.time() - begin, turns)
+stopped.set()
+""")
+    process = subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+    )
+    assert process.stdout is not None and process.stdout.readline() == "begins\n"
+    time.sleep(2.5)
+    process.send_signal(2)
+    word, _, turns = process.stdout.readline().split()
+    # What is left of its work ends with the process.
+    process.kill()
+    process.wait()
+    assert word == "stops" and int(turns) > 10
+
+
+def test_the_lock_is_free_while_another_thread_compiles():
+    """A scene that is being compiled is waited for without the interpreter's lock."""
+    rng = np.random.default_rng(1)
+    scene = se.Scene()
+    scene.add_many(rng.uniform(-99, 99, (400_000, 3)), rng.uniform(0.2, 0.6, (400_000, 3)), (0.7, 0.9))
+    thread = threading.Thread(target=lambda: scene.bounds)
+    waits = threading.Thread(target=lambda: scene.names())
+    turns = 0
+    thread.start()
+    time.sleep(0.01)
+    waits.start()
+    while thread.is_alive():
+        turns += 1
+        time.sleep(0.001)
+    thread.join()
+    waits.join()
+    assert turns > 20
