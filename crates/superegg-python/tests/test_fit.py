@@ -1,5 +1,8 @@
 """Fits of superquadrics to points."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -67,3 +70,21 @@ def test_parts():
 def test_wrong_points(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_a_fit_survives_pickling():
+    points, _ = se.Superquadric((1, 2, 3), (0.5, 1.3)).sample_surface(600)
+    points = points + np.random.default_rng(1).normal(scale=0.01, size=points.shape)
+    found = se.fit(points)
+    for other in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        assert repr(other) == repr(found) and other.warnings == found.warnings and other.used == 600
+        assert np.array_equal(other.covariance, found.covariance) and np.array_equal(other.rotation, found.rotation)
+        assert (other.surface_error, other.outliers) == (found.surface_error, found.outliers)
+        for one, two in zip(other.residuals(points), found.residuals(points), strict=True):
+            assert np.array_equal(one, two)
+
+
+def test_without_inliers_there_is_no_mean():
+    found = se.fit(se.Superquadric(1).sample_surface(300)[0])
+    assert np.isnan(found.residuals([[1e3, 0, 0]]).rms)
+    assert np.isnan(found.residuals(np.zeros((0, 3))).rms)

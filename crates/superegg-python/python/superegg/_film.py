@@ -152,7 +152,19 @@ class Film:
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         array: NDArray[Any] = self.color if dtype is None else self.color.astype(dtype, copy=False)
+        if copy is False and array is not self.color:
+            raise ValueError(f"the film is an array of {self.dtype}; one of {array.dtype} needs a copy")
         return array.copy() if copy else array
+
+    # A film does not change.
+    def __copy__(self) -> Film:
+        return Film(self._core)
+
+    def __deepcopy__(self, memo: Any) -> Film:
+        return Film(self._core)
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a film cannot be pickled; pickle its arrays, such as film.color, or film.to_exr()")
 
     def __getitem__(self, index: Any) -> Any:
         return self.color[index]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,7 +33,9 @@ class Residuals(NamedTuple):
 
     @property
     def rms(self) -> float:
-        """The root mean square of the distances, each weighted by its probability."""
+        """The root mean square of the distances, each weighted by its probability; nan if no point is of the surface."""
+        if not np.any(self.inlier > 0.0):
+            return float("nan")
         return float(np.sqrt(np.average(self.distance**2, weights=self.inlier)))
 
     @property
@@ -99,11 +101,18 @@ class Fit:
         distance, inlier = self._core.residuals(at)
         return Residuals(distance.reshape(shape), inlier.reshape(shape))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self._core.kept(),)
+
     def __repr__(self) -> str:
         a, b, c = (f"{x:.6g}" for x in self.shape.radii)
         e, n = (f"{x:.4g}" for x in self.shape.exponents)
         at = ", ".join(f"{x:.6g}" for x in self.center)
         return f"<Fit: radii ({a}, {b}, {c}), exponents ({e}, {n}), center ({at}), noise {self.noise:.3g}>"
+
+
+def _restored(kept: tuple[Any, ...]) -> Fit:
+    return Fit(_superegg.Fit.restored(kept))
 
 
 def fit(

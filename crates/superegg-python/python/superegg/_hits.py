@@ -78,18 +78,31 @@ class Hits(ShapeHits):
         super().__init__(columns, shape)
         self.primitive = columns[5].reshape(shape)
         self.instance = columns[6].reshape(shape)
-        self._paths: _superegg.Paths = columns[7]
+        # Once names are made, or the hits are copied or pickled: the names, and each ray's among them.
+        self._named: tuple[list[str | None], NDArray[np.intp]] | None = None
+        self._paths: _superegg.Paths | None = columns[7]
 
     def names(self) -> NDArray[np.object_]:
         """The names of the instances, such as ``grains/p17``, shape (...); ``None`` for a miss.
 
         Each instance is named once, so this takes little for many rays.
         """
-        ids, first, inverse = np.unique(self.instance.reshape(-1), return_index=True, return_inverse=True)
-        del ids
-        names = np.empty(len(first), dtype=object)
-        names[:] = self._paths.names([int(ray) for ray in first])
-        return np.asarray(names[inverse].reshape(self.t.shape), dtype=object)
+        texts, which = self._names_and_rows()
+        names = np.empty(len(texts), dtype=object)
+        names[:] = texts
+        return np.asarray(names[which].reshape(self.t.shape), dtype=object)
+
+    def _names_and_rows(self) -> tuple[list[str | None], NDArray[np.intp]]:
+        """The names of instances, and the one among them of each ray."""
+        if self._named is None:
+            assert self._paths is not None
+            ids = self.instance.reshape(-1)
+            _, first, rows = np.unique(ids, return_index=True, return_inverse=True)
+            self._named = self._paths.names([int(ray) for ray in first]), rows
+        return self._named
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_named": self._names_and_rows(), "_paths": None}
 
 
 class Closest(NamedTuple):
