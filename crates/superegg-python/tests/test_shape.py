@@ -153,6 +153,19 @@ def test_copies_are_equal():
     assert shape != SHAPES[0] and shape != 3
 
 
+def test_threads_beyond_reason_are_as_many_as_there_are():
+    shape = SHAPES[1]
+    p = np.random.default_rng(9).uniform(-1, 1, (3000, 3))
+    assert np.array_equal(shape.closest_point(p, threads=10**9).distance, shape.closest_point(p).distance)
+
+
+def test_moments_of_a_mass_do_not_leave_the_range_of_float64():
+    expected = se.Superquadric((1, 2, 3), (0.5, 1.5)).inertia(mass=5)
+    for unit in (1e-100, 1e100):
+        moments = se.Superquadric((unit, 2 * unit, 3 * unit), (0.5, 1.5)).inertia(mass=5)
+        assert np.allclose(moments / unit / unit, expected, rtol=1e-12)
+
+
 def test_conventions():
     assert se.Superquadric((2, 4, 6), (8, 2), convention="lammps") == se.Superquadric((1, 2, 3), (1, 0.25))
     assert se.Superquadric((1, 2, 3), (0.5, 1.5), convention="ems").exponents == (1.5, 0.5)

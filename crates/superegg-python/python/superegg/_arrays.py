@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 Shape = tuple[int, ...]
 
+MOST_THREADS = 1024
+
 
 def floats(values: ArrayLike, name: str, *, allow_infinite: bool = False) -> Floats:
     """Numbers of any real type as float64, none of them nan."""
+    if np.ma.is_masked(values):
+        raise ValueError(f"{name}: values of an array of shape {np.shape(values)} are masked; leave them out or fill them")
     try:
         array = np.asarray(values)
     except ValueError as error:
@@ -59,12 +64,31 @@ def number(value: Any, name: str) -> float:
 def count(value: Any, name: str, least: int = 0) -> int:
     """One whole number."""
     try:
-        whole = value.__index__()
-    except AttributeError:
+        whole = index(value)
+    except TypeError:
         raise TypeError(f"{name}: expected a whole number, found {value!r}") from None
     if not least <= whole < 2**63:
-        raise ValueError(f"{name}: expected a whole number of at least {least}, found {whole}")
-    return int(whole)
+        raise ValueError(f"{name}: expected a whole number of at least {least} and below 2^63, found {whole}")
+    return whole
+
+
+def threads(value: Any) -> int:
+    """A number of threads. More than the most do not help, and a system may not have them."""
+    return min(count(value, "threads"), MOST_THREADS)
+
+
+def flag(value: Any, name: str) -> bool:
+    """True or False. A text such as "no" is neither."""
+    if not isinstance(value, (bool, np.bool_, int, np.integer)):
+        raise TypeError(f"{name}: expected True or False, found {value!r}")
+    return bool(value)
+
+
+def text(value: Any, name: str) -> str:
+    """One text."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name}: expected a text, found {type(value).__name__}")
+    return value
 
 
 def common_shape(shapes: dict[str, Shape]) -> Shape:

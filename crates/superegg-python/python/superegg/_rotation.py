@@ -31,8 +31,9 @@ def matrices(rotation: Any, name: str = "rotation") -> Floats:
 
 
 def _checked(array: Floats, name: str) -> Floats:
-    off = np.abs(array @ np.swapaxes(array, -1, -2) - np.eye(3))
-    if array.size and (off.max() > TOLERANCE or np.linalg.det(array).min() < 0):
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(array @ np.swapaxes(array, -1, -2) - np.eye(3))
+    if array.size and (not off.max() <= TOLERANCE or np.linalg.det(array).min() < 0):  # inf and nan, too
         raise ValueError(
             f"{name}: expected rotation matrices; one of shape {array.shape} is not orthonormal or mirrors. "
             "Scale and shear go into 'matrix'"
@@ -40,11 +41,17 @@ def _checked(array: Floats, name: str) -> Floats:
     return array
 
 
-def _of_quaternions(array: Floats, name: str) -> Floats:
-    length = np.linalg.norm(array, axis=-1, keepdims=True)
-    if array.size and not length.min() > 0:
+def _of_length_one(array: Floats, name: str) -> Floats:
+    # The square of a length may leave the range of float64 though the length does not.
+    largest = np.abs(array).max(axis=-1, keepdims=True, initial=0.0)
+    if array.size and not largest.min() > 0:
         raise ValueError(f"{name}: a quaternion of the array of shape {array.shape} has length 0")
-    w, x, y, z = np.moveaxis(array / length, -1, 0)
+    scaled = array / largest
+    return np.asarray(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True))
+
+
+def _of_quaternions(array: Floats, name: str) -> Floats:
+    w, x, y, z = np.moveaxis(_of_length_one(array, name), -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -61,10 +68,7 @@ def quaternions(rotation: Any, name: str = "rotations") -> Floats:
     if array.ndim >= 2 and array.shape[-2:] == (3, 3):
         return _of_matrices(_checked(array, name))
     if array.ndim >= 1 and array.shape[-1] == 4:
-        length = np.linalg.norm(array, axis=-1, keepdims=True)
-        if array.size and not length.min() > 0:
-            raise ValueError(f"{name}: a quaternion of the array of shape {array.shape} has length 0")
-        return np.roll(array / length, -1, axis=-1)
+        return np.roll(_of_length_one(array, name), -1, axis=-1)
     return matrices(array, name)  # which says what is wrong
 
 

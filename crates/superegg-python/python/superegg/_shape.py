@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from superegg import _superegg
 from superegg._arrays import Floats, column, common_shape, count, floats, number, points, rays
+from superegg._arrays import threads as threads_
 from superegg._conventions import convention_of
 from superegg._hits import Bools, Closest, ShapeHits
 from superegg._meshes import Mesh
@@ -160,7 +161,7 @@ class Superquadric:
         small = number(tolerance, "tolerance")
         if not 0.0 < small < 1.0:
             raise ValueError(f"tolerance: expected a number between 0 and 1, found {small}")
-        found = self._core.closest(at, small, count(threads, "threads"))
+        found = self._core.closest(at, small, threads_(threads))
         return Closest(found[0].reshape((*shape, 3)), found[1].reshape(shape), found[2].reshape(shape))
 
     def normal(self, points_: ArrayLike, /) -> Floats:
@@ -260,7 +261,7 @@ class Superquadric:
         Parameters
         ----------
         mass : float, optional
-            The mass; without it the density is 1.
+            The mass, at least 0; without it the density is 1.
 
         Examples
         --------
@@ -268,8 +269,15 @@ class Superquadric:
         >>> se.Superquadric(1).inertia(mass=5.0).round(9)
         array([2., 2., 2.])
         """
-        moments = np.array(self._core.inertia())
-        return moments if mass is None else moments * (number(mass, "mass") / self.volume)
+        if mass is None:
+            return np.array(self._core.inertia())
+        weight = number(mass, "mass")
+        if weight < 0.0:
+            raise ValueError(f"mass: expected a number of at least 0, found {weight}")
+        # Of the shape of size 1, whose volume and fifth powers are within the range of float64.
+        unit = max(self._radii)
+        shape = Superquadric([max(radius / unit, 1e-200) for radius in self._radii], self._exponents)
+        return np.array(shape._core.inertia()) / shape.volume * weight * unit * unit
 
     def mesh(self, tolerance: float = 1e-2) -> Mesh:
         """A closed triangle mesh.
@@ -336,7 +344,7 @@ class Superquadric:
         array([ 4., inf])
         """
         start, way, least, most, shape = rays(origins, directions, t_min, t_max)
-        return ShapeHits(self._core.intersect(start, way, least, most, count(threads, "threads")), shape)
+        return ShapeHits(self._core.intersect(start, way, least, most, threads_(threads)), shape)
 
     def occluded(
         self,
