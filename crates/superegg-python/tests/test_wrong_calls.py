@@ -1,5 +1,7 @@
 """Wrong calls are exceptions that say what was wrong, with the shapes."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -86,6 +88,43 @@ WRONG = [
     (lambda: se.loads("1", convention="legs"), ValueError, "liggghts"),
     (lambda: se.loads("1", convention="ems", frames=2), TypeError, "frames"),
     (lambda: se.loads("x y z a\n1 2 3 4\n", color_by="a", colormap="jet"), ValueError, "viridis"),
+    (lambda: BALL.value(np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0])), ValueError, r"points: values of an array of shape \(3,\) are masked"),
+    (lambda: BALL.sample_surface(np.zeros((3, 1))), TypeError, "n: expected a whole number"),
+    (lambda: BALL.sample_surface(3, seed=2**63), ValueError, r"below 2\^63"),
+    (lambda: BALL.inertia(mass=-1), ValueError, "mass: .* at least 0"),
+    (lambda: scene().add(BALL, material="red"), TypeError, "material: expected a Material, found str"),
+    (lambda: scene().add(BALL, name=3), TypeError, "name: expected a text, found int"),
+    (lambda: scene().add(BALL, material=se.Material(fresnel="no")), TypeError, "fresnel: expected True or False"),
+    (lambda: scene().add(BALL, material=se.Material(checker=3)), ValueError, "checker: expected a colour and a size"),
+    (lambda: scene().add(BALL, rotation=np.full((3, 3), 1e200)), ValueError, "orthonormal"),
+    (lambda: scene().set_floor(0, material="red"), TypeError, "material: expected a Material"),
+    (lambda: scene().add_light("sun"), TypeError, "light: expected a PointLight.* found str"),
+    (lambda: scene().add_light(se.PointLight((0, 0, 5)), name=3), TypeError, "name: expected a text, found int"),
+    (lambda: scene().remove_light(3), TypeError, "name: expected a text, found int"),
+    (lambda: setattr(scene(), "camera", (1, 2, 3)), TypeError, "camera: expected a Camera, found tuple"),
+    (lambda: setattr(scene(), "camera", se.Camera((1, 2, 3), lens=(1, 2, 3))), ValueError, "lens: expected 2 numbers"),
+    (lambda: setattr(scene(), "root", None), TypeError, "root: expected a text, found NoneType"),
+    (lambda: scene().add_many(np.zeros((1, 3)), 1, ids=np.array([2**64 - 1], np.uint64)), ValueError, r"ids: .*2\^63"),
+    (lambda: scene().add_many(np.zeros((2, 3)), 1, ids=[[1], [1, 2]]), ValueError, "ids: rows of different"),
+    (lambda: scene().set(size="80x60"), ValueError, "size: expected width and height"),
+    (lambda: scene().set(samples=[1, 2]), ValueError, r"samples: .*\[1, 2\]"),
+    (lambda: scene().add(BALL, name="a\0b"), ValueError, "cannot be a name"),
+    (lambda: scene().run("primitive a\nprimitive b\0c"), se.FormatError, "line 2: a zero byte"),
+    (lambda: scene().run(b"clear"), TypeError, "text: expected lines .* found bytes"),
+    (lambda: scene().key(0, None), TypeError, "line: expected a text"),
+    (lambda: scene().key(0, "translate 0 0 0\nclear"), ValueError, "expected one line"),
+    (lambda: scene().set_environment('a"b.hdr'), ValueError, "quotation mark"),
+    (lambda: scene().render(4, 4, progress="yes"), TypeError, "progress: expected True, False or a function"),
+    (lambda: scene().render(4, 4, layers="no"), TypeError, "layers: expected True or False"),
+    (lambda: scene().render(4, 4, output=3), TypeError, "output: expected a text"),
+    (lambda: scene().export("a.stl", absolute="no"), TypeError, "absolute: expected True or False"),
+    (lambda: np.asarray(scene().render(4, 4), dtype=np.float64, copy=False), ValueError, "needs a copy"),
+    (lambda: pickle.dumps(scene().render(4, 4)), TypeError, "film.color"),
+    (lambda: se.loads(5), TypeError, "data: expected a text or bytes, found int"),
+    (lambda: se.loads([]), TypeError, "data: expected a text or bytes, found list"),
+    (lambda: se.loads("", columns=3), TypeError, "columns: expected a text"),
+    (lambda: se.loads("", images=3), TypeError, "images: expected three counts"),
+    (lambda: se.loads("", box="no"), TypeError, "box: expected True or False"),
 ]
 
 
@@ -94,6 +133,36 @@ def test_wrong_calls_say_what_is_wrong(case):
     call, kind, text = WRONG[case]
     with pytest.raises(kind, match=text):
         call()
+
+
+@pytest.mark.parametrize("wrong", [None, "abc", 3.5, np.zeros((3, 1)), {"a": 1}, b"abc", len, np, 1j, [[1], [1, 2]]], ids=repr)
+def test_no_other_exception_leaves_a_call(wrong):
+    """Whatever is given, a call is right, or its exception is one that is documented."""
+    calls = [
+        BALL.value, BALL.normal, BALL.uv, BALL.closest_point, BALL.sample_surface, BALL.inertia, BALL.mesh,
+        lambda x: BALL.intersect(x, [0, 0, 1]), lambda x: BALL.occluded([0, 0, 5], x), lambda x: BALL.point(x, 0.0),
+        lambda x: se.Superquadric(x), lambda x: se.Superquadric(1, x), lambda x: se.Superquadric(1, convention=x),
+        se.fit, se.fit_parts, se.load, se.loads, lambda x: se.loads("", convention=x), lambda x: se.loads("", frame=x),
+        lambda x: se.loads("", range=x), lambda x: se.loads("", color_by=x), lambda x: se.loads("", min_axis=x),
+        lambda x: scene().add(x), lambda x: scene().add(BALL, x), lambda x: scene().add(BALL, rotation=x),
+        lambda x: scene().add(BALL, color=x), lambda x: scene().add(BALL, material=x), lambda x: scene().add(BALL, name=x),
+        lambda x: scene().add_many(x, 1), lambda x: scene().add_many(np.zeros((2, 3)), x),
+        lambda x: scene().add_many(np.zeros((2, 3)), 1, ids=x), lambda x: scene().add_many(np.zeros((2, 3)), 1, name=x),
+        lambda x: scene().add_light(x), lambda x: scene().remove_light(x), lambda x: setattr(scene(), "camera", x),
+        lambda x: setattr(scene(), "root", x), lambda x: scene().look_at(x), lambda x: scene().frame(x),
+        lambda x: scene().set(samples=x), lambda x: scene().set(size=x), lambda x: scene().set_background(x),
+        lambda x: scene().set_sky(x), lambda x: scene().set_floor(x), lambda x: scene().set_floor(0, material=x),
+        lambda x: scene().run(x), lambda x: scene().key(x, "rotate z 0"), lambda x: scene().key(0, x), lambda x: scene().at(x),
+        lambda x: scene().primitive_name(x), lambda x: scene().render(x, 4), lambda x: scene().render(4, 4, threads=x),
+        lambda x: scene().render(4, 4, progress=x), lambda x: scene().render(4, 4, output=x), lambda x: scene().mesh(x),
+        lambda x: scene().render(2, 2).save(x), lambda x: scene().view(where=x),
+        lambda x: se.Material(checker=x).lines(), lambda x: se.Camera((1, 2, 3), lens=x).lines(),
+    ]
+    for call in calls:
+        try:
+            call(wrong)
+        except (ValueError, TypeError, OSError, KeyError) as error:
+            assert str(error)
 
 
 def test_a_refused_change_leaves_the_scene():

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Union
+from typing import Any, Union
 
-from superegg._arrays import number, vector
+from superegg._arrays import flag, number, vector
 
 Vector = Union[tuple[float, float, float], list[float]]
 Color = Union[str, tuple[float, float, float], list[float]]
@@ -95,20 +95,30 @@ class Material:
             if value is not None:
                 lines.append(f"set{name.capitalize()} {number(value, name)!r}")
         if self.fresnel is not None:
-            lines.append(f"setFresnel {'on' if self.fresnel else 'off'}")
+            lines.append(f"setFresnel {'on' if flag(self.fresnel, 'fresnel') else 'off'}")
         if self.absorb is not None:
             lines.append(f"setAbsorb {triple(self.absorb, 'absorb')}")
         if self.checker is not None:
-            second, size = self.checker
+            second, size = _pair(self.checker, "checker", "a colour and a size")
             lines.append(f"setPattern checker {triple(second, 'checker')} {number(size, 'checker')!r}")
         if self.gradient is not None:
-            second, way = self.gradient
+            second, way = _pair(self.gradient, "gradient", "a colour and a direction")
             lines.append(f"setPattern gradient {triple(second, 'gradient')} {triple(way, 'gradient')}")
         return lines
 
 
+def _pair(values: Any, name: str, expected: str) -> tuple[Any, Any]:
+    try:
+        first, second = values
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: expected {expected}, found {values!r}") from None
+    return first, second
+
+
 def material_lines(color: object, material: Material | None) -> list[str]:
     """The lines of a material, and of a colour that replaces its own."""
+    if not (material is None or isinstance(material, Material)):
+        raise TypeError(f"material: expected a Material, found {type(material).__name__}")
     lines = [] if material is None else material.lines()
     if color is not None:
         lines.append(f"setColor {color_text(color)}")
@@ -235,9 +245,12 @@ class Camera:
         """The commands that set the camera."""
         where = f"{triple(self.position, 'position')} {triple(self.target, 'target')}"
         lines = [f"camera {where} {number(self.fov, 'fov')!r}", f"cameraUp {triple(self.up, 'up')}"]
-        if self.ortho_height is not None:
-            lines.append(f"orthographic {number(self.ortho_height, 'ortho_height')!r}")
-        if self.lens is not None:
-            radius, focus = self.lens
-            lines.append(f"lens {number(radius, 'lens')!r} {number(focus, 'lens')!r}")
+        # Both are set in any case: the camera before may have them.
+        height = 0.0 if self.ortho_height is None else number(self.ortho_height, "ortho_height")
+        lines.append(f"orthographic {height!r}")
+        if self.lens is None:
+            lines.append("lens 0")
+        else:
+            radius, focus = vector(self.lens, "lens", 2)
+            lines.append(f"lens {radius!r} {focus!r}")
         return lines

@@ -18,6 +18,8 @@ def shown(progress: Progress) -> Iterator[Callable[[int, int], object] | None]:
         yield None
     elif callable(progress):
         yield progress
+    elif progress is not True:
+        raise TypeError(f"progress: expected True, False or a function, found {type(progress).__name__}")
     else:
         bar = _bar()
         try:

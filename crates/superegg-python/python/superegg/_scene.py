@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any, Protocol, Union, runtime_checkable
@@ -11,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from superegg import _superegg
-from superegg._arrays import Floats, column, count, floats, number, points, rays, vectors
+from superegg._arrays import Floats, column, count, flag, floats, number, points, rays, text, vectors
+from superegg._arrays import threads as threads_
 from superegg._conventions import convention_of
 from superegg._film import Film
 from superegg._hits import Bools, Hits
-from superegg._looks import Camera, Light, Material, color_text, material_lines, triple
+from superegg._looks import Camera, Light, Material, PointLight, SpotLight, SunLight, color_text, material_lines, triple
 from superegg._meshes import SceneMesh
 from superegg._progress import Progress, shown
 from superegg._rotation import placement, quaternions
@@ -54,6 +56,9 @@ _SETTINGS = {
     "gloss_rays": "glossRays",
 }
 
+
+_WORD = re.compile("[A-Za-z0-9]+|[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?|[-+]?inf|nan")
+"""A value of a setting: a word, or a number."""
 
 _EXPORTED = frozenset((".stl", ".ply", ".obj", ".glb", ".vtp", ".pov", ".csv", ".nrrd", ".vti"))
 """The endings of files that `Scene.save` exports. Others of `Scene.export` may be those of a scene's text."""
@@ -131,6 +136,8 @@ class Scene:
         """
         if not isinstance(shape, Superquadric):
             raise TypeError(f"shape: expected a Superquadric, found {type(shape).__name__}")
+        if name is not None:
+            text(name, "name")
         place = placement(matrix, position, rotation)
         return self._core.add(shape._core, name, place, material_lines(color, material))
 
@@ -185,6 +192,7 @@ class Scene:
         >>> scene.instance_count
         1000
         """
+        text(name, "name")
         chosen = convention_of(convention)
         places = vectors(positions, "positions")
         if places.ndim != 2:
@@ -210,10 +218,15 @@ class Scene:
                 )
         numbers = None
         if ids is not None:
-            whole = np.asarray(ids)
-            if whole.dtype.kind not in "iu" or whole.shape != (n,):
+            try:
+                whole = np.asarray(ids)
+            except ValueError as error:
+                raise ValueError("ids: rows of different lengths make no array") from error
+            if (whole.dtype.kind not in "iu" and whole.size > 0) or whole.shape != (n,):
                 raise ValueError(f"ids: expected {n} whole numbers, found {whole.dtype} of shape {whole.shape}")
             numbers = [int(i) for i in whole]
+            if numbers and not -(2**63) <= min(numbers) <= max(numbers) < 2**63:
+                raise ValueError(f"ids: expected numbers below 2^63, found {max(numbers)}")
         flat = {what: column(array, array.shape) for what, array in columns.items()}
         table = {"positions": column(places, places.shape), "colors": None, **flat}
         return self._core.add_table(name, table, numbers, material_lines(None, material))
@@ -223,6 +236,8 @@ class Scene:
 
         Without any light a scene has a white one at (3, 4, 5).
         """
+        if not isinstance(light, (PointLight, SpotLight, SunLight)):
+            raise TypeError(f"light: expected a PointLight, SpotLight or SunLight, found {type(light).__name__}")
         taken = set(self._core.lights())
         if name is None:
             name = next(free for i in range(1, len(taken) + 2) if (free := f"light{i}") not in taken)
@@ -247,6 +262,8 @@ class Scene:
 
     @camera.setter
     def camera(self, camera: Camera) -> None:
+        if not isinstance(camera, Camera):
+            raise TypeError(f"camera: expected a Camera, found {type(camera).__name__}")
         self._core.run(camera.lines())
 
     def look_at(
@@ -342,13 +359,16 @@ class Scene:
         scale : float
             The factor of its values.
         """
-        line = f'environment "{os.fspath(path)}" {number(rotation, "rotation")!r} {number(scale, "scale")!r}'
+        name = os.fsdecode(path)
+        if '"' in name or "\n" in name:
+            raise ValueError(f"path: a scene cannot name a file with a quotation mark or a line break, found {name!r}")
+        line = f'environment "{name}" {number(rotation, "rotation")!r} {number(scale, "scale")!r}'
         self._core.run([line])
 
     def set_floor(self, height: float, up: ArrayLike | None = None, *, material: Material | None = None) -> None:
         """Add an infinite floor at this height along its normal ``up``."""
         surface, root = "floor_surface", self.root
-        lines = [f"primitive {surface}", *(Material() if material is None else material).lines()]
+        lines = [f"primitive {surface}", *material_lines(None, material)]
         lines.append(f"floor {number(height, 'height')!r} {surface}")
         if up is not None:
             lines.append(f"floorUp {triple(up, 'up')}")
@@ -381,7 +401,9 @@ class Scene:
         >>> scene.root
         'nest'
         """
-        return "\n".join(self._core.run(text.splitlines()))
+        if not isinstance(text, str):
+            raise TypeError(f"text: expected lines of the modelling language, found {type(text).__name__}")
+        return "\n".join(self._core.run(re.split("\r\n|\n|\r", text)))
 
     # Keyframes.
 
@@ -413,6 +435,8 @@ class Scene:
         >>> scene.at(5).bounds[:, 0].round(6)
         array([1., 3.])
         """
+        if "\n" in text(line, "line"):
+            raise ValueError(f"line: expected one line, found {line!r}")
         self._core.run([f"key {number(frame, 'frame')!r} {line}"])
 
     @property
@@ -433,7 +457,7 @@ class Scene:
 
     @root.setter
     def root(self, name: str) -> None:
-        self._core.show(name)
+        self._core.show(text(name, "root"))
 
     def names(self) -> dict[str, str]:
         """The names of what the scene has, each with its kind: primitive, object or table."""
@@ -481,7 +505,8 @@ class Scene:
 
     def primitive_name(self, index: int) -> str | None:
         """The name of a primitive by `Hits.primitive`."""
-        return self._core.primitive_name(count(index, "index"))
+        number_ = count(index, "index")
+        return None if number_ >= 2**32 else self._core.primitive_name(number_)
 
     # Rays and points.
 
@@ -518,7 +543,7 @@ class Scene:
             Shapes that do not broadcast, or numbers that are not finite.
         """
         start, way, least, most, shape = rays(origins, directions, t_min, t_max)
-        query = count(threads, "threads"), bool(uv)
+        query = threads_(threads), bool(uv)
         return Hits(tuple(self._core.intersect(start, way, least, most, query)), shape)
 
     def occluded(
@@ -532,13 +557,13 @@ class Scene:
     ) -> Bools:
         """Whether each ray hits anything for ``t_min <= t < t_max``, shape (...): faster than a hit."""
         start, way, least, most, shape = rays(origins, directions, t_min, t_max)
-        found = self._core.occluded(start, way, least, most, count(threads, "threads"))
+        found = self._core.occluded(start, way, least, most, threads_(threads))
         return found.reshape(shape)
 
     def inside(self, points_: ArrayLike, /, *, threads: int = 0) -> Bools:
         """Whether points of shape (..., 3) are inside any shape, shape (...)."""
         at, shape = points(points_)
-        return self._core.inside(at, count(threads, "threads")).reshape(shape)
+        return self._core.inside(at, threads_(threads)).reshape(shape)
 
     def signed_distance(self, points_: ArrayLike, /, *, threads: int = 0) -> Floats:
         """The distance to the nearest surface, shape (...) for points of shape (..., 3).
@@ -547,7 +572,7 @@ class Scene:
         shapes overlap, the surface of the union is at least that far. A scene without shapes is at inf.
         """
         at, shape = points(points_)
-        return self._core.signed_distance(at, count(threads, "threads"))[0].reshape(shape)
+        return self._core.signed_distance(at, threads_(threads))[0].reshape(shape)
 
     # Pictures and files.
 
@@ -595,9 +620,9 @@ class Scene:
             if width is None or height is None:
                 raise ValueError(f"give both width and height, found {width} and {height}")
             size = _side(width, "width"), _side(height, "height")
-        request = {"size": size, "output": output, "layers": layers, "lines": _setting_lines(settings)}
+        request = {"size": size, "output": text(output, "output"), "layers": flag(layers, "layers"), "lines": _setting_lines(settings)}
         with shown(progress) as tick:
-            core = self._core.render(request, count(threads, "threads"), tick)
+            core = self._core.render(request, threads_(threads), tick)
         return Film(core)
 
     def view(self, width: int = 480, height: int = 360, *, where: str = "kernel", **settings: Any) -> Any:
@@ -703,7 +728,8 @@ class Scene:
             An unknown ending, an empty scene, or more triangles than a file may have.
         """
         name = os.fspath(path)
-        request = _export_request(tolerance, absolute, depth) | {"double": double, "grid": count(grid, "grid"), "value": value}
+        request = _export_request(tolerance, absolute, depth)
+        request |= {"double": flag(double, "double"), "grid": count(grid, "grid"), "value": text(value, "value")}
         data, materials, losses = self._core.export(name, request)
         if materials is not None:
             with open(os.path.splitext(name)[0] + ".mtl", "wb") as file:
@@ -882,7 +908,13 @@ def loads(data: str | bytes, *, name: str = "text", **keywords: Any) -> Scene:
     ...
     superegg.FormatError: egg.scn:2:...
     """
-    content = data.encode() if isinstance(data, str) else bytes(data)
+    if isinstance(data, str):
+        content = data.encode()
+    elif isinstance(data, (bytes, bytearray, memoryview)):
+        content = bytes(data)
+    else:
+        raise TypeError(f"data: expected a text or bytes, found {type(data).__name__}")
+    text(name, "name")
     return _loaded(*_superegg.load_bytes(name, content, _keywords(keywords)))
 
 
@@ -907,6 +939,12 @@ def _keywords(given: dict[str, Any]) -> dict[str, Any]:
     if unknown:
         raise TypeError(f"unexpected keywords {sorted(unknown)}; known are {', '.join(_LOAD_KEYWORDS)}")
     keywords = {name: given[name] for name in _LOAD_KEYWORDS if given.get(name) is not None}
+    for name in ("convention", "columns", "color_by", "colormap"):
+        if name in keywords:
+            text(keywords[name], name)
+    for name in ("type_colors", "box"):
+        if name in keywords:
+            keywords[name] = flag(keywords[name], name)
     for name in ("min_axis", "point_radius"):
         if name in keywords:
             keywords[name] = number(keywords[name], name)
@@ -918,7 +956,10 @@ def _keywords(given: dict[str, Any]) -> dict[str, Any]:
             raise ValueError(f"range: expected two numbers, found an array of shape {ends.shape}")
         keywords["range"] = [float(x) for x in ends]
     if "images" in keywords:
-        counts = [count(i, "images", 1) for i in keywords["images"]]
+        try:
+            counts = [count(i, "images", 1) for i in keywords["images"]]
+        except TypeError:
+            raise TypeError(f"images: expected three counts from 1 to 64, found {keywords['images']!r}") from None
         if len(counts) != 3 or max(counts) > 64:
             raise ValueError(f"images: expected three counts from 1 to 64, found {counts}")
         keywords["images"] = counts
@@ -963,15 +1004,18 @@ def _setting_lines(settings: dict[str, Any]) -> list[str]:
     lines: list[str] = []
     for name, value in settings.items():
         if name == "size":
-            width, height = value
+            try:
+                width, height = value
+            except (TypeError, ValueError):
+                raise ValueError(f"size: expected width and height in pixels, found {value!r}") from None
             lines.append(f"set size {_side(width, 'width')}x{_side(height, 'height')}")
         elif name not in _SETTINGS:
             raise TypeError(f"there is no setting {name!r}; choose one of size, {', '.join(_SETTINGS)}")
         elif value is not None:
-            text = ("on" if value else "off") if isinstance(value, (bool, np.bool_)) else str(value)
-            if isinstance(value, str) and not value.isalnum():
+            word = ("on" if value else "off") if isinstance(value, (bool, np.bool_)) else str(value)
+            if not _WORD.fullmatch(word):
                 raise ValueError(f"{name}: expected a word or a number, found {value!r}")
-            lines.append(f"set {_SETTINGS[name]} {text}")
+            lines.append(f"set {_SETTINGS[name]} {word}")
     return lines
 
 
@@ -986,7 +1030,7 @@ def _export_request(tolerance: float, absolute: bool, depth: int | None) -> dict
     return {
         "depth": levels,
         "tolerance": tolerance,
-        "absolute": bool(absolute),
+        "absolute": flag(absolute, "absolute"),
         "double": False,
         "grid": 64,
         "value": "distance",
@@ -1006,6 +1050,8 @@ def _value(text: str) -> str:
 
 
 def _word(name: str) -> str:
+    if not isinstance(name, str):
+        raise TypeError(f"name: expected a text, found {type(name).__name__}")
     if not name or any(c.isspace() or c == "#" for c in name):
         raise ValueError(f"{name!r} cannot be a name: a name is one word without blanks and #")
     return name
