@@ -118,7 +118,7 @@ impl Shape {
             let mut points = room(count)?;
             let mut sampler = InteriorSampler::new(&self.0, seed);
             in_turns(count, cancel, |turn| {
-                (0..turn).for_each(|_| points.extend(sampler.sample().to_array()))
+                (0..turn).for_each(|_| points.extend(sampler.sample().to_array()));
             });
             Ok::<_, TryReserveError>(points)
         })?

@@ -3,6 +3,8 @@
 import copy
 import math
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -157,6 +159,20 @@ def test_threads_beyond_reason_are_as_many_as_there_are():
     shape = SHAPES[1]
     p = np.random.default_rng(9).uniform(-1, 1, (3000, 3))
     assert np.array_equal(shape.closest_point(p, threads=10**9).distance, shape.closest_point(p).distance)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a limit of memory")
+@pytest.mark.parametrize("name", ["sample_surface", "sample_inside"])
+def test_more_samples_than_memory_holds_are_a_memory_error(name):
+    """The process goes on."""
+    script = (
+        "import resource, superegg\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))\n"
+        f"try: superegg.Superquadric(1).{name}(10**9)\n"
+        "except MemoryError as error: print(error)\n"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    assert "ask for fewer" in run.stdout, run.stderr
 
 
 def test_moments_of_a_mass_do_not_leave_the_range_of_float64():
