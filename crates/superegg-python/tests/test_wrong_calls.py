@@ -110,6 +110,7 @@ WRONG = [
     (lambda: scene().set(samples=[1, 2]), ValueError, r"samples: .*\[1, 2\]"),
     (lambda: scene().add(BALL, name="a\0b"), ValueError, "cannot be a name"),
     (lambda: scene().run("primitive a\nprimitive b\0c"), se.FormatError, "line 2: a zero byte"),
+    (lambda: scene().table(3), TypeError, "name: expected a text, found int"),
     (lambda: scene().run(b"clear"), TypeError, "text: expected lines .* found bytes"),
     (lambda: scene().key(0, None), TypeError, "line: expected a text"),
     (lambda: scene().key(0, "translate 0 0 0\nclear"), ValueError, "expected one line"),

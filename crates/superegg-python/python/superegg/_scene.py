@@ -482,7 +482,7 @@ class Scene:
             if len(tables) != 1:
                 raise KeyError(f"the scene has {len(tables)} tables; name one of {tables}")
             name = tables[0]
-        columns: dict[str, NDArray[Any]] = self._core.table(name)
+        columns: dict[str, NDArray[Any]] = self._core.table(text(name, "name"))
         for what, width in (("positions", 3), ("radii", 3), ("exponents", 2), ("rotations", 4), ("colors", 3)):
             columns[what] = columns[what].reshape((-1, width))
         columns["rotations"] = np.roll(columns["rotations"], 1, axis=-1)
