@@ -94,10 +94,7 @@ impl Fit {
         let shape = Superquadric::new(radii.into(), exponents).map_err(errors::value)?;
         let rotation = DQuat::from_xyzw(x, y, z, w);
         let mut fit = superegg_fit::Fit::restored(shape, rotation, center.into(), noise, background);
-        let rows: Vec<_> = covariance.chunks(COVARIANCE_ROWS.len()).map(<[f64]>::to_vec).collect();
-        for (row, kept) in fit.covariance.iter_mut().zip(rows) {
-            row.iter_mut().zip(kept).for_each(|(value, kept)| *value = kept);
-        }
+        fit.covariance.as_flattened_mut().iter_mut().zip(covariance).for_each(|(to, from)| *to = from);
         (fit.outliers, fit.surface_error, fit.used) = (outliers, surface_error, used);
         Ok(Self { fit, warnings })
     }

@@ -32,10 +32,8 @@ use crate::errors;
 use crate::film::Film;
 use crate::load::options;
 use crate::shape::{Shape, append, hit_arrays, with_room};
-use crate::work::{abandonable, detached, in_parallel, in_slices, interruptible, thread_count};
+use crate::work::{abandonable, by_length, detached, in_parallel, in_slices, interruptible, thread_count};
 
-/// So many lines of the modelling language end before a signal would be looked for.
-const FEW_LINES: usize = 1000;
 /// Above this many colours those of a table are rounded.
 const MOST_COLORS: usize = 1 << 16;
 /// The steps of a channel that is rounded, even to the eye.
@@ -277,16 +275,12 @@ impl Scene {
 
     /// Carries out lines of the modelling language, all or none, and returns what they print.
     fn run(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<Vec<String>> {
-        let run = |cancel: &AtomicBool| {
+        by_length(py, lines.len(), |cancel| {
             let mut state = self.lock();
             let (model, printed) = after_unless(&state.model, state.model.root(), &lines, cancel)?;
             state.replace(model);
             Ok(printed)
-        };
-        if lines.len() < FEW_LINES {
-            return detached(py, || run(&AtomicBool::new(false)))?;
-        }
-        interruptible(py, |_| Ok(()), run)?
+        })?
     }
 
     /// Adds a shape under a name to the shown object, with the material of some lines.

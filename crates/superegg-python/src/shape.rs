@@ -1,7 +1,7 @@
 //! A superquadric and its measures, on columns.
 
 use std::collections::TryReserveError;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use pyo3::prelude::*;
 use superegg::geom::glam::DVec3;
@@ -12,13 +12,11 @@ use superegg::geom::{
 
 use crate::columns::{Array, Column, Rays, array, flat, numbers, points, rows};
 use crate::errors;
-use crate::work::{abandonable, detached, in_parallel, interruptible, thread_count};
+use crate::work::{abandonable, by_length, detached, in_parallel, in_slices, thread_count};
 
 /// The columns of hits: t, position, normal, u and v, leaving.
 type HitArrays<'py> = (Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, f64>, Array<'py, bool>);
 
-/// Calls of fewer rows run on the thread that calls: they end before a signal would be looked for.
-const FEW: usize = 1000;
 /// A distance takes as long as this many other answers.
 const ROWS_OF_A_DISTANCE: usize = 50;
 /// The number of rays between two looks at the flag that cancels.
@@ -76,7 +74,7 @@ impl Shape {
             let closest = self.0.closest_point_within(point.into(), &limits);
             closest.map_or(nothing, |closest| (closest.point, closest.distance, closest.error))
         };
-        let found = run(py, at.len().saturating_mul(ROWS_OF_A_DISTANCE), |cancel| {
+        let found = by_length(py, at.len().saturating_mul(ROWS_OF_A_DISTANCE), |cancel| {
             in_parallel(at.len(), threads, |range| {
                 let unless = |_: &&[f64; 3]| !cancel.load(Ordering::Relaxed);
                 at[range].iter().take_while(unless).map(of_point).collect()
@@ -97,11 +95,11 @@ impl Shape {
         count: usize,
         seed: u64,
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
-        let (points, normals) = run(py, count, |cancel| {
+        let (points, normals) = by_length(py, count, |cancel| {
             let (mut points, mut normals) = (room(count)?, room(count)?);
             let mut sampler = SurfaceSampler::new(&self.0, seed);
-            in_turns(count, cancel, |turn| {
-                for sample in sampler.by_ref().take(turn) {
+            in_slices(count, cancel, |slice| {
+                for sample in sampler.by_ref().take(slice.len()) {
                     points.extend(sample.point.to_array());
                     normals.extend(sample.normal.to_array());
                 }
@@ -114,11 +112,11 @@ impl Shape {
 
     /// Points spread evenly over the inside.
     fn sample_inside<'py>(&self, py: Python<'py>, count: usize, seed: u64) -> PyResult<Array<'py, f64>> {
-        let points = run(py, count, |cancel| {
+        let points = by_length(py, count, |cancel| {
             let mut points = room(count)?;
             let mut sampler = InteriorSampler::new(&self.0, seed);
-            in_turns(count, cancel, |turn| {
-                (0..turn).for_each(|_| points.extend(sampler.sample().to_array()));
+            in_slices(count, cancel, |slice| {
+                slice.for_each(|_| points.extend(sampler.sample().to_array()));
             });
             Ok::<_, TryReserveError>(points)
         })?
@@ -164,7 +162,7 @@ impl Shape {
     ) -> PyResult<HitArrays<'py>> {
         let rays = Rays { origins, directions, t_min, t_max };
         let batch = rays.batch()?;
-        let parts = run(py, batch.len(), |cancel| {
+        let parts = by_length(py, batch.len(), |cancel| {
             let slices = batch.len().div_ceil(SLICE);
             in_parallel(slices, thread_count(threads), |range| {
                 let mut parts = Vec::new();
@@ -193,7 +191,7 @@ impl Shape {
         let ends = numbers(&t_max)?.to_vec();
         let rays = Rays { origins, directions, t_min, t_max: Some(t_max) };
         let batch = rays.batch()?;
-        let occluded = run(py, batch.len(), |cancel| {
+        let occluded = by_length(py, batch.len(), |cancel| {
             let of_ray = |i: usize| match (batch.ray(i), batch.range(i)) {
                 (Some(ray), Some((t_min, _))) if t_min > 0.0 => {
                     let later = Ray::new(ray.point_at(t_min), ray.direction);
@@ -210,10 +208,9 @@ impl Shape {
 
 /// Answers for rows, in slices between which a signal is looked for.
 fn of_rows<R: Sync, T: Send>(py: Python<'_>, rows: &[R], of: impl Fn(&R) -> T + Sync) -> PyResult<Vec<T>> {
-    run(py, rows.len(), |cancel| {
+    by_length(py, rows.len(), |cancel| {
         let mut answers = Vec::with_capacity(rows.len());
-        let slices = rows.chunks(SLICE).take_while(|_| !cancel.load(Ordering::Relaxed));
-        slices.for_each(|slice| answers.extend(slice.iter().map(&of)));
+        in_slices(rows.len(), cancel, |slice| answers.extend(rows[slice].iter().map(&of)));
         answers
     })
 }
@@ -223,20 +220,6 @@ fn room(points: usize) -> Result<Vec<f64>, TryReserveError> {
     let mut room = Vec::new();
     room.try_reserve_exact(points.saturating_mul(3))?;
     Ok(room)
-}
-
-/// Splits a number into turns, and stops once `cancel` is true.
-fn in_turns(count: usize, cancel: &AtomicBool, mut turn: impl FnMut(usize)) {
-    let firsts = (0..count).step_by(SLICE).take_while(|_| !cancel.load(Ordering::Relaxed));
-    firsts.for_each(|first| turn(SLICE.min(count - first)));
-}
-
-/// Runs work on this many rows where its length fits.
-fn run<T: Send>(py: Python<'_>, rows: usize, work: impl FnOnce(&AtomicBool) -> T + Send) -> PyResult<T> {
-    if rows < FEW {
-        return detached(py, || work(&AtomicBool::new(false)));
-    }
-    interruptible(py, |_| Ok(()), work)
 }
 
 /// The columns of parts, one behind the other.

@@ -47,6 +47,21 @@ pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send)
         .map_err(|message| errors::defect(&message))
 }
 
+/// Calls of fewer rows run on the thread that calls: they end before a signal would be looked for.
+const FEW: usize = 1000;
+
+/// Runs work on this many rows, or lines, where its length fits: [`detached`] or [`interruptible`].
+pub(crate) fn by_length<T: Send>(
+    py: Python<'_>,
+    rows: usize,
+    work: impl FnOnce(&AtomicBool) -> T + Send,
+) -> PyResult<T> {
+    if rows < FEW {
+        return detached(py, || work(&AtomicBool::new(false)));
+    }
+    interruptible(py, |_| Ok(()), work)
+}
+
 /// Runs long work on another thread. A signal such as ctrl-c sets the flag that the work gets, and
 /// the exception of its handler is returned once the work has stopped. `tick` is called about every
 /// twentieth of a second, with the lock.
@@ -96,10 +111,8 @@ pub(crate) fn abandonable<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
     let (sender, receiver) = sync_channel(1);
-    let work = AssertUnwindSafe(work);
     std::thread::Builder::new()
         .spawn(move || {
-            let AssertUnwindSafe(work) = work;
             let done = catch_unwind(AssertUnwindSafe(work));
             // Nobody may be waiting any more.
             let _ = sender.send(done.map_err(|panic| message_of(&*panic)));

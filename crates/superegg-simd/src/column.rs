@@ -96,7 +96,7 @@ impl<const N: usize> Column<f64, N> {
 
 /// A register of which some lanes will be replaced.
 ///
-/// The compiler turns the load, the choice of lanes and the store into one masked store, which takes 20 cycles on AMD's
+/// The compiler turns the load, the choice of lanes and the store into one masked store, which is slow on AMD's
 /// processors without AVX-512. It does not do so after a volatile load.
 #[inline(always)]
 #[expect(unsafe_code, reason = "only a volatile load is kept apart from the store")]

@@ -12,6 +12,7 @@ Floats = NDArray[np.float64]
 Shape = tuple[int, ...]
 
 MOST_THREADS = 1024
+"""The most threads of a call, as of the program's ``--threads``."""
 
 
 def floats(values: ArrayLike, name: str, *, allow_infinite: bool = False) -> Floats:

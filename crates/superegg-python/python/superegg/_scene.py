@@ -505,8 +505,8 @@ class Scene:
 
     def primitive_name(self, index: int) -> str | None:
         """The name of a primitive by `Hits.primitive`."""
-        number_ = count(index, "index")
-        return None if number_ >= 2**32 else self._core.primitive_name(number_)
+        which = count(index, "index")
+        return None if which >= 2**32 else self._core.primitive_name(which)
 
     # Rays and points.
 
@@ -1050,8 +1050,7 @@ def _value(text: str) -> str:
 
 
 def _word(name: str) -> str:
-    if not isinstance(name, str):
-        raise TypeError(f"name: expected a text, found {type(name).__name__}")
+    text(name, "name")
     if not name or any(c.isspace() or c == "#" for c in name):
         raise ValueError(f"{name!r} cannot be a name: a name is one word without blanks and #")
     return name
