@@ -199,9 +199,10 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
         queue.nodes.push((0, mask));
         while let Some((node, mask)) = queue.nodes.pop() {
             let node = &frame.group.nodes[node as usize];
+            let bounds = node.bounds();
             let boxes = NodeBoxes {
                 intervals_only: if Q::IS_ORDERED { node.leaves } else { 0 },
-                bounds: &node.bounds,
+                bounds: &bounds,
                 count: node.count as usize,
                 origin: frame.tree_origin.as_vec3().to_array(),
                 pad: frame.pad,

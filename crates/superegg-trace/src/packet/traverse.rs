@@ -181,9 +181,10 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
         // The kernel of a shape tests the shape's own box anyway, so for leaves the packet's interval is enough. A shadow
         // ray ends before it reaches most leaves.
         let roughly = if Q::IS_ORDERED { node.leaves } else { 0 };
+        let bounds = node.bounds();
         let boxes = NodeBoxes {
             intervals_only: roughly,
-            bounds: &node.bounds,
+            bounds: &bounds,
             count: node.count as usize,
             origin: frame.tree_origin.as_vec3().to_array(),
             pad: frame.pad,
@@ -196,7 +197,7 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
         for (child, slot) in node.slots().enumerate().filter(|(child, _)| hit[*child] != 0) {
             let corner = |axis: usize| {
                 let d = middle[axis];
-                (node.bounds[axis][child] * d).min(node.bounds[axis + 3][child] * d)
+                (bounds[axis][child] * d).min(bounds[axis + 3][child] * d)
             };
             let near = if Q::IS_ORDERED { corner(0) + corner(1) + corner(2) } else { 0.0 };
             pending.push(Pending { slot, mask: hit[child], near });

@@ -1,8 +1,9 @@
 //! The nodes of a bounding volume hierarchy and the space of their boxes.
 //!
-//! Nodes have up to eight children. Their boxes are f32, rounded outwards, in a space of their own ([`TreeSpace`]) whose
+//! Nodes have up to eight children. Their boxes are rounded outwards, in a space of their own ([`TreeSpace`]) whose
 //! coordinates are of the order of 1; so no scene is too large or too small for them.
 
+use smallvec::SmallVec;
 use superegg_geom::Aabb;
 use superegg_geom::glam::{DAffine3, DMat3, DVec3};
 
@@ -21,7 +22,7 @@ pub(crate) enum Slot {
 }
 
 /// A [`Slot`] in 32 bits: the kind in the upper two, the index in the others.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct PackedSlot(u32);
 
 impl PackedSlot {
@@ -47,75 +48,211 @@ impl PackedSlot {
     }
 }
 
-/// A node: the boxes of up to eight children, one column for each bound.
+/// A node in 128 bytes: the boxes of up to eight children, one column for each bound.
+///
+/// Bounds are counted in steps from an origin of the node, and rounded outwards to whole steps. The step of an axis is a power
+/// of two, between 1/65536 and 1/32768 of the node's extent, or more where the numbers of f32 are farther apart. So every
+/// bound is an f32 without rounding, in whatever order it is computed.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct Node {
-    /// The least x, y and z of each child, then the largest.
-    pub(crate) bounds: [[f32; WIDTH]; 6],
-    pub(crate) slots: [PackedSlot; WIDTH],
-    /// The number of slots in use.
+    /// The least x, y and z of each child, then the largest, in steps from the origin.
+    steps: [[u16; WIDTH]; 6],
+    origin: [f32; 3],
+    /// The index of the first child that is a node, a leaf and an instance. Those of one kind follow each other.
+    first_of_kind: [u32; 3],
+    /// The size of a step along each axis, as the biased exponent of an f32.
+    step_exponents: [u8; 3],
+    /// The number of children.
     pub(crate) count: u8,
-    /// A bit for each slot that is a leaf.
+    /// A bit for each child that is a leaf.
     pub(crate) leaves: u8,
+    /// A bit for each child that is an instance.
+    instances: u8,
 }
 
 impl Node {
-    /// A node without children. Unused slots have a box far away from everything.
-    pub(super) const EMPTY: Self =
-        Self { bounds: [[f32::MAX; WIDTH]; 6], slots: [PackedSlot(0); WIDTH], count: 0, leaves: 0 };
+    /// A node that is replaced later.
+    pub(super) const EMPTY: Self = Self {
+        steps: [[0; WIDTH]; 6],
+        origin: [0.0; 3],
+        first_of_kind: [0; 3],
+        step_exponents: [0; 3],
+        count: 0,
+        leaves: 0,
+        instances: 0,
+    };
 
-    pub(super) fn push(&mut self, bounds: &TreeBox, slot: Slot) {
-        let child = self.count as usize;
-        self.set_tree_box(child, bounds);
-        self.set_slot(child, slot);
-        self.count += 1;
+    /// A node with children, at most eight. Those of one kind have indices that follow each other.
+    pub(super) fn new(boxes: &[TreeBox], slots: &[Slot]) -> Self {
+        let mut node = Self::EMPTY;
+        node.set_boxes(boxes);
+        node.set_slots(slots);
+        node
     }
 
-    fn set_slot(&mut self, child: usize, slot: Slot) {
-        self.slots[child] = PackedSlot::new(slot);
-        self.leaves = self.leaves & !(1 << child) | u8::from(matches!(slot, Slot::Leaf(_))) << child;
+    pub(super) fn set_boxes(&mut self, boxes: &[TreeBox]) {
+        let whole = whole_box(boxes.iter());
+        for axis in 0..3 {
+            let steps = Steps::between(whole.min[axis], whole.max[axis]);
+            (self.origin[axis], self.step_exponents[axis]) = (steps.origin, steps.exponent);
+            for (child, held) in boxes.iter().enumerate() {
+                self.steps[axis][child] = steps.below(held.min[axis]);
+                self.steps[axis + 3][child] = steps.above(held.max[axis]);
+            }
+        }
+    }
+
+    fn set_slots(&mut self, slots: &[Slot]) {
+        (self.count, self.leaves, self.instances) = (slots.len() as u8, 0, 0);
+        for (child, slot) in slots.iter().enumerate().rev() {
+            match *slot {
+                Slot::Node(index) => self.first_of_kind[0] = index,
+                Slot::Leaf(index) => {
+                    self.first_of_kind[1] = index;
+                    self.leaves |= 1 << child;
+                }
+                Slot::Instance(index) => {
+                    self.first_of_kind[2] = index;
+                    self.instances |= 1 << child;
+                }
+            }
+        }
+        debug_assert!(
+            self.slots().eq(slots.iter().copied()),
+            "children of one kind do not follow each other"
+        );
+    }
+
+    /// The node in a tree where its nodes and leaves come behind so many others.
+    pub(super) fn moved(&self, nodes: u32, leaves: u32) -> Self {
+        let [node, leaf, instance] = self.first_of_kind;
+        Self { first_of_kind: [node + nodes, leaf + leaves, instance], ..*self }
+    }
+
+    /// Replaces each child. Those of one kind have indices that follow each other.
+    pub(crate) fn map_slots(&mut self, to: impl Fn(Slot) -> Slot) {
+        let slots: SmallVec<[Slot; WIDTH]> = self.slots().map(to).collect();
+        self.set_slots(&slots);
+    }
+
+    #[inline(always)]
+    pub(crate) fn slot(&self, child: usize) -> Slot {
+        let bit = 1 << child;
+        if self.leaves & bit != 0 {
+            Slot::Leaf(self.leaf(child))
+        } else if self.instances & bit != 0 {
+            Slot::Instance(self.first_of_kind[2] + ones_below(self.instances, child))
+        } else {
+            Slot::Node(self.first_of_kind[0] + ones_below(!(self.leaves | self.instances), child))
+        }
+    }
+
+    /// The index of a child that is a leaf.
+    #[inline(always)]
+    pub(crate) fn leaf(&self, child: usize) -> u32 {
+        self.first_of_kind[1] + ones_below(self.leaves, child)
+    }
+
+    pub(crate) fn slots(&self) -> impl Iterator<Item = Slot> {
+        (0..self.count as usize).map(|child| self.slot(child))
+    }
+
+    /// The bounds of all boxes: the least x, y and z of each child, then the largest.
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> [[f32; WIDTH]; 6] {
+        let mut bounds = [[0.0; WIDTH]; 6];
+        for (row, (bounds, steps)) in bounds.iter_mut().zip(&self.steps).enumerate() {
+            let (origin, size) = (self.origin[row % 3], step_size(self.step_exponents[row % 3]));
+            for (bound, &count) in bounds.iter_mut().zip(steps) {
+                *bound = origin + f32::from(count) * size;
+            }
+        }
+        bounds
     }
 
     pub(super) fn tree_box(&self, child: usize) -> TreeBox {
-        let corner = |first: usize| std::array::from_fn(|axis| self.bounds[first + axis][child]);
+        let corner = |first: usize| {
+            std::array::from_fn(|axis| {
+                let size = step_size(self.step_exponents[axis]);
+                self.origin[axis] + f32::from(self.steps[first + axis][child]) * size
+            })
+        };
         TreeBox { min: corner(0), max: corner(3) }
     }
 
-    pub(super) fn set_tree_box(&mut self, child: usize, bounds: &TreeBox) {
-        for axis in 0..3 {
-            self.bounds[axis][child] = bounds.min[axis];
-            self.bounds[axis + 3][child] = bounds.max[axis];
-        }
+    /// The box of each child.
+    pub(super) fn tree_boxes(&self) -> SmallVec<[TreeBox; WIDTH]> {
+        (0..self.count as usize).map(|child| self.tree_box(child)).collect()
     }
 
     /// The box around all children.
     pub(super) fn whole_box(&self) -> TreeBox {
-        (0..self.count as usize).fold(TreeBox::EMPTY, |whole, child| whole.union(&self.tree_box(child)))
-    }
-
-    /// Replaces each slot in use.
-    pub(crate) fn map_slots(&mut self, to: impl Fn(Slot) -> Slot) {
-        for child in 0..self.count as usize {
-            self.set_slot(child, to(self.slots[child].unpack()));
-        }
-    }
-
-    pub(crate) fn slots(&self) -> impl Iterator<Item = Slot> {
-        self.slots[..self.count as usize].iter().map(|slot| slot.unpack())
+        whole_box(self.tree_boxes().iter())
     }
 
     /// The children: the box of each in the tree's space, and its slot.
     pub(crate) fn children(&self) -> impl Iterator<Item = (Aabb, Slot)> {
-        self.slots().enumerate().map(|(child, slot)| (self.child_box(child), slot))
+        self.slots().enumerate().map(|(child, slot)| (self.tree_box(child).into(), slot))
+    }
+}
+
+/// The number of ones below a bit.
+#[inline(always)]
+fn ones_below(bits: u8, bit: usize) -> u32 {
+    (bits & ((1 << bit) - 1)).count_ones()
+}
+
+/// The bits of the fraction of an f32.
+const FRACTION_BITS: u32 = f32::MANTISSA_DIGITS - 1;
+
+/// A step size from its biased exponent.
+#[inline(always)]
+fn step_size(exponent: u8) -> f32 {
+    f32::from_bits(u32::from(exponent) << FRACTION_BITS)
+}
+
+/// The steps in which bounds along an axis are counted.
+struct Steps {
+    origin: f32,
+    exponent: u8,
+    size: f32,
+    per_unit: f32,
+}
+
+impl Steps {
+    /// Steps that count bounds from `least` to `largest` in 16 bits.
+    fn between(least: f32, largest: f32) -> Self {
+        let exponent_of = |x: f32| (x.to_bits() >> FRACTION_BITS) as u8;
+        // The multiples of such a step are f32 up to the farthest bound.
+        let by_distance = exponent_of(least.abs().max(largest.abs())).saturating_sub(FRACTION_BITS as u8);
+        // Rounded outwards, an extent has up to two steps more.
+        let by_extent = exponent_of(((largest - least) / f32::from(u16::MAX - 2)).abs()) + 1;
+        let exponent = by_distance.max(by_extent);
+        let size = step_size(exponent);
+        let steps = Self { origin: 0.0, exponent, size, per_unit: size.recip() };
+        let near = (least * steps.per_unit) as i32 as f32 * size;
+        Self { origin: if near > least { near - size } else { near }, ..steps }
     }
 
-    /// The box of a child, in the tree's space.
-    pub(crate) fn child_box(&self, child: usize) -> Aabb {
-        let corner = |first: usize| {
-            DVec3::from_array(std::array::from_fn(|axis| f64::from(self.bounds[first + axis][child])))
-        };
-        Aabb { min: corner(0), max: corner(3) }
+    fn bound(&self, count: u16) -> f32 {
+        self.origin + f32::from(count) * self.size
+    }
+
+    fn near(&self, x: f32) -> u16 {
+        ((x - self.origin) * self.per_unit) as u16
+    }
+
+    /// The last step that is not above a bound.
+    fn below(&self, x: f32) -> u16 {
+        let near = self.near(x);
+        near - u16::from(self.bound(near) > x)
+    }
+
+    /// The first step that is not below a bound.
+    fn above(&self, x: f32) -> u16 {
+        let near = self.near(x);
+        near + u16::from(self.bound(near) < x)
     }
 }
 
@@ -152,9 +289,7 @@ impl TreeSpace {
 
     /// A box of the group around boxes of this space.
     pub(crate) fn bounds_of(&self, boxes: &[TreeBox]) -> Aabb {
-        let whole = whole_box(boxes.iter());
-        let corner = |c: [f32; 3]| DVec3::from_array(c.map(f64::from));
-        self.group_box(&Aabb { min: corner(whole.min), max: corner(whole.max) })
+        self.group_box(&whole_box(boxes.iter()).into())
     }
 
     /// A box of this space in the group's space, rounded outwards.
@@ -234,6 +369,13 @@ impl TreeBox {
     }
 }
 
+impl From<TreeBox> for Aabb {
+    fn from(tree_box: TreeBox) -> Self {
+        let corner = |c: [f32; 3]| DVec3::from_array(c.map(f64::from));
+        Self { min: corner(tree_box.min), max: corner(tree_box.max) }
+    }
+}
+
 /// The box around boxes.
 pub(crate) fn whole_box<'a>(boxes: impl Iterator<Item = &'a TreeBox>) -> TreeBox {
     boxes.fold(TreeBox::EMPTY, |whole, b| whole.union(b))
@@ -242,6 +384,80 @@ pub(crate) fn whole_box<'a>(boxes: impl Iterator<Item = &'a TreeBox>) -> TreeBox
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nodes_have_boxes_around_those_of_their_children() {
+        assert_eq!(size_of::<Node>(), 128);
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 40) as f32 / (1 << 24) as f32
+        };
+        for round in 0..20_000 {
+            let count = 1 + round % WIDTH;
+            // Boxes of all sizes at all distances, and points.
+            let size = [1.0, 1e-3, 1e-6, 1e-30, 1e-44, 0.0, FARTHEST][(7.0 * random()) as usize];
+            let (middle, flat) = (2.0 * random() - 1.0, if random() < 0.1 { 0.0 } else { 1.0 });
+            let boxes: Vec<TreeBox> = (0..count)
+                .map(|_| {
+                    let min: [f32; 3] = std::array::from_fn(|_| {
+                        (middle + size * (random() - 0.5)).clamp(-FARTHEST, FARTHEST)
+                    });
+                    TreeBox { min, max: min.map(|x| (x + flat * size * random() * random()).min(FARTHEST)) }
+                })
+                .collect();
+            let node = Node::new(&boxes, &(0..count as u32).map(Slot::Leaf).collect::<Vec<_>>());
+            let (whole, bounds) = (whole_box(boxes.iter()), node.bounds());
+            for (child, held) in boxes.iter().enumerate() {
+                let decoded = node.tree_box(child);
+                for axis in 0..3 {
+                    let (least, largest) = (decoded.min[axis], decoded.max[axis]);
+                    assert!(least <= held.min[axis] && held.max[axis] <= largest, "{decoded:?} {held:?}");
+                    assert_eq!((least, largest), (bounds[axis][child], bounds[axis + 3][child]));
+                    // Fused and in f64 the bounds are the same.
+                    let (origin, step) = (node.origin[axis], step_size(node.step_exponents[axis]));
+                    let steps = f32::from(node.steps[axis][child]);
+                    assert_eq!(least, steps.mul_add(step, origin));
+                    assert_eq!(f64::from(least), f64::from(steps) * f64::from(step) + f64::from(origin));
+                    let extent = whole.max[axis] - whole.min[axis];
+                    let far = whole.max[axis].abs().max(whole.min[axis].abs());
+                    let slack = (extent / 32_000.0).max(far * f32::EPSILON).max(2.0 * f32::MIN_POSITIVE);
+                    assert!(held.min[axis] - least <= slack && largest - held.max[axis] <= slack);
+                }
+            }
+            // A node keeps its boxes when they are set again.
+            let mut again = node;
+            again.set_boxes(&node.tree_boxes());
+            for child in 0..count {
+                let (before, after) = (node.tree_box(child), again.tree_box(child));
+                assert_eq!((before.min, before.max), (after.min, after.max));
+            }
+        }
+    }
+
+    #[test]
+    fn children_keep_their_slots() {
+        let slots = [
+            Slot::Leaf(7),
+            Slot::Node(3),
+            Slot::Instance(1),
+            Slot::Leaf(8),
+            Slot::Instance(2),
+            Slot::Instance(3),
+            Slot::Node(4),
+            Slot::Leaf(9),
+        ];
+        let mut node = Node::new(&[TreeBox::POINT; WIDTH], &slots);
+        assert!(node.slots().eq(slots));
+        assert_eq!((node.leaves, node.count, node.leaf(7)), (0b1000_1001, 8, 9));
+        node.map_slots(|slot| match slot {
+            Slot::Leaf(leaf) => Slot::Node(leaf - 2),
+            Slot::Node(node) => Slot::Leaf(node),
+            Slot::Instance(_) => slot,
+        });
+        let kinds = [Slot::Node(5), Slot::Leaf(3), Slot::Instance(1), Slot::Node(6), Slot::Instance(2)];
+        assert!(node.slots().take(5).eq(kinds));
+    }
 
     #[test]
     fn boxes_are_rounded_outwards() {

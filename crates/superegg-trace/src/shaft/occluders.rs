@@ -223,7 +223,7 @@ impl WithSimd for FindChildren<'_> {
             *nodes_left = nodes_left.checked_sub(1)?;
             let node = &group.nodes[node as usize];
             for child in superegg_simd::bits(tree_sides.children_inside(node)) {
-                match node.slots[child].unpack() {
+                match node.slot(child) {
                     Slot::Node(inner) => pending.push(inner),
                     slot => met.push(slot),
                 }
@@ -299,10 +299,11 @@ impl TreeSides {
     /// The children of a node whose boxes may meet the shaft, one bit each.
     #[inline(always)]
     fn children_inside(&self, node: &Node) -> u32 {
+        let bounds = node.bounds();
         let mut beyond = [0.0f32; WIDTH];
         for &TreeSide { normal: [x, y, z], columns, offset } in &self.sides[..self.count] {
             // The corner of each box that is deepest inside.
-            let [xs, ys, zs] = columns.map(|column| &node.bounds[usize::from(column)]);
+            let [xs, ys, zs] = columns.map(|column| &bounds[usize::from(column)]);
             for child in 0..WIDTH {
                 let depth = x * xs[child] + y * ys[child] + z * zs[child] - offset;
                 beyond[child] = if depth > beyond[child] { depth } else { beyond[child] };

@@ -2,7 +2,7 @@
 
 use superegg_geom::kernels::stream::ListedRay;
 
-use crate::scene::node::{Node, WIDTH};
+use crate::scene::node::WIDTH;
 
 /// Rays at a node, with what is known about them at its boxes. All fields are positions in [`ListMemory`].
 #[derive(Clone, Copy, Debug)]
@@ -146,12 +146,12 @@ fn transposed(mut bits: u64) -> u64 {
 
 /// The position of each box of a node along an octant's diagonal.
 #[inline(always)]
-pub(super) fn positions_along(node: &Node, octant: u8) -> [f32; WIDTH] {
+pub(super) fn positions_along(bounds: &[[f32; WIDTH]; 6], octant: u8) -> [f32; WIDTH] {
     let mut along = [0.0; WIDTH];
     for axis in 0..3 {
         let turn = if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
-        let bounds = node.bounds[axis].iter().zip(&node.bounds[axis + 3]);
-        for (along, (least, largest)) in along.iter_mut().zip(bounds) {
+        let both = bounds[axis].iter().zip(&bounds[axis + 3]);
+        for (along, (least, largest)) in along.iter_mut().zip(both) {
             *along += turn * (least + largest);
         }
     }

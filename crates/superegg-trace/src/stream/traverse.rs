@@ -390,7 +390,8 @@ impl<'s> Stream<'s> {
             *last = [0; WIDTH];
         }
         let entries = NodeEntries { near, hit: boxes_hit };
-        let hit = intersect_boxes(simd, &node.bounds, octant, &table.boxes, listed, &table.ends, entries);
+        let bounds = node.bounds();
+        let hit = intersect_boxes(simd, &bounds, octant, &table.boxes, listed, &table.ends, entries);
         let mut hit = hit & ((1u32 << node.count) - 1) as u8;
         if hit & !node.leaves == 0 {
             if hit != 0 {
@@ -398,7 +399,8 @@ impl<'s> Stream<'s> {
             }
             return;
         }
-        let order = if count == 1 { lists.near[first_near as usize] } else { positions_along(node, octant) };
+        let order =
+            if count == 1 { lists.near[first_near as usize] } else { positions_along(&bounds, octant) };
         if count > 1 {
             lists.fill_blocks(list);
         }
@@ -417,7 +419,8 @@ impl<'s> Stream<'s> {
             sorted_count += 1;
         }
         for &child in &sorted[..sorted_count] {
-            tasks.push(Task::Child { slot: node.slots[child as usize % WIDTH], child, octant, list });
+            let slot = PackedSlot::new(node.slot(child as usize % WIDTH));
+            tasks.push(Task::Child { slot, child, octant, list });
         }
     }
 
@@ -442,7 +445,7 @@ impl<'s> Stream<'s> {
     /// that is seldom mispredicted.
     #[inline(always)]
     fn queue_at_leaves(&mut self, node: u32, list: List, mut eight: u32, mut pairs: u64) {
-        let slots = &self.frame().0.nodes[node as usize].slots;
+        let its_node = &self.frame().0.nodes[node as usize];
         loop {
             while pairs != 0 {
                 let pair = pairs.trailing_zeros();
@@ -450,8 +453,7 @@ impl<'s> Stream<'s> {
                 let (ray, child) = (WIDTH as u32 * eight + pair / WIDTH as u32, pair as usize % WIDTH);
                 let listed = self.scratch.lists.rays[(list.first + ray) as usize];
                 let near = self.scratch.lists.near[(list.first_near + ray) as usize][child];
-                let Slot::Leaf(index) = slots[child].unpack() else { continue };
-                if near <= self.scratch.table.ends[listed.end()] && self.queue(index, listed) {
+                if near <= self.scratch.table.ends[listed.end()] && self.queue(its_node.leaf(child), listed) {
                     self.scratch.tasks.push(Task::Leaves { node, list, eight, pairs });
                     return;
                 }
