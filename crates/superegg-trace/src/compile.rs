@@ -3,7 +3,9 @@
 mod assemble;
 mod bounds;
 mod compiler;
+mod described;
 mod fold;
+mod index;
 mod parts;
 mod patch;
 mod proxy;

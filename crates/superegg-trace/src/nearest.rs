@@ -302,7 +302,7 @@ impl<'a> Search<'a> {
         let leaf = &group.leaves[index as usize];
         let unit_point = leaf.unit_from_group.transform_point3(*local);
         let world_from_unit = *world_from_group.forward() * inverse_of(&leaf.unit_from_group);
-        let shape = self.scene.primitives[leaf.primitive as usize].unit_shape();
+        let shape = self.scene.primitives.unit_shape(leaf.primitive);
         let value = shape.inside_outside(unit_point);
         let value = if value.is_nan() { f64::INFINITY } else { value };
         let unit_from_world = leaf.unit_from_group.matrix3 * world_from_group.inverse().matrix3;
@@ -334,7 +334,7 @@ impl<'a> Search<'a> {
             Level::Fine => return,
         };
         candidate.level = level;
-        let shape = self.scene.primitives[candidate.leaf.primitive as usize].unit_shape();
+        let shape = self.scene.primitives.unit_shape(candidate.leaf.primitive);
         if let Some(closest) = shape.closest_point_under(&candidate.world_from_unit, self.point, &limits) {
             let upper = closest.distance.max(0.0);
             let Bounds { lower, .. } = candidate.bounds;

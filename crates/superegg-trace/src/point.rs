@@ -148,7 +148,7 @@ impl CompiledScene {
 
 /// The smallest axis-aligned box around a leaf in the world, rounded outwards.
 fn leaf_bounds(scene: &CompiledScene, leaf: &Leaf, world_from_group: &Transform) -> Aabb {
-    let shape = scene.primitives[leaf.primitive as usize].unit_shape();
+    let shape = scene.primitives.unit_shape(leaf.primitive);
     let world_from_unit = *world_from_group.forward() * inverse_of(&leaf.unit_from_group);
     let half = shape.half_extent_under(&world_from_unit.matrix3);
     Aabb::around(world_from_unit.translation, half).rounded_outward()
@@ -193,7 +193,7 @@ impl Visitor for ContainmentInGroup<'_, '_> {
 
     fn leaf(&mut self, index: u32) -> ControlFlow<()> {
         let leaf = &self.group.leaves[index as usize];
-        let shape = self.query.scene.primitives[leaf.primitive as usize].unit_shape();
+        let shape = self.query.scene.primitives.unit_shape(leaf.primitive);
         if shape.inside_outside(leaf.unit_from_group.transform_point3(self.local)) < 0.0 {
             self.query.is_inside = true;
             return ControlFlow::Break(());
@@ -246,7 +246,7 @@ impl Visitor for HoldersInGroup<'_, '_> {
     fn leaf(&mut self, index: u32) -> ControlFlow<()> {
         let leaf = &self.group.leaves[index as usize];
         let query = &mut *self.query;
-        let shape = query.scene.primitives[leaf.primitive as usize].unit_shape();
+        let shape = query.scene.primitives.unit_shape(leaf.primitive);
         let value = shape.inside_outside(leaf.unit_from_group.transform_point3(self.local));
         if value < 0.0 {
             if query.found.len() >= query.most {
@@ -353,7 +353,7 @@ impl PointQuery<'_> {
         if !leaf_bounds(self.scene, leaf, world_from_group).contains(self.point) {
             return;
         }
-        let shape = self.scene.primitives[leaf.primitive as usize].unit_shape();
+        let shape = self.scene.primitives.unit_shape(leaf.primitive);
         // A local point beyond the range of f64 is outside.
         let value = shape.inside_outside(leaf.unit_from_group.transform_point3(local));
         let value = if value.is_nan() { f64::INFINITY } else { value };

@@ -67,7 +67,7 @@ impl CompiledScene {
         let (passed, end) = self.groups_along(&hit.path);
         let (unit_from_group, shape, material, instance) = match end {
             PathEnd::Leaf(_, leaf) => {
-                let primitive = &self.primitives[leaf.primitive as usize];
+                let primitive = self.primitives.get(leaf.primitive);
                 let material = Cow::Borrowed(&self.materials[primitive.material as usize]);
                 (leaf.unit_from_group, primitive.unit_shape(), material, None)
             }

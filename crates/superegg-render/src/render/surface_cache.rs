@@ -79,7 +79,7 @@ impl<'a> SurfaceCache<'a> {
             let candidate = tracer.candidate(candidate);
             let (primitive, material) = match candidate.target {
                 Target::Primitive(primitive) => {
-                    let material = scene.material_of(scene.primitive(primitive));
+                    let material = scene.material_of(&scene.primitive(primitive));
                     (Some(primitive), MaterialRef::Scene(material))
                 }
                 Target::Proxy => (None, MaterialRef::Mean(Rc::new(scene.proxy_material(&path)))),

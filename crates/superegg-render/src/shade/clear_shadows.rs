@@ -84,7 +84,7 @@ fn pass((passage, passed): &mut Passing, material: &Material, chord: &Chord, len
 
 /// The material of a convex shape of one colour.
 fn plain_material<'a>(context: &RenderContext<'a>, shape: &Occluder) -> Option<&'a Material> {
-    let material = context.scene.material_of(context.scene.primitive(shape.primitive));
+    let material = context.scene.material_of(&context.scene.primitive(shape.primitive));
     let is_plain = shape.is_convex()
         && material.pattern == Pattern::None
         && context.paths.textures.get(shape.primitive).is_none();

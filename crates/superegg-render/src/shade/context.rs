@@ -103,7 +103,7 @@ impl<'a> RenderContext<'a> {
                 let (unit_from_world, target) = self.scene.unit_from_world(&path);
                 let Target::Primitive(primitive) = target else { return None };
                 let primitive = self.scene.primitive(primitive);
-                let material = self.scene.material_of(primitive);
+                let material = self.scene.material_of(&primitive);
                 let local = unit_from_world.transform_point3(point);
                 (primitive.unit_shape().inside_outside(local) < 0.0 && transmits(material))
                     .then(|| (unit_from_world.matrix3.determinant().abs(), path, material))

@@ -45,7 +45,7 @@ pub(crate) struct EmitterSample<'e> {
 impl Emitters {
     /// The emitters of a scene. Each is chosen in proportion to the light that it gives off.
     pub(crate) fn of(scene: &CompiledScene) -> Self {
-        let shines = |primitive: u32| scene.material_of(scene.primitive(primitive)).emission > 0.0;
+        let shines = |primitive: u32| scene.material_of(&scene.primitive(primitive)).emission > 0.0;
         if !scene.materials().iter().any(|material| material.emission > 0.0) {
             return Self::default();
         }
@@ -60,7 +60,7 @@ impl Emitters {
         for ((placed, area), sampler) in surfaces.instances().iter().zip(areas).zip(surfaces.samplers()) {
             // A shape whose area is out of range is met by chance.
             let Some(sampler) = sampler else { continue };
-            let material = scene.material_of(scene.primitive(placed.primitive));
+            let material = scene.material_of(&scene.primitive(placed.primitive));
             // A little for black shapes, whose pattern may shine.
             let power = area * material.emission * material.color.max_element().max(1e-3);
             if !(power > 0.0 && power.is_finite()) {

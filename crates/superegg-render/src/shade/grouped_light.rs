@@ -277,7 +277,7 @@ impl<'a> GroupedLight<'a> {
         }
         let (scene, end) = (context.scene, end_of(light));
         let is_transparent =
-            |occluder: &Occluder| transmits(scene.material_of(scene.primitive(occluder.primitive)));
+            |occluder: &Occluder| transmits(scene.material_of(&scene.primitive(occluder.primitive)));
         occluders.sort_by_key(is_transparent);
         let (opaque, transparent) =
             occluders.split_at(occluders.partition_point(|occluder| !is_transparent(occluder)));

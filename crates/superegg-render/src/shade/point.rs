@@ -192,10 +192,8 @@ pub(crate) fn albedo_of_shape(
     world_from_unit: &DAffine3,
     view: &SurfaceView,
 ) -> DVec3 {
-    if material.pattern == Pattern::None {
-        return material.color;
-    }
-    let radii = primitive.radii;
+    let is_mapped = material.pattern != Pattern::None;
+    let Some(radii) = primitive.radii.filter(|_| is_mapped) else { return material.color };
     let linear = world_from_unit.matrix3;
     // The world vectors of unit steps along the axes of the primitive.
     let axes = [linear.x_axis / radii.x, linear.y_axis / radii.y, linear.z_axis / radii.z];

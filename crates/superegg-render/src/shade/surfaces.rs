@@ -96,7 +96,7 @@ impl<'a> Surface<'a> {
         let (shape, material, primitive) = match target {
             Target::Primitive(index) => {
                 let primitive = scene.primitive(index);
-                let material = MaterialRef::Scene(scene.material_of(primitive));
+                let material = MaterialRef::Scene(scene.material_of(&primitive));
                 (primitive.unit_shape(), material, Some(index))
             }
             Target::Proxy => {

@@ -24,17 +24,16 @@ pub(crate) struct Finish<'a> {
 /// The finish at a point of a shape, given in the space of the unit shape. `primitive` has its textures; `None` for a proxy.
 pub(crate) fn finish_of_shape<'a>(
     material: &MaterialRef<'a>,
-    primitive: Option<(&CompiledPrimitive, Option<&PrimitiveTextures>)>,
+    primitive: Option<(CompiledPrimitive, Option<&PrimitiveTextures>)>,
     unit_point: DVec3,
     world_from_unit: &DAffine3,
     view: &SurfaceView,
 ) -> Finish<'a> {
     let plain = Finish { albedo: material.color, material: material.clone(), bumped: None };
     let Some((primitive, textures)) = primitive else { return plain };
-    let albedo = albedo_of_shape(material, primitive, unit_point, world_from_unit, view);
+    let albedo = albedo_of_shape(material, &primitive, unit_point, world_from_unit, view);
     let finish = Finish { albedo, ..plain };
-    let Some(textures) = textures else { return finish };
-    let radii = primitive.radii;
+    let Some((textures, radii)) = textures.zip(primitive.radii) else { return finish };
     let linear = world_from_unit.matrix3;
     // The world vectors of unit steps along the axes of the primitive.
     let axes = [linear.x_axis / radii.x, linear.y_axis / radii.y, linear.z_axis / radii.z];

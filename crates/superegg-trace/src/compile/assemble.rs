@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use superegg_geom::{Aabb, BOUND_SHAPES, Transform};
 
 use super::bounds;
+use super::described::Described;
 use super::fold::fold;
 use super::parts::{FoldedLeaf, GroupItem, LARGE, LeafImage, NO_MAP, Parts, map_all, unit_from_group};
 use super::survey::Survey;
@@ -14,7 +15,6 @@ use crate::scene::bvh::Tree;
 use crate::scene::compiled::BoxInflation;
 use crate::scene::group::{Group, Instance, Leaf, NameRef, Names};
 use crate::scene::node::{Slot, TreeBox, TreeSpace, whole_box};
-use crate::scene::primitive::CompiledPrimitive;
 
 /// The sum that becomes a [`BoxInflation`].
 #[derive(Default)]
@@ -39,22 +39,22 @@ pub(super) fn assemble(
     mut parts: Parts<'_>,
     names: Arc<Names>,
     survey: Survey,
-    primitives: &[CompiledPrimitive],
+    described: &Described,
     inflation: &mut InflationSum,
     folded_before: usize,
 ) -> Option<Group> {
     let has_one_child = parts.item_count() == 1;
     fold(&mut parts, &survey.leaf_box, folded_before);
     let mut whole = survey.leaf_box;
-    let image = |leaf: &FoldedLeaf| leaf.maps.image(&primitives[leaf.primitive as usize]);
+    let image = |leaf: &FoldedLeaf| leaf.maps.image(described.primitives.exponents(leaf.primitive));
     whole = parts.folded.iter().fold(whole, |whole, leaf| whole.union(&image(leaf).loose_box()));
     let group_boxes: Vec<Aabb> = parts
         .groups
         .iter()
         .map(|item| {
             let corners = item.group.bounds.transformed(&item.parent_from_child);
-            let refined =
-                bounds::image_box(&item.group, primitives, &item.parent_from_child).rounded_outward();
+            let refined = bounds::image_box(&item.group, &described.primitives, &item.parent_from_child)
+                .rounded_outward();
             inflation.instances += 1;
             inflation.ratios += (corners.half_area() / refined.half_area()).max(1.0);
             refined
@@ -65,7 +65,7 @@ pub(super) fn assemble(
         return None;
     }
     let space = TreeSpace::of(&whole);
-    let mut boxes = leaf_boxes(&parts, survey.boxes, &space, primitives);
+    let mut boxes = leaf_boxes(&parts, survey.boxes, &space, described);
     boxes.extend(group_boxes.iter().map(|b| space.tree_box(b)));
     let bounds = space.bounds_of(&boxes);
     let Tree { mut nodes, order } = Tree::build(&boxes);
@@ -74,7 +74,7 @@ pub(super) fn assemble(
     let leaf_count = parts.leaves.len() + parts.folded.len();
     let mut folded: Vec<Option<Leaf>> = Vec::with_capacity(parts.folded.len());
     for FoldedLeaf { name, primitive, maps } in std::mem::take(&mut parts.folded) {
-        folded.push(Some(Leaf::new(maps.unit_from_group, primitive, name, primitives)));
+        folded.push(Some(Leaf::new(maps.unit_from_group, primitive, name, &described.primitives)));
     }
     let mut groups: Vec<Option<Instance>> = Vec::with_capacity(parts.groups.len());
     for GroupItem { name, parent_from_child, group } in std::mem::take(&mut parts.groups) {
@@ -85,9 +85,9 @@ pub(super) fn assemble(
     let plain = &parts.leaves;
     let make_plain = |item: u32| {
         let (child, primitive) = plain[item as usize];
-        let radii = primitives[primitive as usize].radii;
+        let radii = described.radii[primitive as usize];
         let unit_from_group = parts.transform(child).map_or(NO_MAP, |map| unit_from_group(&map, radii));
-        Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives)
+        Leaf::new(unit_from_group, primitive, NameRef::child(child), &described.primitives)
     };
     let mut instances = Vec::with_capacity(groups.len());
     let leaves = if leaf_count == plain.len() && groups.is_empty() {
@@ -142,16 +142,16 @@ fn leaf_boxes(
     parts: &Parts<'_>,
     surveyed: Option<Vec<Aabb>>,
     space: &TreeSpace,
-    primitives: &[CompiledPrimitive],
+    described: &Described,
 ) -> Vec<TreeBox> {
     let mut boxes =
         match surveyed {
             Some(surveyed) => map_all(&surveyed, |leaf_box| {
                 if leaf_box.is_empty() { TreeBox::POINT } else { space.tree_box(leaf_box) }
             }),
-            None => plain_boxes(parts, space, primitives),
+            None => plain_boxes(parts, space, described),
         };
-    let image = |leaf: &FoldedLeaf| leaf.maps.image(&primitives[leaf.primitive as usize]);
+    let image = |leaf: &FoldedLeaf| leaf.maps.image(described.primitives.exponents(leaf.primitive));
     for leaves in parts.folded.chunks(BOUND_SHAPES) {
         let images = std::array::from_fn(|i| leaves.get(i).map(image));
         boxes.extend(LeafImage::tight_boxes(&images).iter().flatten().map(|tight| space.tree_box(tight)));
@@ -161,7 +161,7 @@ fn leaf_boxes(
     let is_outer = whole.outer_test();
     let (plain, folded) = boxes.split_at_mut(parts.leaves.len());
     for (held, leaf) in plain.iter_mut().zip(&parts.leaves).filter(|(held, _)| is_outer(held)) {
-        if let Some(image) = parts.image(leaf, primitives) {
+        if let Some(image) = parts.image(leaf, described) {
             *held = space.tree_box(&image.exact_box());
         }
     }
@@ -172,12 +172,12 @@ fn leaf_boxes(
 }
 
 /// The boxes of plain leaves, several at once, on all threads if there are many.
-fn plain_boxes(parts: &Parts<'_>, space: &TreeSpace, primitives: &[CompiledPrimitive]) -> Vec<TreeBox> {
+fn plain_boxes(parts: &Parts<'_>, space: &TreeSpace, described: &Described) -> Vec<TreeBox> {
     let mut boxes = vec![TreeBox::POINT; parts.leaves.len()];
     let leaves = parts.leaves.par_chunks(BOUND_SHAPES);
     let both = leaves.zip(boxes.par_chunks_mut(BOUND_SHAPES)).with_min_len(LARGE / BOUND_SHAPES);
     both.for_each(|(leaves, boxes)| {
-        let images = std::array::from_fn(|i| parts.image(leaves.get(i)?, primitives));
+        let images = std::array::from_fn(|i| parts.image(leaves.get(i)?, described));
         for (held, tight) in boxes.iter_mut().zip(LeafImage::tight_boxes(&images)) {
             *held = tight.map_or(TreeBox::POINT, |tight| space.tree_box(&tight));
         }

@@ -12,7 +12,7 @@ use crate::ranked::Ranked;
 use crate::scene::compiled::CompiledScene;
 use crate::scene::group::{Group, Leaf};
 use crate::scene::node::Slot;
-use crate::scene::primitive::CompiledPrimitive;
+use crate::scene::primitive::Primitives;
 
 /// The most nodes to open for one direction. Beyond it the best bound so far counts.
 const MOST_OPENED: usize = 96;
@@ -30,11 +30,7 @@ impl CompiledScene {
 }
 
 /// The box around the image of a group: never too small, and nearly the smallest.
-pub(super) fn image_box(
-    group: &Group,
-    primitives: &[CompiledPrimitive],
-    parent_from_child: &Transform,
-) -> Aabb {
+pub(super) fn image_box(group: &Group, primitives: &Primitives, parent_from_child: &Transform) -> Aabb {
     let by_corners = group.bounds.transformed(parent_from_child);
     let forward = parent_from_child.forward();
     let rows = forward.matrix3.transpose();
@@ -65,7 +61,7 @@ enum Part<'a> {
 
 /// An upper bound on `u . p` over the points p of a group. Its loop over nodes is its own, not [`Group::walk`], since it
 /// has one queue for all groups; so is that of `nearest.rs`.
-fn extent(group: &Group, primitives: &[CompiledPrimitive], u: DVec3) -> f64 {
+fn extent(group: &Group, primitives: &Primitives, u: DVec3) -> f64 {
     let mut open = BinaryHeap::new();
     open.push(candidate(f64::INFINITY, Part::Node(group, 0, u, 0.0)));
     for _ in 0..MOST_OPENED {
@@ -99,9 +95,8 @@ fn box_extent(group: &Group, tree_box: &Aabb, u: DVec3) -> f64 {
     u.dot(center) + u.abs().dot(tree_box.half_extent() / group.space.scale)
 }
 
-fn leaf_extent(leaf: &Leaf, primitives: &[CompiledPrimitive], u: DVec3) -> f64 {
+fn leaf_extent(leaf: &Leaf, primitives: &Primitives, u: DVec3) -> f64 {
     let group_from_unit = inverse_of(&leaf.unit_from_group);
     let local = group_from_unit.matrix3.transpose() * u;
-    u.dot(group_from_unit.translation)
-        + primitives[leaf.primitive as usize].unit_shape().norm().support(local)
+    u.dot(group_from_unit.translation) + primitives.unit_shape(leaf.primitive).norm().support(local)
 }

@@ -8,16 +8,15 @@ use superegg_geom::Transform;
 use superegg_scene::{Child, MAX_DEPTH, Scene};
 
 use super::assemble::{InflationSum, assemble};
-use super::parts::{
-    Container, EntityIndex, FoldedLeaf, GroupItem, Index, LeafMaps, PackedEntity, Parts, heights,
-};
+use super::described::Described;
+use super::index::{Container, EntityIndex, Index, PackedEntity, heights};
+use super::parts::{FoldedLeaf, GroupItem, LeafMaps, Parts};
 use super::patch::{Patchable, patched};
-use super::signature::{Materials, bits_of};
+use super::signature::bits_of;
 use super::survey::{Survey, SurveyWork, survey_object, survey_table};
 use crate::scene::compiled::{CompiledScene, Count};
-use crate::scene::group::{Group, NameList, NameRef, Names};
+use crate::scene::group::{Group, NameRef, Names};
 use crate::scene::id::SceneId;
-use crate::scene::primitive::CompiledPrimitive;
 
 /// In objects of more children only those that are objects are compared to find duplicates.
 const MOST_COMPARED: usize = 1 << 16;
@@ -125,16 +124,14 @@ impl<'a> Compiler<'a> {
 
     /// The group of a root that is a primitive.
     fn only_primitive(&mut self, primitive: u32) -> Option<Arc<Group>> {
-        let radii = self.described.primitives[primitive as usize].radii;
-        let maps = LeafMaps::new(&Transform::IDENTITY, radii);
+        let maps = LeafMaps::new(&Transform::IDENTITY, self.described.radii[primitive as usize]);
         let leaf = FoldedLeaf { name: NameRef::ROOT, primitive, maps };
         let parts = Parts { folded: vec![leaf], primitive_count: 1, ..Parts::default() };
         self.assemble(parts, Arc::default(), Survey::NOTHING)
     }
 
     fn assemble(&mut self, parts: Parts<'a>, names: Arc<Names>, survey: Survey) -> Option<Arc<Group>> {
-        let primitives = &self.described.primitives;
-        let group = assemble(parts, names, survey, primitives, &mut self.inflation, self.folded);
+        let group = assemble(parts, names, survey, &self.described, &mut self.inflation, self.folded);
         group.map(Arc::new)
     }
 
@@ -164,7 +161,7 @@ impl<'a> Compiler<'a> {
             Some(table) => survey_table(&parts, table),
             None => {
                 let work = SurveyWork { keeps_boxes: before.is_none(), before: patchable.as_ref() };
-                survey_object(&parts, &names, &self.described.primitives, work)
+                survey_object(&parts, &names, &self.described, work)
             }
         };
         let reused = before.filter(|group| group.signature == survey.signature).cloned();
@@ -172,10 +169,9 @@ impl<'a> Compiler<'a> {
             self.reused += 1;
             reused
         } else {
-            let primitives = &self.described.primitives;
             let group = patchable.and_then(|patchable| {
                 let Survey { changed, signature, .. } = &survey;
-                patched(&patchable, &parts, primitives, changed, &names, *signature).map(Arc::new)
+                patched(&patchable, &parts, &self.described, changed, &names, *signature).map(Arc::new)
             });
             self.patched += usize::from(group.is_some());
             group.or_else(|| self.assemble(parts, names, survey))
@@ -249,45 +245,5 @@ impl<'a> Compiler<'a> {
             primitive_count: table.len() as u64,
             ..Parts::default()
         }
-    }
-}
-
-/// The primitives of a scene, with their names and materials.
-struct Described {
-    primitives: Vec<CompiledPrimitive>,
-    names: Names,
-    /// The first primitive and the name of each table. Its shapes follow in their order.
-    tables: Vec<(u32, Box<str>)>,
-    materials: Materials,
-}
-
-impl Described {
-    fn of(scene: &Scene) -> (Index<'_>, Self) {
-        let mut materials = Materials::default();
-        // The capacities are upper bounds. Memory that is not written is not resident.
-        let mut primitives = Vec::with_capacity(scene.entities().len());
-        let mut names = NameList::with_capacity(scene.entities().len());
-        let index = Index::of(scene, |name, primitive| {
-            names.push(name);
-            primitives.push(CompiledPrimitive {
-                radii: primitive.shape.radii(),
-                exponents: primitive.shape.exponents(),
-                material: materials.index_of(&primitive.material),
-            });
-        });
-        let mut tables = Vec::new();
-        for (container, name) in index.containers.iter().zip(&index.container_names) {
-            let Container::Table(table) = container else { continue };
-            tables.push((primitives.len() as u32, Box::from(*name)));
-            let of_table: Vec<u32> =
-                table.materials().iter().map(|material| materials.index_of(material)).collect();
-            primitives.extend(table.shapes().map(|shape| CompiledPrimitive {
-                radii: shape.radii,
-                exponents: shape.exponents,
-                material: of_table[shape.material as usize],
-            }));
-        }
-        primitives.shrink_to_fit();
-        (index, Self { primitives, names: names.finish(), tables, materials })
     }
 }

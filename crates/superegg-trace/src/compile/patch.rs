@@ -5,13 +5,15 @@
 
 use std::sync::{Arc, OnceLock};
 
+use superegg_geom::Exponents;
 use superegg_geom::glam::DAffine3;
 
+use super::described::Described;
 use super::parts::{LeafMaps, NO_MAP, Parts, map_all};
 use crate::scene::bvh::refit;
 use crate::scene::group::{Group, Leaf, NameRef, Names};
 use crate::scene::node::TreeBox;
-use crate::scene::primitive::CompiledPrimitive;
+use crate::scene::primitive::Primitives;
 
 /// Smaller groups are compiled in less than a millisecond, and get the best tree then.
 const LEAST_PATCHED: usize = 256;
@@ -24,17 +26,13 @@ const MOST_GROWTH: f64 = 4.0 / 3.0;
 pub(super) struct Patchable<'a> {
     group: &'a Group,
     /// The primitives before the change.
-    primitives: &'a [CompiledPrimitive],
+    primitives: &'a Primitives,
     seats: Vec<Option<u32>>,
 }
 
 impl<'a> Patchable<'a> {
     /// `None` if the group cannot be patched: it is small, was or is not flat, or its number of leaves has changed.
-    pub(super) fn new(
-        group: &'a Group,
-        primitives: &'a [CompiledPrimitive],
-        parts: &Parts<'_>,
-    ) -> Option<Self> {
+    pub(super) fn new(group: &'a Group, primitives: &'a Primitives, parts: &Parts<'_>) -> Option<Self> {
         let is_flat = parts.folded.is_empty()
             && parts.groups.is_empty()
             && group.instances.is_empty()
@@ -54,14 +52,13 @@ impl<'a> Patchable<'a> {
         &self,
         (child, primitive): (u32, u32),
         unit_from_group: Option<DAffine3>,
-        described: &CompiledPrimitive,
+        exponents: Exponents,
     ) -> bool {
         let leaf = self.seats[child as usize].and_then(|seat| self.group.leaves.get(seat as usize));
         let is_as_before = unit_from_group.zip(leaf).is_some_and(|(unit_from_group, leaf)| {
-            let before = self.primitives.get(leaf.primitive as usize);
             leaf.primitive == primitive
                 && leaf.unit_from_group == unit_from_group
-                && before.is_some_and(|before| before.exponents == described.exponents)
+                && self.primitives.exponents(leaf.primitive) == exponents
         });
         !is_as_before
     }
@@ -71,18 +68,19 @@ impl<'a> Patchable<'a> {
 pub(super) fn patched(
     before: &Patchable<'_>,
     parts: &Parts<'_>,
-    primitives: &[CompiledPrimitive],
+    described: &Described,
     changed: &[(u32, u32)],
     names: &Arc<Names>,
     signature: u64,
 ) -> Option<Group> {
     let Patchable { group, seats, .. } = before;
     let patches: Vec<(Option<u32>, Leaf, TreeBox)> = map_all(changed, |&(child, primitive)| {
-        let maps = parts.maps(&(child, primitive), primitives);
-        let tight =
-            |maps: &LeafMaps| group.space.tree_box(&maps.image(&primitives[primitive as usize]).tight_box());
+        let maps = parts.maps(&(child, primitive), described);
+        let tight = |maps: &LeafMaps| {
+            group.space.tree_box(&maps.image(described.primitives.exponents(primitive)).tight_box())
+        };
         let unit_from_group = maps.as_ref().map_or(NO_MAP, |maps| maps.unit_from_group);
-        let leaf = Leaf::new(unit_from_group, primitive, NameRef::child(child), primitives);
+        let leaf = Leaf::new(unit_from_group, primitive, NameRef::child(child), &described.primitives);
         (seats[child as usize], leaf, maps.as_ref().map_or(TreeBox::POINT, tight))
     });
     // The number of leaves is that of before, and each has one name: if all have a seat, each has its own.

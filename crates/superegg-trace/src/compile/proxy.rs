@@ -12,7 +12,7 @@ use superegg_geom::{Aabb, Ray, RayReciprocal, RayStart, Superquadric};
 
 use crate::scene::group::Group;
 use crate::scene::node::Slot;
-use crate::scene::primitive::CompiledPrimitive;
+use crate::scene::primitive::Primitives;
 use crate::scene::proxy::Proxy;
 use crate::walk::Visitor;
 
@@ -25,12 +25,12 @@ const ELLIPSE_IN_BOX: f64 = std::f64::consts::FRAC_PI_4;
 
 impl Group {
     /// The proxy of this group, made at the first call.
-    pub(crate) fn proxy(&self, primitives: &[CompiledPrimitive]) -> &Proxy {
+    pub(crate) fn proxy(&self, primitives: &Primitives) -> &Proxy {
         self.proxy.get_or_init(|| proxy_of(self, primitives))
     }
 }
 
-fn proxy_of(group: &Group, primitives: &[CompiledPrimitive]) -> Proxy {
+fn proxy_of(group: &Group, primitives: &Primitives) -> Proxy {
     let half = group.bounds.half_extent().max(DVec3::splat(f64::MIN_POSITIVE));
     let center = group.bounds.center();
     let mut weights: Vec<(u32, f64)> = Vec::new();
@@ -59,12 +59,7 @@ fn proxy_of(group: &Group, primitives: &[CompiledPrimitive]) -> Proxy {
 
 /// Traces a ray through the children of a group; children that are groups are hit as their proxies. Adds to the weight of
 /// each primitive the light that it stops, and returns the sum, 0 to 1.
-fn stopped_light(
-    group: &Group,
-    primitives: &[CompiledPrimitive],
-    ray: &Ray,
-    weights: &mut Vec<(u32, f64)>,
-) -> f64 {
+fn stopped_light(group: &Group, primitives: &Primitives, ray: &Ray, weights: &mut Vec<(u32, f64)>) -> f64 {
     let reciprocal = RayReciprocal::from(&ray.through(&group.space.tree_from_group()));
     let mut probe = Probe { group, primitives, ray, reciprocal, hits: Vec::new() };
     // The probe never breaks.
@@ -99,7 +94,7 @@ fn stopped_light(
 /// All hits of a ray with the children of a group.
 struct Probe<'a> {
     group: &'a Group,
-    primitives: &'a [CompiledPrimitive],
+    primitives: &'a Primitives,
     ray: &'a Ray,
     reciprocal: RayReciprocal,
     hits: Vec<(f64, Slot)>,
@@ -122,7 +117,7 @@ impl Visitor for Probe<'_> {
 
     fn leaf(&mut self, index: u32) -> ControlFlow<()> {
         let leaf = &self.group.leaves[index as usize];
-        let shape = self.primitives[leaf.primitive as usize].unit_shape();
+        let shape = self.primitives.unit_shape(leaf.primitive);
         self.hit(Slot::Leaf(index), &leaf.unit_from_group, shape)
     }
 

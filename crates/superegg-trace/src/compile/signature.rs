@@ -3,11 +3,9 @@
 use std::collections::HashMap;
 
 use foldhash::fast::RandomState;
-use superegg_geom::Transform;
 use superegg_geom::glam::DVec3;
+use superegg_geom::{Exponents, Transform};
 use superegg_scene::{Material, Pattern};
-
-use crate::scene::primitive::CompiledPrimitive;
 
 /// Materials without duplicates.
 #[derive(Default)]
@@ -129,8 +127,7 @@ impl Mixer {
         self.0
     }
 
-    pub(super) fn shape(&mut self, primitive: &CompiledPrimitive) {
-        let CompiledPrimitive { radii, exponents, .. } = primitive;
+    pub(super) fn shape(&mut self, radii: DVec3, exponents: Exponents) {
         self.words([radii.x, radii.y, radii.z, exponents.e(), exponents.n()].map(f64::to_bits));
     }
 

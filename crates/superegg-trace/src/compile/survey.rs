@@ -7,11 +7,11 @@ use superegg_geom::glam::DVec3;
 use superegg_geom::{Aabb, BOUND_SHAPES};
 use superegg_scene::InstanceTable;
 
+use super::described::Described;
 use super::parts::{LARGE, LeafImage, Parts, unit_from_group};
 use super::patch::Patchable;
 use super::signature::{Mixer, bits_of};
 use crate::scene::group::Names;
-use crate::scene::primitive::CompiledPrimitive;
 
 /// Facts about the content of a group before it is assembled.
 pub(super) struct Survey {
@@ -63,26 +63,26 @@ impl Joined {
 pub(super) fn survey_object(
     parts: &Parts<'_>,
     names: &Names,
-    primitives: &[CompiledPrimitive],
+    described: &Described,
     work: SurveyWork<'_>,
 ) -> Survey {
     // Each leaf is transformed once for all that is found about it.
     let add = |all: &mut Joined, &(child, primitive): &(u32, u32)| {
-        let described = &primitives[primitive as usize];
+        let (radii, exponents) = described.shape(primitive);
         let map = parts.transform(child);
         let mut hash = Mixer::new(u64::from(child) << 32 | u64::from(primitive));
-        hash.shape(described);
+        hash.shape(radii, exponents);
         if let Some(map) = &map {
             hash.words(bits_of(map));
         }
         all.signature = all.signature.wrapping_add(hash.finish());
         if let Some(before) = work.before {
-            let unit_from_group = map.as_ref().map(|map| unit_from_group(map, described.radii));
-            if before.has_changed((child, primitive), unit_from_group, described) {
+            let unit_from_group = map.as_ref().map(|map| unit_from_group(map, radii));
+            if before.has_changed((child, primitive), unit_from_group, exponents) {
                 all.changed.push((child, primitive));
             }
         }
-        let image = LeafImage::new(&map?, described);
+        let image = LeafImage::new(&map?, (radii, exponents));
         all.leaf_box = all.leaf_box.union(&image.loose_box());
         Some(image)
     };

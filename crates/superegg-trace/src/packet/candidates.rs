@@ -226,7 +226,7 @@ impl Candidates {
 
 pub(super) fn unit_shape(scene: &CompiledScene, target: Target) -> Superquadric {
     match target {
-        Target::Primitive(primitive) => scene.primitives[primitive as usize].unit_shape(),
+        Target::Primitive(primitive) => scene.primitives.unit_shape(primitive),
         Target::Proxy => Proxy::unit_shape(),
     }
 }

@@ -169,7 +169,7 @@ impl<'s, Q: PacketQuery> Traversal<'_, 's, Q> {
     pub(super) fn visit_leaf(&mut self, frame: &Frame<'s>, index: u32, mask: u32) {
         let Leaf { primitive, name, .. } = frame.group.leaves[index as usize];
         self.work.folded_leaves += u32::from(frame.group.was_in_group(name));
-        let shape = self.scene.primitives[primitive as usize].unit_shape();
+        let shape = self.scene.primitives.unit_shape(primitive);
         self.test(frame, &frame.leaf(index, shape), mask);
     }
 

@@ -12,7 +12,7 @@ use superegg_scene::Material;
 use super::group::{Group, Instance, Leaf, Names};
 use super::id::SceneId;
 use super::path::InstancePath;
-use super::primitive::CompiledPrimitive;
+use super::primitive::{CompiledPrimitive, Primitives};
 
 /// The number of instances of primitives: exact, however large.
 ///
@@ -83,7 +83,7 @@ pub struct BoxInflation {
 #[derive(Clone, Debug)]
 pub struct CompiledScene {
     pub(crate) id: SceneId,
-    pub(crate) primitives: Vec<CompiledPrimitive>,
+    pub(crate) primitives: Primitives,
     /// The name of each primitive that is no shape of a table.
     pub(crate) primitive_names: Names,
     /// The first primitive and the name of each table. Its shapes follow in their order.
@@ -106,8 +106,8 @@ impl CompiledScene {
     /// # Panics
     ///
     /// If the index is not below [`CompiledScene::primitive_count`].
-    pub fn primitive(&self, index: u32) -> &CompiledPrimitive {
-        &self.primitives[index as usize]
+    pub fn primitive(&self, index: u32) -> CompiledPrimitive {
+        self.primitives.get(index)
     }
 
     /// The number of primitives of the scene, whether or not the compiled object uses them.
@@ -169,7 +169,7 @@ impl CompiledScene {
 
     /// The memory of primitives, groups and trees, in bytes.
     pub fn bytes(&self) -> usize {
-        self.primitives.capacity() * size_of::<CompiledPrimitive>()
+        self.primitives.bytes()
             + self.materials.capacity() * size_of::<Material>()
             + self.opened.values().map(|group| group.bytes()).sum::<usize>()
     }
@@ -204,7 +204,7 @@ impl CompiledScene {
     /// Whether the surface at the end of a path is refracting.
     pub fn lets_light_through(&self, path: &InstancePath) -> bool {
         let PathEnd::Leaf(_, leaf) = self.groups_along(path).1 else { return false };
-        let material = self.primitives[leaf.primitive as usize].material;
+        let material = self.primitives.get(leaf.primitive).material;
         self.materials[material as usize].refracted.is_some_and(|share| share > 0.0)
     }
 

@@ -10,7 +10,7 @@ use superegg_geom::{Aabb, Ray, Transform};
 use superegg_scene::row_name;
 
 use super::node::{Node, TreeSpace, WIDTH};
-use super::primitive::CompiledPrimitive;
+use super::primitive::Primitives;
 use super::proxy::Proxy;
 
 /// The last entry of an instance path.
@@ -40,9 +40,9 @@ impl Leaf {
         unit_from_group: DAffine3,
         primitive: u32,
         name: NameRef,
-        primitives: &[CompiledPrimitive],
+        primitives: &Primitives,
     ) -> Self {
-        let shape = primitives[primitive as usize].unit_shape();
+        let shape = primitives.unit_shape(primitive);
         let lane_powers = shape.as_convex().map(|shape| LanePowers::of(&shape));
         Self { unit_from_group, primitive, name, lane_powers }
     }

@@ -4,7 +4,7 @@ use superegg_geom::glam::{DAffine3, DVec3};
 use superegg_geom::{Exponents, Ray, Superquadric};
 use superegg_scene::Material;
 
-use super::primitive::CompiledPrimitive;
+use super::primitive::Primitives;
 
 /// The opacity of fog for a proxy that stops all light.
 const MOST_OPAQUE: f64 = 0.98;
@@ -32,8 +32,8 @@ impl Proxy {
     }
 
     /// The mean material of what is seen. It neither reflects nor refracts.
-    pub(crate) fn material(&self, primitives: &[CompiledPrimitive], materials: &[Material]) -> Material {
-        let seen = |primitive: u32| &materials[primitives[primitive as usize].material as usize];
+    pub(crate) fn material(&self, primitives: &Primitives, materials: &[Material]) -> Material {
+        let seen = |primitive: u32| &materials[primitives.get(primitive).material as usize];
         let has_facets =
             self.weights.iter().any(|&(primitive, _)| seen(primitive).facet_roughness().is_some());
         let nothing = Material {

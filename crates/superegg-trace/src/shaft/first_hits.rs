@@ -67,7 +67,7 @@ impl CompiledScene {
             if let Nearest::Crossing { t, occluder, .. } = *nearest {
                 let Occluder { unit_from_world, primitive, .. } = &occluders[occluder as usize];
                 let local = rays.ray(ray).through(unit_from_world);
-                let powers = refine_powers(&self.primitives[*primitive as usize].unit_shape());
+                let powers = refine_powers(&self.primitives.unit_shape(*primitive));
                 batch.push(&RefineRay { origin: local.origin, direction: local.direction, t, powers });
             }
         }

@@ -131,7 +131,7 @@ impl Search<'_, '_> {
         if self.found.len() == MOST_OCCLUDERS {
             return None;
         }
-        let shape = || self.scene.primitives[leaf.primitive as usize].unit_shape();
+        let shape = || self.scene.primitives.unit_shape(leaf.primitive);
         let powers = leaf.lane_powers.unwrap_or_else(|| LanePowers::of_any(&shape()));
         self.found.push(Occluder {
             unit_from_world: leaf.unit_from_group * *group_from_world,

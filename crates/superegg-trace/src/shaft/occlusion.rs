@@ -273,7 +273,7 @@ impl Queue {
                 test_in_f64(scene, &occluders[occluder as usize], t_max, rays, ray);
             } else if rays.is_open(ray) {
                 let Occluder { primitive, start, unit_from_world, .. } = &occluders[occluder as usize];
-                let shape = scene.primitives[*primitive as usize].unit_shape();
+                let shape = scene.primitives.unit_shape(*primitive);
                 let known = KnownCrossing { clear_from: t_entry, between: None };
                 verify.push(&shape, &rays.ray(ray).through(unit_from_world), *start, &known);
                 verified_lanes.push(lane);
@@ -297,7 +297,7 @@ fn test_in_f64(scene: &CompiledScene, occluder: &Occluder, t_max: f64, rays: &mu
     if !rays.is_open(index) {
         return;
     }
-    let shape = scene.primitives[occluder.primitive as usize].unit_shape();
+    let shape = scene.primitives.unit_shape(occluder.primitive);
     let local = rays.ray(index).through(&occluder.unit_from_world);
     if shape.occluded(&local, occluder.start, t_max) {
         rays.close(index);

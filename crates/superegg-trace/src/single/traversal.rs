@@ -132,7 +132,7 @@ impl<'a> Traversal<'a> {
         self.path.push(index);
         let start = SurfaceStart::at(self.start, &self.path);
         let ray = ray.through(&leaf.unit_from_group);
-        let shape = self.scene.primitives[leaf.primitive as usize].unit_shape();
+        let shape = self.scene.primitives.unit_shape(leaf.primitive);
         if self.is_any_hit {
             self.is_occluded |= shape.occluded(&ray, start, self.t_max);
         } else if let Some(hit) = shape.intersect(&ray, start) {

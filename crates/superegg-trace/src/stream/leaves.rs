@@ -173,7 +173,7 @@ impl<'s> LeafQueues<'s> {
             let ray = QueuedRay { pair, start, entry, t_per_length, exit };
             match pair.leaf.lane_powers {
                 None => {
-                    let shape = query.scene.primitives[pair.leaf.primitive as usize].unit_shape();
+                    let shape = query.scene.primitives.unit_shape(pair.leaf.primitive);
                     self.not_convex.push(LanePowers::of_any(&shape), &approach, is_inward, ray);
                 }
                 // Occlusion does not depend on whether the ray starts in the box.
@@ -244,7 +244,7 @@ impl<'s> LeafQueues<'s> {
                 None => isolated(query, table, answers, lane, ray),
             };
             if let Some(known) = known {
-                let shape = query.scene.primitives[ray.pair.leaf.primitive as usize].unit_shape();
+                let shape = query.scene.primitives.unit_shape(ray.pair.leaf.primitive);
                 verify.push(&shape, &table.before_pair(query, &ray.pair), ray.start, &known);
                 verified_lanes.push(lane);
             }

@@ -89,7 +89,7 @@ impl Refiner {
     #[inline(always)]
     fn push(&mut self, scene: &CompiledScene, leaf: &Leaf, ray: &Ray, t: f64, leaving: bool) {
         let Ray { origin, direction, .. } = *ray;
-        let powers = refine_powers(&scene.primitives[leaf.primitive as usize].unit_shape());
+        let powers = refine_powers(&scene.primitives.unit_shape(leaf.primitive));
         self.primitives.push(leaf.primitive);
         self.batch.push(&if leaving {
             // The exit is the first hit of the reversed ray.

@@ -335,7 +335,7 @@ impl TestedShape {
     /// The shape of a leaf.
     pub(super) fn of(query: &Query<'_>, pair: &RayLeafPair<'_>) -> Self {
         let RayLeafPair { trail, index: child, leaf, .. } = *pair;
-        let shape = query.scene.primitives[leaf.primitive as usize].unit_shape();
+        let shape = query.scene.primitives.unit_shape(leaf.primitive);
         Self { trail, child, shape, primitive: leaf.primitive }
     }
 }
