@@ -54,7 +54,7 @@ fault_codes! {
     UnknownOption = "unknown-option",
     /// The file name is empty.
     NoFile = "no-file",
-    /// The line is not UTF-8.
+    /// The line is not UTF-8, or has a zero byte.
     NotText = "not-text",
     /// The line is too long.
     TooLong = "too-long",

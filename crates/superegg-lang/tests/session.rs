@@ -18,6 +18,9 @@ fn a_fault_changes_nothing() {
     let before = session(&["prm ball", "obj o", "ap ball", "ss 1e-300 1 1"]);
     for (line, code) in [
         ("coeff 1 1 1", "selection"),
+        ("primitive a\0b", "not-text"),
+        ("ap ball a\0", "not-text"),
+        ("# a comment\0", "not-text"),
         ("prm o", "wrong-kind"),
         ("obj ball", "wrong-kind"),
         ("ap ball", "alias-taken"),
@@ -247,4 +250,15 @@ fn light_of_bytes_is_taken_and_noted() {
         assert_eq!(note.is_some(), word.is_some(), "{line}: {note:?}");
         assert!(word.is_none_or(|word| note.unwrap().ends_with(word)), "{line}");
     }
+}
+
+#[test]
+fn a_zero_byte_is_a_fault_at_its_column() {
+    let fault = superegg_lang::parse_line("primitive \u{e4}\0b").unwrap_err();
+    assert_eq!((fault.code.as_str(), fault.columns), ("not-text", Some(11..12)));
+    let (session, diagnostics) = load_text("a.scn", "primitive ball\nprimitive a\0b\n");
+    assert_eq!((diagnostics.len(), diagnostics[0].line), (1, Some(2)));
+    // What is written can be read again.
+    let (_, diagnostics) = load_text("a.scn", &write_session(&session));
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
 }

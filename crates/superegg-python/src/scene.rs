@@ -18,7 +18,7 @@ use superegg::exchange::write::written::Written;
 use superegg::geom::glam::{DAffine3, DMat3, DQuat, DVec3};
 use superegg::geom::{Aabb, Exponents};
 use superegg::lang::{
-    Effect, Fault, Session, key_frames, picture_files, scene_at, write_scene, write_without_tables,
+    Effect, Fault, FaultCode, Session, key_frames, picture_files, scene_at, write_scene, write_without_tables,
 };
 use superegg::render::{Framing, Output, RenderOptions, RenderSettings, TextureSet};
 use superegg::scene::{Entity, EnvironmentPicture, InstanceTable, Material, TableBuilder, Texture};
@@ -711,14 +711,11 @@ fn after_unless(
         if cancel.load(Ordering::Relaxed) {
             return Err(errors::defect("the lines were stopped"));
         }
-        if line.contains('\0') {
-            // The scene could be written, and not be read again.
-            let text = format!("line {}: a zero byte, which no text has", number + 1);
-            return Err(errors::format_error(&text, None, Some(number as u64 + 1), None));
-        }
         let at = |fault: &Fault| {
             let help = fault.help.as_deref().map_or_else(String::new, |help| format!("; {help}"));
-            let text = format!("line {}: '{line}': {}{help}", number + 1, fault.message);
+            // A line that is no text is not shown.
+            let shown = if fault.code == FaultCode::NotText { String::new() } else { format!("'{line}': ") };
+            let text = format!("line {}: {shown}{}{help}", number + 1, fault.message);
             errors::format_error(&text, None, Some(number as u64 + 1), None)
         };
         match session.run_line(line).map_err(|fault| at(&fault))? {

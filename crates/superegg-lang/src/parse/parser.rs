@@ -136,8 +136,17 @@ pub fn parse_line(line: &str) -> Result<Option<Parsed>, Fault> {
 
 /// As [`parse_line`].
 pub(crate) fn parse_suggesting(line: &str, suggestions: Suggestions) -> Result<Option<Parsed>, Fault> {
+    check_text(line)?;
     let words = words_of_command(line);
     words.split_first().map(|(first, rest)| parse_words(first, rest, suggestions)).transpose()
+}
+
+/// Checks that a line has no zero byte: files with one are not read, so a scene with such a name could not be loaded again.
+pub(crate) fn check_text(line: &str) -> Result<(), Fault> {
+    let Some(at) = memchr::memchr(0, line.as_bytes()) else { return Ok(()) };
+    let column = line[..at].chars().count();
+    let fault = Fault::new(FaultCode::NotText, "a zero byte, which no text has");
+    Err(fault.help("remove it").at(column..column + 1))
 }
 
 /// The words of the nested command, if the command takes one and it has begun.

@@ -16,7 +16,9 @@ use crate::grammar::command::{
 };
 use crate::grammar::table::{COMMANDS, commands_spelt};
 use crate::parse::number::{format_number, parse_number};
-use crate::parse::parser::{Parsed, parse_suggesting, parse_words, plain_object_command, words_of_command};
+use crate::parse::parser::{
+    Parsed, check_text, parse_suggesting, parse_words, plain_object_command, words_of_command,
+};
 use crate::session::checks::{check_camera, check_direction, check_light, pattern, target_distance};
 use crate::session::faults::{scene_fault, table_help};
 use crate::session::keys::{self, ALL_FRAMES, subject_of};
@@ -128,6 +130,7 @@ impl Session {
     /// # Errors
     /// The line cannot be read or carried out. The session is then unchanged.
     pub fn run_line(&mut self, line: &str) -> Result<Effect, Fault> {
+        check_text(line)?;
         let words = words_of_command(line);
         let Some((first, rest)) = words.split_first() else { return Ok(Effect::Done) };
         // Large scenes have millions of such lines. One that fails is read again, for its fault.
