@@ -272,7 +272,10 @@ impl<'a> Search<'a> {
         let Frame { group, world_from_group, path, .. } = &self.frames[frame];
         for (bounds, slot) in group.nodes[node as usize].children() {
             self.queue_left = self.queue_left.saturating_sub(1);
-            let world = group.space.group_box(&bounds).transformed(world_from_group).rounded_outward();
+            let in_group = group.space.group_box(&bounds);
+            let is_root = path.indices().is_empty();
+            let world =
+                if is_root { in_group } else { in_group.transformed(world_from_group).rounded_outward() };
             let part = match slot {
                 Slot::Node(node) => Part::Node { frame, node },
                 Slot::Leaf(leaf) => Part::Leaf { frame, leaf },
@@ -339,6 +342,9 @@ impl<'a> Search<'a> {
             let upper = closest.distance.max(0.0);
             let Bounds { lower, .. } = candidate.bounds;
             candidate.bounds = Bounds { lower: lower.max(upper - closest.error).min(upper), upper };
+            if closest.error <= SearchLimits::default().relative_tolerance * upper {
+                candidate.level = Level::Fine;
+            }
         }
         self.update(leaf);
     }

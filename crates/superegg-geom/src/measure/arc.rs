@@ -56,6 +56,12 @@ impl Arc {
         42.0 / self.half_exponent.min(1.0)
     }
 
+    /// The t at which Y / X is this ratio, within [`Arc::far`]; 0 for no number.
+    pub(crate) fn at_ratio(self, ratio: f64) -> f64 {
+        let t = ratio.ln() / self.half_exponent;
+        if t.is_nan() { 0.0 } else { t.clamp(-self.far(), self.far()) }
+    }
+
     /// The t at which X = 1 - `fall`, for 0 < `fall` < 1.
     pub(crate) fn t_at_fall(self, fall: f64) -> f64 {
         // softplus(t) = u.

@@ -7,6 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::arc::{Arc, ArcPoint};
 use crate::math::transform::inverse_of;
+use crate::norm::NormForm;
 use crate::superquadric::Superquadric;
 
 /// The point of a surface that is closest to a given one.
@@ -45,6 +46,9 @@ const HULL_STEPS: usize = 6;
 /// The steps of Newton's method on the surface.
 const NEWTON_STEPS: usize = 40;
 
+/// The least descent of a step, as a part of the squared distance: an eighth of a unit in its last place.
+const LEAST_DESCENT: f64 = f64::EPSILON / 8.0;
+
 impl Superquadric {
     /// The closest point of the surface and the signed distance, to a relative error of 1e-9:
     /// [`Superquadric::closest_point_within`] with the default limits. `None` for a point that is
@@ -64,7 +68,11 @@ impl Superquadric {
     /// The closest point of the surface and the signed distance, for every pair of exponents, with
     /// a proven error. `None` for a point that is not finite.
     ///
-    /// Branch and bound. The closest point lies in the octant of the given one, and the surface
+    /// For a point outside Newton's method finds a point of the surface, and a plane between the two
+    /// proves that no other is closer: the shape lies behind its support plane. That is all where
+    /// the closest point is one of the convex hull, as it is for a convex shape.
+    ///
+    /// Elsewhere, branch and bound. The closest point lies in the octant of the given one, and the surface
     /// there is a product of two superellipse arcs (see [`Superquadric::surface_area_with_error`]).
     /// A piece of an arc is convex or concave, so it lies in the triangle of its chord and its end
     /// tangents, and a cell of the surface lies in the convex hull of nine points; the gap shrinks
@@ -95,8 +103,10 @@ impl Superquadric {
         let (radii, query) = (self.radii() / unit, point.abs() / unit);
         let sign = |x: f64| if x < 0.0 { -1.0 } else { 1.0 };
         let octant = DVec3::new(sign(point.x), sign(point.y), sign(point.z));
-        let found = Search::straight(self, radii, query).run(limits);
-        let side = if self.norm().value(point / self.radii()) < 1.0 { -1.0 } else { 1.0 };
+        let search = Search::straight(self, radii, query);
+        let is_inside = self.norm().value(point / self.radii()) < 1.0;
+        let found = if is_inside { search.run(limits) } else { search.run_from_outside(limits) };
+        let side = if is_inside { -1.0 } else { 1.0 };
         Some(ClosestPoint {
             point: octant * found.point * unit,
             distance: side * found.distance * unit,
@@ -247,6 +257,8 @@ impl Ord for Cell {
 
 /// The search over one octant of the surface, or over all.
 struct Search {
+    /// The norm of the unit shape.
+    norm: NormForm,
     /// The images of the unit vectors, one frame for each octant: a point of the unit shape's first
     /// octant times the frame is a point of the surface.
     frames: Vec<DMat3>,
@@ -290,7 +302,70 @@ impl Search {
         let ends = [around, profile].map(|arc| arc.far().asinh());
         let DMat3 { x_axis, y_axis, z_axis } = frames[0];
         let radii = DVec3::new(x_axis.length(), y_axis.length(), z_axis.length());
-        Self { frames, radii, query, around, profile, ends, azimuth: None, is_sphere: false }
+        let norm = *shape.norm();
+        Self { norm, frames, radii, query, around, profile, ends, azimuth: None, is_sphere: false }
+    }
+
+    /// [`Search::run`] for a query outside of a shape along the axes.
+    fn run_from_outside(&self, limits: &SearchLimits) -> Found {
+        if self.is_sphere {
+            return self.run(limits);
+        }
+        let frame = &self.frames[0];
+        let starts = [self.towards_center(), self.towards_support()];
+        let [first, second] = starts.map(|[t, tau]| {
+            let around = self.around_at(t);
+            self.candidate(frame, &around, &self.profile.at(tau))
+        });
+        let (found, parameters) =
+            if second.distance < first.distance { (second, starts[1]) } else { (first, starts[0]) };
+        let best = self.improved(frame, found, parameters);
+        let gap = best.distance - self.distance_to_planes(&best);
+        if gap <= (limits.relative_tolerance * best.distance).max(ROUNDING) {
+            Found { error: gap.max(0.0) + 2.0 * ROUNDING, ..best }
+        } else {
+            self.run_below(limits, best)
+        }
+    }
+
+    /// The parameters t and tau of the surface point between the query and the centre.
+    fn towards_center(&self) -> [f64; 2] {
+        let at = self.query / self.radii;
+        let rho = self.norm.xy.value(at.x, at.y);
+        [self.around.at_ratio(at.y / at.x), self.profile.at_ratio(at.z / rho)]
+    }
+
+    /// The parameters t and tau of the surface point that is farthest in the direction of the query.
+    fn towards_support(&self) -> [f64; 2] {
+        let along = self.query * self.radii;
+        let rho = self.norm.xy.dual().value(along.x, along.y);
+        let parallel = |arc: Arc, steepness: f64| {
+            let t = arc.parallel_to(steepness).unwrap_or(0.0);
+            if t.is_nan() { 0.0 } else { t.clamp(-arc.far(), arc.far()) }
+        };
+        [parallel(self.around, along.x / along.y), parallel(self.profile, rho / along.z)]
+    }
+
+    /// A lower bound on the distance to the shape from the query outside: that to a support plane,
+    /// whose normal is the way from the found point to the query, or that of the surface there.
+    fn distance_to_planes(&self, found: &Found) -> f64 {
+        let gradient = || self.norm.value_and_gradient(found.point / self.radii).1 / self.radii;
+        let way = (self.query - found.point).normalize_or_zero();
+        let bound = |normal: DVec3| normal.dot(self.query) - self.norm.support(self.radii * normal);
+        let by_way = bound(way);
+        if found.distance - by_way <= ROUNDING {
+            by_way
+        } else {
+            by_way.max(bound(gradient().normalize_or_zero()))
+        }
+    }
+
+    /// The point of the arc around at t, or that in the direction of the query.
+    fn around_at(&self, t: f64) -> ArcPoint {
+        match self.azimuth {
+            Some([x, y]) => ArcPoint { x, y, ..ArcPoint::default() },
+            None => self.around.at(t),
+        }
     }
 
     fn run(&self, limits: &SearchLimits) -> Found {
@@ -300,9 +375,14 @@ impl Search {
             let distance = (length - self.radii.x).abs();
             return Found { point: direction * self.radii.x, distance, error: ROUNDING };
         }
+        let whole = self.whole();
+        self.run_below(limits, self.candidate(&self.frames[0], &whole.around.low, &whole.profile.low))
+    }
+
+    /// Branch and bound, from a point that was found.
+    fn run_below(&self, limits: &SearchLimits, mut best: Found) -> Found {
         let mut heap = BinaryHeap::new();
         let whole = self.whole();
-        let mut best = self.candidate(&self.frames[0], &whole.around.low, &whole.profile.low);
         for octant in 0..self.frames.len() {
             self.push(&mut heap, Cell { octant, ..whole }, &mut best);
         }
@@ -334,8 +414,8 @@ impl Search {
             high: arc.at(f64::INFINITY),
         };
         let mut around = piece(self.around, self.ends[0]);
-        if let Some([x, y]) = self.azimuth {
-            let point = ArcPoint { x, y, ..ArcPoint::default() };
+        if self.azimuth.is_some() {
+            let point = self.around_at(0.0);
             around = Piece { low: point, high: point, ..around };
         }
         Cell { bound: 0.0, octant: 0, around, profile: piece(self.profile, self.ends[1]) }
@@ -387,7 +467,7 @@ impl Search {
         if let Some((found, parameters)) = nearest
             && found.distance < best.distance
         {
-            *best = self.improved(frame, found, parameters);
+            *best = self.improved(frame, found, parameters.map(f64::sinh));
         }
         let bound = self.distance_to_hull(&self.hull(&cell), best.distance);
         if bound < best.distance {
@@ -452,16 +532,17 @@ impl Search {
 
     /// Newton's method for the closest point in the parameters t and tau, from a found point. A
     /// step is taken only if it leads closer.
-    fn improved(&self, frame: &DMat3, found: Found, [s, sigma]: [f64; 2]) -> Found {
-        let (mut best, mut t, mut tau) = (found, s.sinh(), sigma.sinh());
+    fn improved(&self, frame: &DMat3, found: Found, [mut t, mut tau]: [f64; 2]) -> Found {
+        let mut best = found;
         let mut damping = 0.0;
+        let (mut around, mut profile) = (self.around_at(t), self.profile.at(tau));
         for _ in 0..NEWTON_STEPS {
-            let Some([dt, dtau]) = self.newton_step(frame, [t, tau], damping) else { break };
-            let around =
-                if self.azimuth.is_some() { self.whole().around.low } else { self.around.at(t + dt) };
-            let next = self.candidate(frame, &around, &self.profile.at(tau + dtau));
+            let Some([dt, dtau]) = self.newton_step(frame, &around, &profile, damping) else { break };
+            let (next_around, next_profile) = (self.around_at(t + dt), self.profile.at(tau + dtau));
+            let next = self.candidate(frame, &next_around, &next_profile);
             if next.distance < best.distance {
                 (best, t, tau) = (next, t + dt, tau + dtau);
+                (around, profile) = (next_around, next_profile);
                 damping *= 0.1;
             } else if damping > 1e6 {
                 break;
@@ -473,15 +554,18 @@ impl Search {
     }
 
     /// A step of Newton's method for half the squared distance, whose Hessian is made positive by
-    /// `damping` of its diagonal. `None` where there is none.
-    fn newton_step(&self, frame: &DMat3, [t, tau]: [f64; 2], damping: f64) -> Option<[f64; 2]> {
-        let (around, profile) = match self.azimuth {
-            Some(_) => (self.whole().around.low, self.profile.at(tau)),
-            None => (self.around.at(t), self.profile.at(tau)),
-        };
-        let off = Self::point(frame, &around, &profile) - self.query;
-        let (x_bend, y_bend) = self.around.log_slopes(&around);
-        let (rho_bend, zeta_bend) = self.profile.log_slopes(&profile);
+    /// `damping` of its diagonal. `None` where there is none, or none that changes the distance by
+    /// more than it is rounded.
+    fn newton_step(
+        &self,
+        frame: &DMat3,
+        around: &ArcPoint,
+        profile: &ArcPoint,
+        damping: f64,
+    ) -> Option<[f64; 2]> {
+        let off = Self::point(frame, around, profile) - self.query;
+        let (x_bend, y_bend) = self.around.log_slopes(around);
+        let (rho_bend, zeta_bend) = self.profile.log_slopes(profile);
         let section = DVec3::new(around.x, around.y, 0.0);
         let section_t = DVec3::new(-around.x_fall, around.y_rise, 0.0);
         let section_tt = DVec3::new(-around.x_fall * x_bend, around.y_rise * y_bend, 0.0);
@@ -509,6 +593,9 @@ impl Search {
                 .map(|x| if x.is_finite() { x } else { 0.0 })
         };
         let step = if self.azimuth.is_some() { [0.0, gradient[1] / -d.abs()] } else { step };
-        (step[0].is_finite() && step[1].is_finite() && step != [0.0; 2]).then_some(step)
+        // The gain of half the squared distance is half of this.
+        let descent = -(gradient[0] * step[0] + gradient[1] * step[1]);
+        let is_step = step[0].is_finite() && step[1].is_finite() && step != [0.0; 2];
+        (is_step && descent > LEAST_DESCENT * off.length_squared()).then_some(step)
     }
 }
