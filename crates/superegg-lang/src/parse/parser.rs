@@ -9,10 +9,10 @@ use crate::color::{color_names, is_hexadecimal};
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::command::{Command, ObjectCommand};
 use crate::grammar::spec::{
-    Arg, ArgKind, Args, Build, CommandSpec, Range as NumberRange, Shorthand, not_keyable, parse_size,
-    size_form,
+    Arg, ArgKind, Args, Build, CommandSpec, NameKind, Range as NumberRange, Shorthand, not_keyable,
+    parse_size, size_form,
 };
-use crate::grammar::table::{COMMANDS, SHARED_SPELLING, commands_spelt};
+use crate::grammar::table::{COMMANDS, SHARED_SPELLING, commands_spelt, find_command};
 use crate::parse::number::{format_number, parse_number};
 use crate::parse::words::{Quoting, Word, Words, split_plain, split_words};
 use crate::suggest::Suggestions;
@@ -360,13 +360,16 @@ fn wrong_shorthand(spec: &CommandSpec, rest: &[Filled<'_, '_>], suggestions: Sug
 }
 
 fn no_shorthand(shorthand: Shorthand, word: &Word<'_>, suggestions: Suggestions) -> Fault {
-    let (what, help) = match shorthand {
+    let (what, mut help) = match shorthand {
         Shorthand::Color => {
             let help = "give three linear numbers, #rrggbb, #rgb, or a CSS name such as orange";
             ("a colour", suggestions.did_you_mean(word.text, color_names(), help))
         }
         Shorthand::Axis => ("a direction", "give x, y or z, or three numbers".to_owned()),
     };
+    if joins_numbers(word.text) {
+        help = "separate numbers by blanks, not by commas".to_owned();
+    }
     Fault::new(FaultCode::NotANumber, format!("'{}' is not {what}", shorten(word.text)))
         .help(help)
         .at(word.columns.clone())
@@ -413,16 +416,17 @@ fn check_count(
     } else {
         first.columns.start..rest.last().map_or(first.columns.end, |filled| filled.word.columns.end)
     };
-    let help = match rest.iter().find(|filled| filled.number.is_some()) {
-        Some(Filled { word, .. }) => {
-            let alone = format!("'{}' alone stands for three numbers", shorten(word.text));
-            let next = spec.counts().find(|count| *count > given).unwrap_or(given);
-            let missing: Vec<&str> =
-                spec.positional_args().take(next).skip(given).map(|arg| arg.name).collect();
-            if missing.is_empty() { alone } else { format!("{alone}; missing: {}", missing.join(" ")) }
-        }
-        None => usage_help(spec),
-    };
+    let help =
+        slip_help(spec, rest).unwrap_or_else(|| match rest.iter().find(|filled| filled.number.is_some()) {
+            Some(Filled { word, .. }) => {
+                let alone = format!("'{}' alone stands for three numbers", shorten(word.text));
+                let next = spec.counts().find(|count| *count > given).unwrap_or(given);
+                let missing: Vec<&str> =
+                    spec.positional_args().take(next).skip(given).map(|arg| arg.name).collect();
+                if missing.is_empty() { alone } else { format!("{alone}; missing: {}", missing.join(" ")) }
+            }
+            None => usage_help(spec),
+        });
     Err(Fault::new(FaultCode::ArgumentCount, message).help(help).at(columns))
 }
 
@@ -439,13 +443,13 @@ fn read_number(
     }
     let arg = arg.name;
     let number = parse_number(word.text).map_err(|error| {
+        let help = if joins_numbers(word.text) {
+            no_commas_help(spec)
+        } else {
+            format!("{arg} of {} must be {}; for example: {}", spec.name, range.describe(), spec.example)
+        };
         Fault::new(FaultCode::NotANumber, format!("'{}' {error}", shorten(word.text)))
-            .help(format!(
-                "{arg} of {} must be {}; for example: {}",
-                spec.name,
-                range.describe(),
-                spec.example
-            ))
+            .help(help)
             .at(word.columns.clone())
     })?;
     if range.contains(number) {
@@ -489,6 +493,39 @@ fn with_color_help(fault: Fault, spec: &CommandSpec, rest: &[Filled<'_, '_>]) ->
 /// Whether columns are those of one of these words.
 fn is_within(columns: &Range<usize>, words: &[Filled<'_, '_>]) -> bool {
     words.iter().any(|filled| filled.word.columns == *columns)
+}
+
+/// Whether a word is numbers with commas, such as `1,2,3` or `1,`.
+fn joins_numbers(word: &str) -> bool {
+    let mut parts = word.split(',').filter(|part| !part.is_empty()).peekable();
+    word.contains(',') && parts.peek().is_some() && parts.all(|part| parse_number(part).is_ok())
+}
+
+fn has_commas(rest: &[Filled<'_, '_>]) -> bool {
+    rest.iter().any(|filled| joins_numbers(filled.word.text))
+}
+
+fn no_commas_help(spec: &CommandSpec) -> String {
+    format!("separate numbers by blanks, not by commas; for example: {}", spec.example)
+}
+
+/// The help for a wrong number of arguments that has a likely cause: commas, quotes, or a command that is written as a setting.
+fn slip_help(spec: &CommandSpec, rest: &[Filled<'_, '_>]) -> Option<String> {
+    let has_setting = spec.positional_args().next()?.kind == ArgKind::Name(NameKind::Setting);
+    if has_commas(rest) {
+        Some(no_commas_help(spec))
+    } else if rest.iter().any(|filled| filled.word.text.starts_with('"')) {
+        Some(format!("a name is one word without quotes, such as my_ball; for example: {}", spec.example))
+    } else {
+        rest.first().filter(|_| has_setting).and_then(|filled| help_for_setting(filled.word.text))
+    }
+}
+
+/// The help where a command is written as a setting: `set depth 4` for `setDepth 4`, `set background white` for
+/// `background white`.
+pub(crate) fn help_for_setting(name: &str) -> Option<String> {
+    let spec = find_command(&format!("set{name}")).or_else(|| find_command(name))?;
+    Some(format!("did you mean the command '{}'? {}", spec.name, usage_help(spec)))
 }
 
 pub(crate) fn usage_help(spec: &CommandSpec) -> String {
@@ -559,6 +596,24 @@ mod tests {
             (many.message.as_str(), many.columns),
             ("setAmbient takes 1 argument, not 3", Some(12..19))
         );
+
+        for (line, help) in [
+            ("setCoeff 1,2,3", "separate numbers by blanks, not by commas; for example: setCoeff 2 1 0.5"),
+            ("setCoeff 1, 2, 3", "separate numbers by blanks, not by commas; for example: setCoeff 2 1 0.5"),
+            ("setColor 1,0,0", "separate numbers by blanks, not by commas"),
+            (
+                "primitive \"my ball\"",
+                "a name is one word without quotes, such as my_ball; for example: primitive ball",
+            ),
+            ("rotate 0,0,1 30", "separate numbers by blanks, not by commas"),
+            ("setCoeff , 2 3", "x of setCoeff must be above 0; for example: setCoeff 2 1 0.5"),
+            (
+                "set lens 0.2 9",
+                "did you mean the command 'lens'? lens radius [focus], for example: lens 0.2 9",
+            ),
+        ] {
+            assert_eq!(fault(line).help.as_deref(), Some(help), "{line}");
+        }
 
         let word = fault("xs 1 two 3");
         assert_eq!((word.code.as_str(), word.columns), ("not-a-number", Some(5..8)));

@@ -6,6 +6,7 @@ use superegg_scene::{Encoding, Filter, LightModel, Picture, Shading, Theme, Tone
 use crate::diagnostic::{Fault, FaultCode};
 use crate::grammar::spec::{Range, parse_size};
 use crate::parse::number::{format_number, parse_number};
+use crate::parse::parser::help_for_setting;
 use crate::suggest::Suggestions;
 use crate::text::{line_width, one_of, shorten, two_columns};
 
@@ -453,9 +454,11 @@ pub(crate) fn merged(own: &Picture, added: &Picture) -> Picture {
 }
 
 fn unknown_setting(name: &str) -> Fault {
-    let names = SETTINGS.iter().map(|spec| spec.name);
-    Fault::new(FaultCode::UnknownSetting, format!("there is no setting '{}'", shorten(name)))
-        .help(Suggestions::Given.did_you_mean(name, names, "'get' lists the settings"))
+    let help = help_for_setting(name).unwrap_or_else(|| {
+        let names = SETTINGS.iter().map(|spec| spec.name);
+        Suggestions::Given.did_you_mean(name, names, "'get' lists the settings")
+    });
+    Fault::new(FaultCode::UnknownSetting, format!("there is no setting '{}'", shorten(name))).help(help)
 }
 
 fn read(kind: SettingKind, word: &str) -> Option<Value> {
@@ -516,5 +519,21 @@ mod tests {
         }
         let (mut picture, mut settings) = (Picture::default(), Settings::default());
         assert_eq!(set(&mut picture, &mut settings, "sizes", "1x1").unwrap_err().0, 1);
+    }
+
+    #[test]
+    fn a_setting_that_is_a_command_names_the_command() {
+        for (name, help) in [
+            ("depth", "did you mean the command 'setDepth'? setDepth levels, for example: setDepth 8"),
+            (
+                "background",
+                "did you mean the command 'background'? background r g b, for example: background",
+            ),
+            ("sizes", "did you mean 'size'?"),
+            ("fps", "'get' lists the settings"),
+        ] {
+            let found = unknown_setting(name).help.unwrap();
+            assert!(found.starts_with(help), "{name}: {found}");
+        }
     }
 }
