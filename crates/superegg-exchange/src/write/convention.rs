@@ -14,6 +14,18 @@ pub struct Convention {
     rotation: RotationNumbers,
     /// Whether the rotation leads from world to body.
     from_world: bool,
+    order: Order,
+}
+
+/// The order of the numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Order {
+    /// Sizes, exponents, rotation, centre.
+    SizesFirst,
+    /// Exponents, sizes, rotation, centre.
+    ExponentsFirst,
+    /// Sizes, exponents, centre, rotation.
+    RotationLast,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -84,6 +96,7 @@ pub const CONVENTIONS: [Convention; 14] = [
         sizes: A123,
         exponents: NORTH_EAST,
         rotation: RotationNumbers::Euler(EulerRot::ZYX, ["eul_z", "eul_y", "eul_x"]),
+        order: Order::ExponentsFirst,
         ..own("ems")
     },
     Convention { exponents: NORTH_EAST, ..own("superdec") },
@@ -92,6 +105,7 @@ pub const CONVENTIONS: [Convention; 14] = [
         sizes: A123,
         exponents: NORTH_EAST,
         rotation: RotationNumbers::Euler(EulerRot::ZYZ, ["eul_z", "eul_y", "eul_z2"]),
+        order: Order::RotationLast,
         ..own("superquadric-lib")
     },
     Convention {
@@ -112,6 +126,7 @@ const fn own(name: &'static str) -> Convention {
         exponents: ExponentPair::EastNorth(["e", "n"]),
         rotation: WXYZ,
         from_world: false,
+        order: Order::SizesFirst,
     }
 }
 
@@ -142,29 +157,35 @@ impl Convention {
         rotation: DQuat,
         center: DVec3,
     ) -> Vec<(&'static str, f64)> {
-        let mut parameters: Vec<(&'static str, f64)> = match self.sizes {
-            Sizes::SemiAxes(names) => names.into_iter().zip(radii.to_array()).collect(),
-            Sizes::Diameters(names) => names.into_iter().zip((2.0 * radii).to_array()).collect(),
+        let sizes = match self.sizes {
+            Sizes::SemiAxes(names) => named(names, radii.to_array()),
+            Sizes::Diameters(names) => named(names, (2.0 * radii).to_array()),
         };
         let (e, n) = (exponents.e(), exponents.n());
-        parameters.extend(match self.exponents {
-            ExponentPair::EastNorth([first, second]) => [(first, e), (second, n)],
-            ExponentPair::NorthEast([first, second]) => [(first, n), (second, e)],
-            ExponentPair::Blockiness([first, second]) => [(first, 2.0 / n), (second, 2.0 / e)],
-        });
+        let exponents = match self.exponents {
+            ExponentPair::EastNorth(names) => named(names, [e, n]),
+            ExponentPair::NorthEast(names) => named(names, [n, e]),
+            ExponentPair::Blockiness(names) => named(names, [2.0 / n, 2.0 / e]),
+        };
         let rotation = if self.from_world { rotation.inverse() } else { rotation };
         let [x, y, z, w] = rotation.to_array();
-        match self.rotation {
-            RotationNumbers::Scalar(names) => parameters.extend(names.into_iter().zip([w, x, y, z])),
-            RotationNumbers::ScalarLast(names) => parameters.extend(names.into_iter().zip([x, y, z, w])),
-            RotationNumbers::Euler(order, names) => {
-                let (first, second, third) = rotation.to_euler(order);
-                parameters.extend(names.into_iter().zip([first, second, third]));
-            }
+        let rotation = match self.rotation {
+            RotationNumbers::Scalar(names) => named(names, [w, x, y, z]),
+            RotationNumbers::ScalarLast(names) => named(names, [x, y, z, w]),
+            RotationNumbers::Euler(order, names) => named(names, rotation.to_euler(order).into()),
+        };
+        let center = named(["x", "y", "z"], center.to_array());
+        match self.order {
+            Order::SizesFirst => [sizes, exponents, rotation, center],
+            Order::ExponentsFirst => [exponents, sizes, rotation, center],
+            Order::RotationLast => [sizes, exponents, center, rotation],
         }
-        parameters.extend(["x", "y", "z"].into_iter().zip(center.to_array()));
-        parameters
+        .concat()
     }
+}
+
+fn named<const N: usize>(names: [&'static str; N], numbers: [f64; N]) -> Vec<(&'static str, f64)> {
+    names.into_iter().zip(numbers).collect()
 }
 
 #[cfg(test)]
@@ -178,18 +199,37 @@ mod tests {
         let rotation = DQuat::from_xyzw(0.1, -0.5, 0.3, 0.7).normalize();
         for convention in CONVENTIONS {
             let parameters = convention.parameters(radii, exponents, rotation, center);
-            let numbers: Vec<f64> = parameters.iter().map(|(_, number)| *number).collect();
-            let factor = if matches!(convention.sizes, Sizes::Diameters(_)) { 2.0 } else { 1.0 };
-            assert_eq!(numbers[..3], (factor * radii).to_array());
-            let turned = &numbers[5..numbers.len() - 3];
+            let number = |name| parameters.iter().find(|(known, _)| *known == name).unwrap().1;
+            let (factor, names) = match convention.sizes {
+                Sizes::SemiAxes(names) => (1.0, names),
+                Sizes::Diameters(names) => (2.0, names),
+            };
+            assert_eq!(names.map(number), (factor * radii).to_array());
             let again = match convention.rotation {
-                RotationNumbers::Scalar(_) => DQuat::from_xyzw(turned[1], turned[2], turned[3], turned[0]),
-                RotationNumbers::ScalarLast(_) => DQuat::from_slice(turned),
-                RotationNumbers::Euler(order, _) => DQuat::from_euler(order, turned[0], turned[1], turned[2]),
+                RotationNumbers::Scalar(names) => {
+                    let [w, x, y, z] = names.map(number);
+                    DQuat::from_xyzw(x, y, z, w)
+                }
+                RotationNumbers::ScalarLast(names) => DQuat::from_array(names.map(number)),
+                RotationNumbers::Euler(order, names) => {
+                    let [first, second, third] = names.map(number);
+                    DQuat::from_euler(order, first, second, third)
+                }
             };
             let again = if convention.from_world { again.inverse() } else { again };
             assert!(again.dot(rotation).abs() > 1.0 - 1e-12, "{convention:?}");
-            assert_eq!(numbers[numbers.len() - 3..], center.to_array());
+            assert_eq!(["x", "y", "z"].map(number), center.to_array());
+        }
+        // The orders of the files of these programs.
+        for (name, order) in [
+            ("ems", "e1 e2 a1 a2 a3 eul_z eul_y eul_x x y z"),
+            ("superquadric-lib", "a1 a2 a3 e1 e2 x y z eul_z eul_y eul_z2"),
+            ("superegg", "a b c e n qw qx qy qz x y z"),
+        ] {
+            let convention = Convention::by_name(name).unwrap();
+            let parameters = convention.parameters(radii, exponents, rotation, center);
+            let names: Vec<&str> = parameters.iter().map(|(name, _)| *name).collect();
+            assert_eq!(names.join(" "), order);
         }
         assert!(Convention::by_name("nobody").is_none());
     }
