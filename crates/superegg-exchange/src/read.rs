@@ -47,6 +47,7 @@ pub use error::ReadError;
 pub use format::Format;
 pub use frame::Frame;
 pub use import::{Content, Import, Input};
+pub use meshes::mesh_kind;
 pub use options::ReadOptions;
 pub use particles::{Particles, SimulationBox};
 pub use source::{Source, open, sniff};

@@ -106,3 +106,24 @@ fn what_is_no_cloud_is_an_error() {
         assert!(read(&bytes).is_ok(), "{name}");
     }
 }
+
+#[test]
+fn points_of_vtk_files_are_a_cloud_unless_they_are_particles() {
+    let head = "# vtk DataFile Version 3.0\ncloud\nASCII\n";
+    let points = "DATASET POLYDATA\nPOINTS 2 float\n1 2 3\n-4 5 6.5\n";
+    let found = read(format!("{head}{points}POLYGONS 1 4\n3 0 1 0\n")).unwrap();
+    assert_eq!(found.points, [DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 5.0, 6.5)]);
+    assert_eq!(found.reading, "a VTK file of PolyData: 2 points; faces are not used");
+    let of_particles =
+        format!("{head}{points}POINT_DATA 2\nSCALARS shapex float 1\nLOOKUP_TABLE default\n1 1\n");
+    for (text, expected) in [
+        (of_particles, "this is a VTK file of LIGGGHTS, not a cloud of points or a mesh; 'superegg sample'"),
+        (
+            format!("{head}DATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nORIGIN 0 0 0\nSPACING 1 1 1\n"),
+            "the points of a VTK file of ImageData fill a box; expected points of a surface",
+        ),
+    ] {
+        let error = read(text).unwrap_err().to_string();
+        assert!(error.starts_with(expected), "{error}");
+    }
+}

@@ -210,3 +210,16 @@ fn no_truncation_and_no_changed_byte_panics() {
         }
     }
 }
+
+#[test]
+fn wrong_rows_below_names_are_named() {
+    let options = ReadOptions::default();
+    for (text, expected) in [
+        ("x,y,z,a,b,c\n1,2,3,1,1\n", "line 2: the row has 5 columns"),
+        ("x;y;z\n1;2;three\n", "line 2: column 3 ('z'): 'three' is not a number"),
+        ("x,y,z\n", "the format is not recognized"),
+    ] {
+        let error = error_of(text, &options);
+        assert!(error.starts_with(expected), "{text:?}: {error}");
+    }
+}

@@ -13,8 +13,8 @@ use crate::args::values::{OverwriteArgs, outlier_share, positive};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FitArgs {
-    /// The points of one object: a cloud (.ply, .xyz, .txt, .csv, .npy) or a mesh (.obj, .stl, .ply
-    /// with faces), - for standard input
+    /// The points of one object: a cloud (.ply, .xyz, .txt, .csv, .npy, .vtp, .vtk) or a mesh
+    /// (.obj, .stl, .ply with faces), - for standard input
     #[arg(value_name = "CLOUD")]
     pub(crate) cloud: PathBuf,
     /// Write the shape to this file: .scn as text, or .sqb; default: print the parameters only

@@ -5,9 +5,9 @@ mod report;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use superegg_exchange::read::{
-    Format, MeshSampling, Particles, ReadOptions, SurfacePoints, read_surface_points,
+    Format, Input, MeshSampling, Particles, ReadError, ReadOptions, SurfacePoints, read_surface_points,
 };
 use superegg_exchange::write::convention::Convention;
 use superegg_fit::{Fit, FitOptions, PartCount, PartsProgress, fit, fit_parts_while};
@@ -19,7 +19,7 @@ use crate::console;
 use crate::files;
 use crate::files::binary_scene;
 use crate::files::csv::{fields, write_rows};
-use crate::files::data::{open_data, scene_of_particles};
+use crate::files::data::{head_of, is_scene, open_data, scene_of_particles};
 use crate::outcome::Outcome;
 use crate::progress::spinner;
 use crate::system::interrupt::Interrupt;
@@ -97,8 +97,19 @@ fn read_cloud(args: &FitArgs) -> Result<SurfacePoints> {
     };
     let mut input = open_data(&args.cloud)?;
     let sampling = MeshSampling { count: MESH_POINTS, seed: args.seed };
-    read_surface_points(&mut *input, &options, sampling)
+    let read = read_surface_points(&mut *input, &options, sampling);
+    read.map_err(|error| explained(error, &mut *input))
         .with_context(|| format!("cannot read '{}'", args.cloud.display()))
+}
+
+/// The error for a file that is not recognized; that for a scene names the command that samples it.
+fn explained(error: ReadError, input: &mut dyn Input) -> anyhow::Error {
+    match (&error, head_of(input)) {
+        (ReadError::Unrecognized, Ok(head)) if is_scene(&head) => {
+            anyhow!("this is a scene of superegg, not points; 'superegg sample' gives points of its surfaces")
+        }
+        _ => error.into(),
+    }
 }
 
 fn fitted(args: &FitArgs, points: &[DVec3], interrupt: Option<&Interrupt>) -> Result<Fitted> {

@@ -1,18 +1,18 @@
 //! Loads data of other programs as scenes.
 
 use std::fmt;
-use std::io::{Read, SeekFrom};
+use std::io::{self, Read, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use superegg_exchange::coloring::{ColorKey, ColoredTable, Coloring, to_table};
 use superegg_exchange::read::{
-    Content, Import, Input, Particles, ReadOptions, SimulationBox, Source, open, sniff,
+    Content, Import, Input, Particles, ReadError, ReadOptions, SimulationBox, Source, open, sniff,
 };
 use superegg_exchange::sqb;
 use superegg_geom::glam::{DQuat, DVec3};
 use superegg_geom::{Aabb, Exponents, TransformStep, unit_vector};
-use superegg_lang::{Session, format_number, load_text};
+use superegg_lang::{Session, find_command, format_number, load_text};
 use superegg_render::frame_data;
 use superegg_scene::{InstanceTable, Material, Scene, TableBuilder};
 
@@ -67,10 +67,7 @@ pub(super) enum FileKind {
 
 /// Recognizes the kind of a file.
 pub(super) fn kind_of(input: &mut dyn Input, options: &DataOptions) -> Result<FileKind> {
-    let mut head = Vec::new();
-    input.seek(SeekFrom::Start(0))?;
-    input.take(HEAD).read_to_end(&mut head)?;
-    input.seek(SeekFrom::Start(0))?;
+    let head = head_of(input)?;
     Ok(if head.starts_with(&sqb::SIGNATURE) {
         FileKind::Binary
     } else if options.are_for_data() || sniff(&head).is_some() {
@@ -78,6 +75,33 @@ pub(super) fn kind_of(input: &mut dyn Input, options: &DataOptions) -> Result<Fi
     } else {
         FileKind::Text
     })
+}
+
+/// The first bytes of a file, which is then at its start again.
+pub(crate) fn head_of(input: &mut dyn Input) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    input.seek(SeekFrom::Start(0))?;
+    Read::take(&mut *input, HEAD).read_to_end(&mut head)?;
+    input.seek(SeekFrom::Start(0))?;
+    Ok(head)
+}
+
+/// Opens data. The error for a scene of superegg says that it is one.
+pub(super) fn open_source<R: Input>(mut input: R, options: &ReadOptions) -> Result<Source<R>> {
+    let head = head_of(&mut input)?;
+    open(input, options).map_err(|error| match error {
+        ReadError::Unrecognized if is_scene(&head) => anyhow!(
+            "this is a scene of superegg, not data of another program; use it without import and without the options for data files"
+        ),
+        error => error.into(),
+    })
+}
+
+/// Whether the first line that is no comment is a command of the modelling language.
+pub(crate) fn is_scene(head: &[u8]) -> bool {
+    let lines = String::from_utf8_lossy(head);
+    let first = lines.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+    first.and_then(|line| line.split_whitespace().next()).is_some_and(|word| find_command(word).is_some())
 }
 
 /// A line about how data was read.
@@ -206,7 +230,7 @@ pub(super) fn load_named(
     options: &DataOptions,
 ) -> Result<LoadedData> {
     let cannot_read = || format!("cannot read '{}'", path.display());
-    let mut source = open(input, &options.read).with_context(cannot_read)?;
+    let mut source = open_source(input, &options.read).with_context(cannot_read)?;
     let format = source.format();
     let (frame, import) = read_frame(&mut source, options).with_context(cannot_read)?;
     let Import { content, reading, warnings, .. } = import;

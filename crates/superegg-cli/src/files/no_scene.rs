@@ -1,5 +1,7 @@
 //! Files that are no scenes, by their first bytes.
 
+use superegg_exchange::read::mesh_kind;
+
 /// The kind of a file that is certainly no scene, with the next step: "a PLY file; 'superegg
 /// import' reads it". `None` for a scene, and for a file that begins like nothing known.
 pub(crate) fn kind_of_no_scene(bytes: &[u8]) -> Option<String> {
@@ -9,6 +11,9 @@ pub(crate) fn kind_of_no_scene(bytes: &[u8]) -> Option<String> {
         |kinds: &[(&[u8], &'static str)]| kinds.iter().find(|(head, _)| starts(head)).map(|(_, kind)| *kind);
     if let Some(kind) = kind_in(READ_BY_IMPORT) {
         return Some(format!("{kind}; 'superegg import' reads it"));
+    }
+    if let Some(kind) = mesh_kind(bytes, bytes.len() as u64) {
+        return Some(format!("{kind}; 'superegg fit' fits superquadrics to .stl, .obj and .ply"));
     }
     kind_in(OTHERS).map(str::to_owned)
 }
@@ -37,8 +42,6 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"\x89PNG", "a PNG picture"),
     (b"\xff\xd8\xff", "a JPEG picture"),
     (b"\x76\x2f\x31\x01", "an OpenEXR picture"),
-    (b"glTF", "a glTF mesh"),
-    (b"solid ", "an STL mesh"),
     (b"\x1f\x8b", "a gzip archive; unpack it first"),
     (b"%PDF", "a PDF document"),
     (b"\x7fELF", "a program"),
@@ -59,6 +62,10 @@ mod tests {
             (b"\xef\xbb\xbf\n<VTKFile type=\"PolyData\"", "VTK"),
             (b"\x93NUMPY\x01\0", "NumPy"),
             (b"\x89PNG\r\n", "PNG"),
+            (b"solid x\nfacet normal 0 0 1\n", "an STL mesh; 'superegg fit'"),
+            (&[0; 84], "an STL mesh"),
+            (b"# by hand\nv 0 0 1\nf 1 1 1\n", "an OBJ mesh"),
+            (b"glTF\x02\0", "a glTF mesh"),
         ] {
             assert!(kind_of_no_scene(head).is_some_and(|kind| kind.contains(part)), "{part}");
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use superegg_exchange::coloring::{ColorKey, Coloring};
-use superegg_exchange::read::{Format, open};
+use superegg_exchange::read::Format;
 use superegg_geom::Aabb;
 use superegg_lang::Session;
 use superegg_scene::Scene;
@@ -40,8 +40,8 @@ impl Series {
         if data::kind_of(&mut *input, options)? != FileKind::Data {
             return Ok(None);
         }
-        let source =
-            open(input, &options.read).with_context(|| format!("cannot read '{}'", path.display()))?;
+        let source = data::open_source(input, &options.read)
+            .with_context(|| format!("cannot read '{}'", path.display()))?;
         // A scene has a camera and lights of its own, and keys if it moves.
         if matches!(source.format(), Format::CourseYaml | Format::Povray) {
             return Ok(None);

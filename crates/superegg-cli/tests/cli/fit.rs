@@ -71,7 +71,7 @@ fn parameters_of_other_programs() {
     assert!((sizes.iter().product::<f64>() - 3.0).abs() < 1e-3, "{fit}");
     assert!((number(&fit, "/parameters/blockiness1") - 2.0 / 1.2).abs() < 1e-2);
     let text = sandbox.run("fit cloud.npy --convention ems").out;
-    assert!(text.contains("ems: a1 ") && text.contains("eul_z "), "{text}");
+    assert!(text.contains("ems: e1 ") && text.contains("eul_z "), "{text}");
     sandbox.run("fit cloud.npy --convention nobody").failed(2);
 }
 
@@ -94,13 +94,23 @@ fn clouds_without_a_fit_are_errors_and_write_nothing() {
     let sandbox = Sandbox::new();
     let flat: String = (0..100).map(|i| format!("{} {} 3\n", i % 10, i / 10)).collect();
     sandbox.write("few.xyz", "1 2 3\n4 5 6\n").write("flat.xyz", flat).write("nan.xyz", "1 2 3\n4 nan 5\n");
+    sandbox.write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").write("words.txt", "some words\n");
     sandbox.write("scene.scn", EGG).write("same.xyz", "1 2 3\n".repeat(50));
     for (words, expected) in [
         ("fit few.xyz -o fit.scn", "at least 12 different points; found 2"),
         ("fit same.xyz -o fit.scn", "found 1 different of 50"),
         ("fit flat.xyz -o fit.scn", "all points lie on a plane"),
         ("fit nan.xyz -o fit.scn", "finite"),
-        ("fit scene.scn -o fit.scn", "not recognized"),
+        ("fit scene.scn -o fit.scn", "a scene of superegg, not points; 'superegg sample'"),
+        ("fit words.txt -o fit.scn", "not recognized"),
+        ("import scene.scn -o fit.scn", "a scene of superegg, not data of another program"),
+        ("render scene.scn --color-by x", "a scene of superegg, not data of another program"),
+        ("animate scene.scn --box", "a scene of superegg, not data of another program"),
+        (
+            "import mesh.obj -o fit.scn",
+            "this is an OBJ mesh: its triangles are not superquadrics; 'superegg fit'",
+        ),
+        ("render mesh.obj -o fit.scn.png", "is not a scene but an OBJ mesh; 'superegg fit'"),
         ("fit none.xyz -o fit.scn", "cannot read 'none.xyz'"),
         ("fit flat.xyz --exponents 2 1", "increasing"),
         ("fit flat.xyz --outliers 0.95", "0.9"),
@@ -111,7 +121,10 @@ fn clouds_without_a_fit_are_errors_and_write_nothing() {
         let message = sandbox.run(words).failed(2);
         assert!(message.contains(expected), "{words}: {message}");
     }
-    assert_eq!(sandbox.files(), ["few.xyz", "flat.xyz", "nan.xyz", "same.xyz", "scene.scn"]);
+    assert_eq!(
+        sandbox.files(),
+        ["few.xyz", "flat.xyz", "mesh.obj", "nan.xyz", "same.xyz", "scene.scn", "words.txt"]
+    );
 }
 
 #[test]

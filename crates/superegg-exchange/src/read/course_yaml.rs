@@ -64,7 +64,7 @@ pub(crate) fn read(bytes: &[u8], _options: &ReadOptions) -> Result<Import, ReadE
         warnings.truncate(MOST_WARNINGS);
         warnings.push(format!("{more} more warnings"));
     }
-    let reading = "a course scene: exp0 = e, exp1 = n, transforms in the order written, \
+    let reading = "exp0 = e, exp1 = n, transforms in the order written, \
                    the camera as a view of the world, colours as their diffuse part";
     Ok(Import { warnings, ..Import::new(Content::Script(script.into_text()), reading) })
 }

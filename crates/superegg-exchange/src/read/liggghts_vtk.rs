@@ -131,7 +131,7 @@ impl Reader<'_> {
         }
         let message = format!(
             "a VTK file of {}: neither particles (shapex, shapey, shapez of LIGGGHTS; axesScales of \
-             MercuryDPM) nor tensors; a radius for points shows them as spheres",
+             MercuryDPM) nor tensors; --point-radius R (point_radius) shows its points as spheres",
             self.data.description()
         );
         Err(ReadError::File(message))

@@ -79,7 +79,7 @@ pub(crate) fn read(bytes: &[u8], _options: &ReadOptions) -> Result<Import, ReadE
         (true, false) => "POV-Ray's own camera is left-handed, so z is mirrored",
         (false, _) => "the camera is right-handed, so coordinates are kept",
     };
-    let reading = format!("a POV-Ray scene: superellipsoid <e, n> of half width 1; {handed}");
+    let reading = format!("superellipsoid <e, n> of half width 1; {handed}");
     Ok(Import { warnings, ..Import::new(Content::Script(script), reading) })
 }
 

@@ -8,7 +8,7 @@ use super::frame::Frame;
 use super::import::{Import, Input};
 use super::options::ReadOptions;
 use super::{
-    clouds, course_yaml, data, dump, fits, liggghts_vtk, mercury, nrrd, povray, sudodem, table, vtk,
+    clouds, course_yaml, data, dump, fits, liggghts_vtk, mercury, meshes, nrrd, povray, sudodem, table, vtk,
     vtk_programs, vtk_tensors, xyz,
 };
 
@@ -76,7 +76,7 @@ pub fn open<R: Input>(mut input: R, options: &ReadOptions) -> Result<Source<R>, 
             let end = input.seek(SeekFrom::End(0))?;
             vtk_programs::recognize(&whole(&mut input, &Frame::whole(end))?)
         }
-        None => recognize(&head, options)?,
+        None => recognize(&head, options).map_err(|error| explained(error, &head, &mut input))?,
     };
     let frames = list_frames(&mut input, format)?;
     Ok(Source { input, format, frames })
@@ -109,6 +109,17 @@ fn recognize(head: &[u8], options: &ReadOptions) -> Result<Format, ReadError> {
         }
     }
     options.columns.as_ref().map(|_| Format::Table).ok_or(ReadError::Unrecognized)
+}
+
+/// The error for a file that is not recognized: the kind of a mesh, and what reads it.
+fn explained<R: Input>(error: ReadError, head: &[u8], input: &mut R) -> ReadError {
+    let length = input.seek(SeekFrom::End(0)).unwrap_or(0);
+    match (&error, meshes::mesh_kind(head, length)) {
+        (ReadError::Unrecognized, Some(kind)) => ReadError::File(format!(
+            "this is {kind}: its triangles are not superquadrics; 'superegg fit' fits superquadrics to .stl, .obj and .ply"
+        )),
+        _ => error,
+    }
 }
 
 /// The frames of a file; one for formats that have no others.

@@ -11,7 +11,8 @@ use super::import::{Content, Input};
 use super::meshes::{self, Triangle};
 use super::options::ReadOptions;
 use super::source::open;
-use super::{clouds, source};
+use super::vtk::{self, Kind};
+use super::{clouds, source, vtk_programs};
 
 /// The points of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +34,7 @@ pub struct MeshSampling {
 }
 
 /// Reads the points of a cloud (PLY, rows of x y z, tables with columns x, y and z, NumPy arrays of
-/// rows that begin with x y z), or spreads points over the triangles of a mesh (STL, OBJ, PLY with
+/// rows that begin with x y z, the points of VTK files), or spreads points over the triangles of a mesh (STL, OBJ, PLY with
 /// faces). Formats are recognized by their content. Values that are no finite numbers are errors.
 ///
 /// # Errors
@@ -80,6 +81,9 @@ pub fn read_surface_points(
         {
             return of_array(&bytes);
         }
+        if vtk::is_vtk(&bytes) && !vtk_programs::has_shapes(&bytes) {
+            return of_vtk(&bytes);
+        }
     }
     of_cloud(&bytes, options)
 }
@@ -112,11 +116,26 @@ fn of_array(bytes: &[u8]) -> Result<SurfacePoints, ReadError> {
     finite(points, reading)
 }
 
+/// The points of a VTK file, whatever cells join them.
+fn of_vtk(bytes: &[u8]) -> Result<SurfacePoints, ReadError> {
+    let data = vtk::read(bytes, &|_, _| false)?;
+    let kind = data.kind.name();
+    if !matches!(data.kind, Kind::PolyData | Kind::UnstructuredGrid | Kind::StructuredGrid) {
+        let message = format!("the points of a VTK file of {kind} fill a box; expected points of a surface");
+        return Err(ReadError::File(message));
+    }
+    let reading = format!("a VTK file of {kind}: {} points; faces are not used", data.points.len());
+    finite(data.points, reading)
+}
+
 fn of_cloud(bytes: &[u8], options: &ReadOptions) -> Result<SurfacePoints, ReadError> {
     let mut source = open(std::io::Cursor::new(bytes), options)?;
     let format = source.format();
     if !matches!(format, Format::Ply | Format::Xyz | Format::NpyPoints | Format::Table) {
-        let message = format!("this is {}, not a cloud of points or a mesh", format.description());
+        let message = format!(
+            "this is {}, not a cloud of points or a mesh; 'superegg sample' gives points of its surfaces",
+            format.description()
+        );
         return Err(ReadError::File(message));
     }
     let Content::Particles(particles) = source.read(0, options)?.content else {

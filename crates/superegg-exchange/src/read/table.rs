@@ -63,17 +63,19 @@ fn split(text: &[u8], separator: Option<u8>) -> Vec<&[u8]> {
     }
 }
 
-/// Whether this is a table: a line of names, a position among them, and a row of as many columns
-/// with numbers for the position.
+/// Whether this is a table: a line of names, a position among them, and a row. Where blanks are between columns, the row has as many
+/// of them, with numbers for the position; with commas the names decide, and reading names a wrong row.
 pub(super) fn recognize(head: &[u8]) -> Result<Option<Format>, ReadError> {
     let mut lines = head.split(|&byte| byte == b'\n').filter(|line| !line.trim_ascii().is_empty());
     let Some(first) = lines.next() else { return Ok(None) };
     let header = Header::of(first);
     let row = lines.next().map(|row| split(row, header.separator)).unwrap_or_default();
-    let has_numbers = Names(&header.names).any(&POSITION).is_some_and(|columns| {
-        row.len() == header.names.len() && columns.iter().all(|&column| number::parse(row[column]).is_some())
+    let is_table = Names(&header.names).any(&POSITION).is_some_and(|columns| {
+        header.separator.is_some() && !row.is_empty()
+            || row.len() == header.names.len()
+                && columns.iter().all(|&column| number::parse(row[column]).is_some())
     });
-    Ok((!header.is_row && has_numbers).then_some(Format::Table))
+    Ok((!header.is_row && is_table).then_some(Format::Table))
 }
 
 /// Reads a table.

@@ -15,6 +15,15 @@ pub(super) fn recognize(bytes: &[u8]) -> Format {
     }
 }
 
+/// Whether a VTK file has the arrays of shapes or tensors.
+pub(super) fn has_shapes(bytes: &[u8]) -> bool {
+    vtk::outline(bytes).is_ok_and(|outline| {
+        mercury::is_mercury(&outline)
+            || liggghts_vtk::is_liggghts(&outline)
+            || vtk_tensors::has_tensors(&outline)
+    })
+}
+
 /// The format of a VTK file as far as its first bytes name its arrays; `None` if it is no VTK file.
 ///
 /// # Errors

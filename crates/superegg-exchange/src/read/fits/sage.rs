@@ -46,7 +46,7 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Import, ReadEr
     }
     warnings.extend(fit::raised_warning(raised));
     particles.extra = extra_columns(Vec::new(), options)?;
-    let reading = "sage-superquadric: semi-axes a1 a2 a3, n = eps1, e = eps2, \
+    let reading = "semi-axes a1 a2 a3, n = eps1, e = eps2, \
                    rotation Rx(roll) Ry(pitch) Rz(yaw) from radians";
     Ok(Import { warnings, ..Import::new(Content::Particles(particles), reading) })
 }

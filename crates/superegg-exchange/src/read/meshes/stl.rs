@@ -16,6 +16,14 @@ pub(crate) fn recognize(bytes: &[u8]) -> bool {
     binary_records(bytes).is_some() || is_text(bytes)
 }
 
+/// As [`recognize`], from the first bytes of a file of `length` bytes.
+pub(super) fn recognize_head(head: &[u8], length: u64) -> bool {
+    let count =
+        head.get(HEADER..).and_then(|rest| rest.first_chunk()).map(|count| u32::from_le_bytes(*count));
+    let size = |count: u32| (HEADER + 4) as u64 + RECORD as u64 * u64::from(count);
+    count.is_some_and(|count| size(count) == length) || is_text(head)
+}
+
 fn is_text(bytes: &[u8]) -> bool {
     let head = bytes.get(..bytes.len().min(1 << 12)).unwrap_or_default();
     let mut words = head.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
