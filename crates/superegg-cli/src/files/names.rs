@@ -8,6 +8,7 @@
 //! The names in the scene of a session are seen from the folder in which the session began. A name that is typed in another
 //! working folder is changed to be one of them, so that it means the same file wherever `cd` leads.
 
+use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use superegg_lang::{Fault, FaultCode, Session, rename_files, rename_in_line};
@@ -44,8 +45,17 @@ pub(crate) fn existing_or_typed(path: PathBuf) -> PathBuf {
 
 /// The fault of a line that names a file which cannot be read.
 pub(super) fn unreadable(error: &anyhow::Error) -> Fault {
-    Fault::new(FaultCode::Unreadable, format!("{error:#}"))
-        .help("correct the name, or put the file there: it is searched in the working folder, then beside this file")
+    Fault::new(FaultCode::Unreadable, format!("{error:#}")).help(if is_not_found(error) {
+        "correct the name, or put the file there: it is searched in the working folder, then beside this file"
+    } else {
+        "correct the file, or name another one"
+    })
+}
+
+/// Whether a file is missing, and not wrong or protected.
+pub(crate) fn is_not_found(error: &anyhow::Error) -> bool {
+    let mut causes = error.chain().filter_map(|cause| cause.downcast_ref::<io::Error>());
+    causes.any(|cause| cause.kind() == io::ErrorKind::NotFound)
 }
 
 /// The folder of a file.

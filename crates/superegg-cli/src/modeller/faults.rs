@@ -1,7 +1,10 @@
 //! Faults of requests that use files and folders.
 
+use superegg_exchange::write::export::ExportError;
 use superegg_lang::{Fault, FaultCode, parse_line};
 use superegg_trace::LimitReached;
+
+use crate::files::names::is_not_found;
 
 /// Gives a fault without columns the columns of this argument, or of the command if there is no
 /// such argument.
@@ -28,16 +31,25 @@ pub(super) fn unwritable(error: &anyhow::Error) -> Fault {
         .help("name a file in a folder that can be written to")
 }
 
+/// A scene cannot be exported: the format does not exist or cannot hold the scene, or the file cannot be written.
+pub(super) fn not_exportable(error: &anyhow::Error) -> Fault {
+    let unwritable = unwritable(error);
+    match error.downcast_ref::<ExportError>() {
+        Some(ExportError::Format { file, known }) => {
+            Fault::new(FaultCode::Unwritable, format!("'{file}' names no format that can be written"))
+                .help(format!("end the name in {known}"))
+        }
+        Some(_) => unwritable.help("change the scene, or export it in another format"),
+        None => unwritable,
+    }
+}
+
 /// A scene file cannot be read; `file` is `None` for the quicksave.
 pub(super) fn not_loadable(error: &anyhow::Error, file: Option<&str>) -> Fault {
-    let is_absent = error
-        .chain()
-        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
-        .any(|cause| cause.kind() == std::io::ErrorKind::NotFound);
     let fault = Fault::new(FaultCode::Unreadable, format!("{error:#}"));
     fault.help(match file {
         None => "there is no quicksave yet: 'save' makes one, 'load FILE' loads a file",
-        Some(_) if is_absent => "'dir' lists the working folder, 'pwd' prints its name",
+        Some(_) if is_not_found(error) => "'dir' lists the working folder, 'pwd' prints its name",
         Some(_) => "name a scene file, a text of commands, that you may read",
     })
 }

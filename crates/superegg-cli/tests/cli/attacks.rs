@@ -298,6 +298,14 @@ fn a_picture_of_another_maker_is_never_replaced_silently() {
 }
 
 #[test]
+fn the_prompt_names_the_formats_of_exports() {
+    let answer = Sandbox::new().run_with("", "primitive egg\nexport egg.xyz\nexport none/egg.stl\n");
+    assert!(answer.err.contains("'egg.xyz' names no format that can be written\n"), "{}", answer.err);
+    assert!(answer.err.contains("= help: end the name in .pov (POV-Ray), .stl (mesh)"), "{}", answer.err);
+    assert!(answer.err.contains("= help: name a file in a folder that can be written to"), "{}", answer.err);
+}
+
+#[test]
 fn the_prompt_exports_what_pictures_show() {
     let sandbox = Sandbox::new();
     let far = "primitive egg\nobject all\naddPrimitive egg\ntranslate 500 0 0\n";

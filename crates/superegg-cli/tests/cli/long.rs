@@ -204,8 +204,8 @@ fn merge_reports_what_is_missing_and_what_does_not_belong() {
 fn wrong_shards_are_refused_before_the_work() {
     let (sandbox, words, _) = rendered("--size 20x20 --samples 1");
     for (options, reported) in [
-        ("--tiles 0/3", "numbered from 1 to 3"),
-        ("--tiles 4/3", "numbered from 1 to 3"),
+        ("--tiles 0/3", "the shard must be from 1 to 3, not 0"),
+        ("--tiles 4/3", "the shard must be from 1 to 3, not 4"),
         ("--tiles 3", "K/N"),
         ("--tiles auto", "SLURM_ARRAY_TASK_ID"),
         ("--tiles auto/3", "JOB_COMPLETION_INDEX"),

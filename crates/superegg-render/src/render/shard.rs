@@ -50,14 +50,14 @@ impl FromStr for Shard {
         let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok());
         let parts =
             text.split_once('/').and_then(|(number, count)| Some((digits(number)??, digits(count)??)));
-        let (number, count) = parts.ok_or("a share is K/N, such as 2/8: the second of eight")?;
+        let (number, count) = parts.ok_or("expected a shard K/N, such as 2/8, the second of eight")?;
         if count == 0 {
             return Err(
-                "there are no shares of 0; a share is K/N, such as 2/8: the second of eight".to_owned()
+                "the number of shards must be above 0; a shard is K/N, such as 2/8, the second of eight"
+                    .to_owned(),
             );
         }
-        Self::new(number, count)
-            .ok_or_else(|| format!("shares of {count} are numbered from 1 to {count}, so none is {number}"))
+        Self::new(number, count).ok_or_else(|| format!("the shard must be from 1 to {count}, not {number}"))
     }
 }
 

@@ -7,7 +7,7 @@ use superegg_lang::{Fault, FaultCode};
 
 use crate::export::{Export, export_targets};
 use crate::files::{self, Overwrite};
-use crate::modeller::faults::{quoted, unwritable};
+use crate::modeller::faults::{not_exportable, quoted, unwritable};
 use crate::modeller::state::Modeller;
 use crate::text::counted;
 
@@ -16,12 +16,12 @@ impl Modeller {
     pub(super) fn export(&mut self, file: &str, is_forced: bool) -> Result<(), Fault> {
         let root = self.selected_root()?.to_owned();
         let output = self.folders.expand(file);
-        for target in export_targets(&output).map_err(|error| unwritable(&error))? {
+        for target in export_targets(&output).map_err(|error| not_exportable(&error))? {
             self.check_export(&target, is_forced)?;
         }
         let scene = self.session().scene();
         let export = Export { scene, root: &root, output: &output, options: ExportOptions::default() };
-        let exported = export.write().map_err(|error| unwritable(&error))?;
+        let exported = export.write().map_err(|error| not_exportable(&error))?;
         exported.files.iter().for_each(|file| self.known_files.remember(file));
         exported.note.iter().for_each(|note| self.print(note));
         for loss in &exported.losses {
