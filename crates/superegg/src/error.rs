@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use superegg_geom::ShapeError;
 use superegg_lang::Diagnostic;
-use superegg_render::{ExrError, ImageError, RenderError};
+use superegg_render::{EnvironmentError, ExrError, ImageError, RenderError, TextureError};
 use superegg_scene::SceneError;
 use thiserror::Error;
 
@@ -34,6 +34,24 @@ pub enum Error {
     /// The name of a picture file ends in neither `.png` nor `.exr`.
     #[error("'{}' is no picture file that can be written: expected a name that ends in .png or .exr", .0.display())]
     Ending(PathBuf),
+    /// A file that the scene names is not a picture for a surface.
+    #[error("'{}' cannot be a texture: {error}", path.display())]
+    Texture {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        #[source]
+        error: TextureError,
+    },
+    /// A file that the scene names is not a picture of an environment.
+    #[error("'{}' cannot be an environment: {error}", path.display())]
+    Environment {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        #[source]
+        error: EnvironmentError,
+    },
     /// A file cannot be read or written.
     #[error("cannot {action} '{}': {error}", path.display())]
     File {

@@ -5,6 +5,7 @@ pub mod model;
 pub mod part;
 pub mod picture;
 pub mod prelude;
+mod scene_file;
 
 pub use error::Error;
 pub use model::Model;
@@ -13,6 +14,8 @@ pub use picture::Rendering;
 
 #[cfg(feature = "exchange")]
 pub use superegg_exchange as exchange;
+#[cfg(feature = "fit")]
+pub use superegg_fit as fit;
 pub use superegg_geom as geom;
 pub use superegg_lang as lang;
 pub use superegg_render as render;

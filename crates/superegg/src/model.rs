@@ -5,7 +5,7 @@ use std::path::Path;
 
 use superegg_geom::Superquadric;
 use superegg_geom::glam::DVec3;
-use superegg_lang::{Severity, load_text, write_scene};
+use superegg_lang::{Diagnostic, Session, Severity, write_scene};
 use superegg_render::{RenderOptions, RenderSettings, render};
 use superegg_scene::{Camera, Entity, Light, Scene, numbered_name};
 use superegg_trace::CompiledScene;
@@ -13,6 +13,7 @@ use superegg_trace::CompiledScene;
 use crate::error::Error;
 use crate::part::{Content, Part};
 use crate::picture::Rendering;
+use crate::scene_file;
 
 /// The name of the object that [`Model::new`] shows.
 const ROOT: &str = "model";
@@ -88,29 +89,29 @@ impl Model {
     /// Reads a scene in the modelling language. `name` stands for the file in messages.
     ///
     /// # Errors
-    /// [`Error::Text`] with every error of the text.
+    /// [`Error::Text`] with every error of the text. Lines that read other files (`include`, `load`) are errors:
+    /// [`Model::load`] reads them.
     pub fn from_text(name: &str, text: &str) -> Result<Self, Error> {
-        let (session, diagnostics) = load_text(name, text);
+        Self::of_session(scene_file::run_text(name, text))
+    }
+
+    /// Reads a scene file (`.scn`), and the files that it includes or loads. Their names are searched in the working folder, then
+    /// beside the file that has the line; so are those of pictures on surfaces and of the environment, which [`Model::render`]
+    /// reads. Files of other programs are read by `superegg::exchange::read`.
+    ///
+    /// # Errors
+    /// The file cannot be read, or [`Error::Text`] with every error of all files.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::of_session(scene_file::run_file(path.as_ref())?)
+    }
+
+    fn of_session((session, diagnostics): (Session, Vec<Diagnostic>)) -> Result<Self, Error> {
         let errors: Vec<_> =
             diagnostics.into_iter().filter(|found| found.severity == Severity::Error).collect();
         if !errors.is_empty() {
             return Err(Error::Text(errors));
         }
         Ok(Self { scene: session.scene().clone(), root: session.selected().map(str::to_owned) })
-    }
-
-    /// Reads a scene file.
-    ///
-    /// # Errors
-    /// A file that cannot be read or is not UTF-8, or [`Error::Text`].
-    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let text = fs::read_to_string(path).map_err(|error| Error::File {
-            action: "read",
-            path: path.to_owned(),
-            error,
-        })?;
-        Self::from_text(&path.display().to_string(), &text)
     }
 
     /// The scene as text: [`Model::from_text`] reads it back without loss.
@@ -245,17 +246,25 @@ impl Model {
         CompiledScene::compile(&self.scene, self.root(), self.scene.depth)
     }
 
-    /// The settings of the scene's own picture.
+    /// The settings of the scene's own picture, without the files of textures and of the environment.
     pub fn settings(&self) -> RenderSettings {
         RenderSettings::of(&self.scene)
+    }
+
+    /// The settings of the scene's own picture, with the files of textures and of the environment, which are read.
+    ///
+    /// # Errors
+    /// [`Error::File`], [`Error::Texture`] or [`Error::Environment`]: a file cannot be read.
+    pub fn settings_with_pictures(&self) -> Result<RenderSettings, Error> {
+        scene_file::settings_with_pictures(&self.scene)
     }
 
     /// Renders the scene at a size in pixels on all cores, with the samples and other settings of the scene.
     ///
     /// # Errors
-    /// [`Error::Render`]: a size of 0 or too large, a camera that is not finite.
+    /// [`Error::Render`]: a size of 0 or too large, a camera that is not finite. Those of [`Model::settings_with_pictures`].
     pub fn render(&self, width: u32, height: u32) -> Result<Rendering, Error> {
-        let mut settings = self.settings();
+        let mut settings = self.settings_with_pictures()?;
         settings.picture.width = width;
         settings.picture.height = height;
         self.render_with(&settings, &RenderOptions::default())
