@@ -19,6 +19,9 @@ pub enum Error {
     /// A change that the scene refuses; the scene is as it was.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A name that the modelling language cannot write.
+    #[error("'{0}' cannot be a name: a name is one word without blanks and #")]
+    Name(String),
     /// The text has errors: one diagnostic each, with file, line and column.
     #[error("{}", first_of(.0))]
     Text(Vec<Diagnostic>),

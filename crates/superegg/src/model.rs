@@ -191,10 +191,13 @@ impl Model {
     /// ```
     ///
     /// # Errors
-    /// A name that is taken, an unknown name, or steps that cannot be undone, such as a scale of 0. The model is then as it was.
+    /// A name that is taken, an unknown name, a name that is not one word ([`Error::Name`]), or steps that cannot be undone, such as a scale of 0. The model is then as it was.
     pub fn add_to(&mut self, object: &str, part: Part) -> Result<String, Error> {
         // A clone shares its content, and is the way back if a later step fails.
         let mut scene = self.scene.clone();
+        for name in part.name.as_deref().into_iter().chain([object]) {
+            check_name(name)?;
+        }
         scene.ensure_object(object)?;
         let (alias, target) = match part.content {
             Content::Shape(content) => {
@@ -282,5 +285,16 @@ impl Model {
         let rendered = render(&self.compile(), settings, options)?;
         let film = settings.output.into_colored(rendered.film);
         Ok(Rendering { film, development: settings.development(), stats: rendered.stats })
+    }
+}
+
+/// Checks that the modelling language can write a name.
+fn check_name(name: &str) -> Result<(), Error> {
+    let mut session = Session::default();
+    let is_made = session.run_line(&format!("primitive {name}")).is_ok();
+    if is_made && session.selected() == Some(name) && !name.contains('\0') {
+        Ok(())
+    } else {
+        Err(Error::Name(name.to_owned()))
     }
 }

@@ -1,4 +1,4 @@
-//! Scene files with the files that they name.
+//! Scene files, with the files and the names in them.
 
 use std::fs;
 
@@ -53,4 +53,20 @@ fn files_that_cannot_be_read_are_errors_with_their_line() {
     fs::write(&scene, "primitive a\nsetTexture color scene.scn\n").unwrap();
     let error = Model::load(&scene).unwrap().render(4, 4).unwrap_err().to_string();
     assert!(error.contains("scene.scn' cannot be a texture: "), "{error}");
+}
+
+#[test]
+fn names_that_a_scene_file_cannot_hold_are_errors() {
+    let mut model = Model::new();
+    let ball = || Part::new(Superquadric::unit_sphere());
+    for name in ["a b", "", "#a", "a;b\nundo", "a\0"] {
+        assert!(
+            matches!(model.add(ball().named(name)), Err(Error::Name(wrong)) if wrong == name),
+            "{name:?}"
+        );
+        assert!(matches!(model.add_to(name, ball()), Err(Error::Name(_))), "{name:?}");
+    }
+    assert_eq!(model, Model::new());
+    model.add(ball().named("größe_1")).unwrap();
+    assert_eq!(Model::from_text("scene.scn", &model.to_text()).unwrap(), model);
 }
