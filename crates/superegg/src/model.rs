@@ -292,9 +292,5 @@ impl Model {
 fn check_name(name: &str) -> Result<(), Error> {
     let mut session = Session::default();
     let is_made = session.run_line(&format!("primitive {name}")).is_ok();
-    if is_made && session.selected() == Some(name) && !name.contains('\0') {
-        Ok(())
-    } else {
-        Err(Error::Name(name.to_owned()))
-    }
+    if is_made && session.selected() == Some(name) { Ok(()) } else { Err(Error::Name(name.to_owned())) }
 }

@@ -599,3 +599,55 @@ impl Search {
         (is_step && descent > LEAST_DESCENT * off.length_squared()).then_some(step)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::SplitMix;
+    use crate::shape::Exponents;
+
+    /// Newton's method with its proof against branch and bound, at points outside.
+    #[test]
+    fn points_outside_have_the_answers_of_branch_and_bound() {
+        let mut random = SplitMix::new(8);
+        let exponents = [0.0, 1e-6, 0.05, 0.3, 1.0, 1.4, 1.99, 2.0, 2.3, 4.0];
+        let (mut proven, mut of_convex) = (0, 0);
+        for case in 0..3_000 {
+            let mut pick = || exponents[(random.unit() * exponents.len() as f64) as usize];
+            let (e, n) = (pick(), pick());
+            let mut size = || 10f64.powf(-2.0 * random.unit());
+            let radii = [size(), size(), size()];
+            let radii = DVec3::from_array(if case % 5 == 0 { [radii[0], radii[0], radii[2]] } else { radii });
+            let shape = Superquadric::new(radii, Exponents::new(e, n).unwrap()).unwrap();
+            // Far, near, very near, and on planes of symmetry.
+            let direction =
+                DVec3::from_array(std::array::from_fn(
+                    |axis| {
+                        if case % 7 == axis { 0.0 } else { random.unit() }
+                    },
+                ));
+            let on_surface = direction * radii / shape.norm().value(direction);
+            let gap = [10.0, 0.5, 1e-2, 1e-6, 1e-10][case % 5 * 3 % 5];
+            let away = DVec3::from_array(std::array::from_fn(|_| random.unit() * gap));
+            let point = on_surface * (1.0 + 1e-3 * gap) + away;
+            let unit = radii.max_element().max(point.max_element());
+            if !on_surface.is_finite() || shape.norm().value(point / radii) < 1.0 {
+                continue;
+            }
+            let search = Search::straight(&shape, radii / unit, point / unit);
+            let limits = SearchLimits { most_cells: 5_000, ..SearchLimits::default() };
+            let (fast, slow) = (search.run_from_outside(&limits), search.run(&limits));
+            let is_proven = fast.error <= limits.relative_tolerance * fast.distance + 3.0 * ROUNDING;
+            (proven, of_convex) = (
+                proven + usize::from(is_proven && e < 2.0 && n < 2.0),
+                of_convex + usize::from(e < 2.0 && n < 2.0),
+            );
+            let context = format!("{shape:?} {point} {fast:?} {slow:?}");
+            assert!(fast.distance - fast.error <= slow.distance, "{context}");
+            assert!(slow.distance - slow.error <= fast.distance, "{context}");
+            let held = shape.norm().value(fast.point * unit / radii);
+            assert!((held - 1.0).abs() < 1e-9 || e.max(n) > 2.0, "{held} {context}");
+        }
+        assert!(of_convex > 1_000 && proven * 100 >= of_convex * 99, "{proven} of {of_convex}");
+    }
+}
