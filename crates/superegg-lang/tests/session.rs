@@ -258,7 +258,7 @@ fn a_zero_byte_is_a_fault_at_its_column() {
     assert_eq!((fault.code.as_str(), fault.columns), ("not-text", Some(11..12)));
     let (session, diagnostics) = load_text("a.scn", "primitive ball\nprimitive a\0b\n");
     assert_eq!((diagnostics.len(), diagnostics[0].line), (1, Some(2)));
-    // What is written can be read again.
+    // The written scene can be read again.
     let (_, diagnostics) = load_text("a.scn", &write_session(&session));
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
 }
