@@ -56,10 +56,20 @@ impl Arc {
         42.0 / self.half_exponent.min(1.0)
     }
 
-    /// The t at which Y / X is this ratio, within [`Arc::far`]; 0 for no number.
+    /// The t at which Y / X is this ratio: [`Arc::within`] the arc.
     pub(crate) fn at_ratio(self, ratio: f64) -> f64 {
-        let t = ratio.ln() / self.half_exponent;
-        if t.is_nan() { 0.0 } else { t.clamp(-self.far(), self.far()) }
+        self.within(ratio.ln() / self.half_exponent)
+    }
+
+    /// A t of at most [`Arc::far`], or infinite at an end of the arc; 0 for no number.
+    pub(crate) fn within(self, t: f64) -> f64 {
+        if t.is_nan() {
+            0.0
+        } else if t.is_infinite() {
+            t
+        } else {
+            t.clamp(-self.far(), self.far())
+        }
     }
 
     /// The t at which X = 1 - `fall`, for 0 < `fall` < 1.

@@ -339,10 +339,7 @@ impl Search {
     fn towards_support(&self) -> [f64; 2] {
         let along = self.query * self.radii;
         let rho = self.norm.xy.dual().value(along.x, along.y);
-        let parallel = |arc: Arc, steepness: f64| {
-            let t = arc.parallel_to(steepness).unwrap_or(0.0);
-            if t.is_nan() { 0.0 } else { t.clamp(-arc.far(), arc.far()) }
-        };
+        let parallel = |arc: Arc, steepness: f64| arc.parallel_to(steepness).map_or(0.0, |t| arc.within(t));
         [parallel(self.around, along.x / along.y), parallel(self.profile, rho / along.z)]
     }
 
